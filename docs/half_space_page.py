@@ -12,11 +12,10 @@ from generated_pages import FOLDER, write
 from matplotlib.figure import Figure
 
 import fecontact as fc
-from fecontact.app.friction.pictures import draw_tractions
+from fecontact.app.friction.figures import draw_tractions
 from fecontact.app.friction.studies import run
 from fecontact.app.indentation.closed_forms import Wave
-from fecontact.app.indentation.indentation import Indentation, indent
-from fecontact.app.indentation.setup import Ground, IndentationLoad
+from fecontact.app.indentation.indentation import Ground, Indentation, IndentationLoad, indent
 from fecontact.bodies.halfspace.pictures import draw_stick_slip
 from fecontact.common.units import Units
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid

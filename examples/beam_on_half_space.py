@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 import fecontact as fc
 from fecontact.analytic import rectangle
-from fecontact.common.figure import save_figure
+from fecontact.common.files import save_figure
 from fecontact.solvers import ComplementarityProblem, solve
 
 HALF, SIDE = 20.0, 1.0  # half the length and the square section of the bar, cm

@@ -31,7 +31,7 @@ from fecontact.ancf import (
 )
 from fecontact.ancf import Path as Equilibria
 from fecontact.ancf.picture import draw_side, edges, multiplier_pressure
-from fecontact.common.figure import save_figure
+from fecontact.common.files import save_figure
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import fecontact as fc
-from fecontact.common.figure import save_figure
+from fecontact.common.files import save_figure
 
 STEEL = fc.Material(E=210e3, nu=0.3)  # mm, N, MPa
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 import fecontact as fc
 from fecontact.app.spheres.spheres import solve_spheres
-from fecontact.common.figure import save_figure
+from fecontact.common.files import save_figure
 from fecontact.common.units import Units
 from fecontact.results.pictures.draw import draw_field
 

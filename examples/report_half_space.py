@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 import fecontact as fc
 from fecontact.bodies.halfspace.operator import CellModel
-from fecontact.common.figure import save_figure
+from fecontact.common.files import save_figure
 from fecontact.solvers import ComplementarityProblem, solve
 
 STEEL = fc.Material(E=2.0e6, nu=0.3)  # kgf/cm2

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import fecontact as fc
-from fecontact.common.figure import save_figure
+from fecontact.common.files import save_figure
 
 RUBBER = fc.Material(E=5.0, nu=0.45)  # mm, N, MPa
 RADIUS, FORCE, WINDOW = 40.0, 0.8, 4.0

@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from fecontact.contact.springs import Spring
     from fecontact.mesh import pick, shapes
     from fecontact.mesh import section_shapes as sections
-    from fecontact.mesh.extrude import extrude
+    from fecontact.mesh.layer import extrude
     from fecontact.mesh.mesh import Mesh, merge
     from fecontact.mesh.read import read_mesh
     from fecontact.mesh.read_section import read_section
@@ -175,7 +175,7 @@ _PLACES = {
     "SupportError": "fecontact.common.errors:SupportError",
     "SurfaceMesh": "fecontact.mesh.surface_mesh:SurfaceMesh",
     "available_solvers": "fecontact.solvers:available_solvers",
-    "extrude": "fecontact.mesh.extrude:extrude",
+    "extrude": "fecontact.mesh.layer:extrude",
     "hertz": "fecontact.analytic.hertz",
     "merge": "fecontact.mesh.mesh:merge",
     "mesh_solid": "fecontact.surfaces.solid:mesh_solid",

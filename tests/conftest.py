@@ -8,8 +8,8 @@ from rounding import change_by_rounding
 import fecontact as fc
 from fecontact import Mesh, MissingPackageError
 from fecontact.fem.stiffness import assemble_stiffness
-from fecontact.mesh.element.hexahedron import hex_nodes
-from fecontact.mesh.gmsh_session import load_gmsh
+from fecontact.mesh.element import hex_nodes
+from fecontact.mesh.gmsh import load_gmsh
 
 
 def pytest_addoption(parser, pluginmanager):

@@ -1,16 +1,35 @@
-"""What closed forms of contact have in common: their fields by name, and a table of their quantities."""
+"""What closed forms of contact have in common: their fields by name, and a table of their quantities.
+
+Aligned table of quantities, used to print results.
+"""
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import ClassVar
 
 from numpy.typing import ArrayLike
 
-from fecontact.analytic._table import table
 from fecontact.common import checks
 from fecontact.common.arrays import Array
+
+
+def table(title: str, rows: Sequence[tuple[str, str, float]]) -> str:
+    """Return a title and one aligned line for each (quantity, symbol, value).
+
+    Examples
+    --------
+    >>> print(table("Flat punch", [("contact radius", "a", 2.0), ("force", "P", 10.0)]))
+    Flat punch
+      contact radius  a  2
+      force           P  10
+    """
+    wide = max(len(row[0]) for row in rows)
+    narrow = max(len(row[1]) for row in rows)
+    return "\n".join([title, *(f"  {name:<{wide}}  {symbol:<{narrow}}  {value:.6g}" for name, symbol, value in rows)])
+
 
 USUAL = {
     "force": ("force", "P"),

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from scipy.special import elliprf
 
 from fecontact.analytic._contact import RoundIndentation
-from fecontact.analytic._quadrature import double_exponential
+from fecontact.analytic._functions import double_exponential
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError

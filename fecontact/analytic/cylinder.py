@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.analytic._table import table
+from fecontact.analytic._contact import table
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError

@@ -46,11 +46,13 @@ True
 
 from fecontact.ancf.assembly import Assembly
 from fecontact.ancf.dynamics import Motion, move
-from fecontact.ancf.followers import Follower, FollowerPressure, Moment
 from fecontact.ancf.hexahedron import ElementHexAncf, gauss, shapes
-from fecontact.ancf.joints import Joints
+from fecontact.ancf.joints import Joints, Supports, hold
 from fecontact.ancf.laws import InvertedError, Law, NeoHookean, Response, StVenantKirchhoff
 from fecontact.ancf.loads import (
+    Follower,
+    FollowerPressure,
+    Moment,
     body_force,
     dead_pressure,
     force_at,
@@ -61,14 +63,13 @@ from fecontact.ancf.loads import (
     traction,
     weight,
 )
-from fecontact.ancf.output import save_motion
+from fecontact.ancf.picture import save_motion
 from fecontact.ancf.release import reentrant_points, released_at, sides_by_label
 from fecontact.ancf.schemes import EnergyMomentum, GeneralisedAlpha
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.space import AncfSpace
 from fecontact.ancf.stage import Stage
 from fecontact.ancf.statics import Path, State, equilibrium
-from fecontact.ancf.supports import Supports, hold
 from fecontact.ancf.viscosity import Viscosity
 
 __all__ = [

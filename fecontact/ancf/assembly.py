@@ -14,13 +14,12 @@ import scipy.sparse.linalg as spla
 from fecontact.ancf.banded import BandOrder, Reduction
 from fecontact.ancf.faces import Faces
 from fecontact.ancf.hubs import Hubs
-from fecontact.ancf.joints import affine_modes
+from fecontact.ancf.joints import affine_modes, hold
 from fecontact.ancf.laws import InvertedError
 from fecontact.ancf.member import Member
 from fecontact.ancf.newton import DEPENDENT
-from fecontact.ancf.patterns import Places, has_pattern, with_data
 from fecontact.ancf.solid import AncfSolid
-from fecontact.ancf.supports import hold
+from fecontact.ancf.tangents import Places, has_pattern, with_data
 from fecontact.ancf.touch import ContactConstraints, ContactGaps, FacesMaster, Master, RigidMaster
 from fecontact.ancf.viscosity import ViscousStep, relaxed, viscous_step
 from fecontact.bodies.rigid import RigidBody

@@ -20,7 +20,7 @@ from skfem.refdom import RefTri
 from fecontact.ancf.hexahedron import face_points
 from fecontact.ancf.space import AncfSpace
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.mesh.element.hexahedron import FACES
+from fecontact.mesh.element import FACES
 from fecontact.surfaces.closest_point import FacetPolynomials
 from fecontact.surfaces.facet_surface import Projection
 

@@ -23,7 +23,7 @@ from skfem.refdom import RefHex
 
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
-from fecontact.mesh.element.hexahedron import CORNERS, FACES
+from fecontact.mesh.element import CORNERS, FACES
 
 #: Functions of one element per component.
 N_FUNCTIONS = 32

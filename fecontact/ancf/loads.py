@@ -1,11 +1,30 @@
 """Generalised forces of loads on ANCF solids: weight, forces at points, dead tractions, follower pressure.
 
 A force acts through the shape functions on all coordinates, including gradients: Q_a = int S_a b dV or int S_a t dA.
+
+Loads that change with the deformation: pressure that follows its surface, and moments.
+
+A moment m does the work m . dtheta on the virtual rotation dtheta of the place where it acts. Its rotation R is that of
+the polar decomposition A = R S of a matrix that is linear in the coordinates,
+
+    A = sum_f q_f (x) B_f:    at a node, the deformation gradient;    on a boundary, int r (x) (X - X_mean) dA,
+
+so that on a boundary R is the rotation of the rigid motion that fits the surface best (least squares). From dA follow
+the axial vector w of R^T dR and the forces:
+
+    T w = a(R^T dA),    T = tr S - S,    a_k(M) = - eps_kij M_ij,    dtheta = R w,
+
+    Q_f = R [g]x B_f,    T g = R^T m
+
+(differential of the polar decomposition: Bonet & Wood 2008, section 3.5, for F = R U). On a plane section Q is a
+traction linear in X - X_mean that turns with it, which is the stress of pure bending.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,8 +34,9 @@ from fecontact.ancf.hexahedron import gauss
 from fecontact.ancf.solid import AncfSolid
 from fecontact.ancf.space import AncfSpace
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import vector
-from fecontact.mesh.element.hexahedron import quad_quadrature
+from fecontact.common.checks import number, vector
+from fecontact.common.errors import InputError
+from fecontact.mesh.element import quad_quadrature
 
 #: Quadrature degree on faces: four points per direction.
 ORDER = 7
@@ -171,3 +191,181 @@ def _summed(space: AncfSpace, faces: IntArray, own: Array) -> Array:
     total = np.zeros((int(space.functions.max()) + 1, 3))
     np.add.at(total, space.functions[faces[:, 0]], own)
     return space.gather(total)
+
+
+_EPS = np.zeros((3, 3, 3))
+_EPS[[0, 1, 2], [1, 2, 0], [2, 0, 1]], _EPS[[0, 2, 1], [2, 1, 0], [1, 0, 2]] = 1.0, -1.0
+#: Sum of the two smaller stretches, relative to the largest, below which a rotation is not defined.
+FLAT = 1e-9
+
+
+class Follower(Protocol):
+    """A load on a solid of bricks that depends on its coordinates."""
+
+    @property
+    def solid(self) -> int:
+        """Number of the solid in its assembly."""
+
+    def forces(self, space: AncfSpace, q: Array) -> Array:
+        """Generalised forces (n_dofs,) at coordinates q of the solid."""
+
+    def tangent(self, space: AncfSpace, q: Array) -> sp.csr_matrix:
+        """Their derivative (n_dofs, n_dofs)."""
+
+
+@dataclass(frozen=True)
+class FollowerPressure:
+    """Pressure on a boundary, along its present normals and per present area; positive pushes inwards.
+
+    Parameters
+    ----------
+    solid : int
+        Number of the solid in its assembly.
+    boundary : str
+    pressure : float
+
+    Raises
+    ------
+    InputError
+        If the pressure is not a finite number.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> from fecontact.ancf import AncfSpace
+    >>> space = AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8"))
+    >>> turned = space.affine(fc.rotation_about((0, 1, 0), np.pi / 2))  # the top faces x now
+    >>> Q = FollowerPressure(0, "top", 2.0).forces(space, turned)
+    >>> ((Q @ space.rigid_modes()[:, :3]).round(12) + 0.0).tolist()
+    [-2.0, 0.0, 0.0]
+    """
+
+    solid: int
+    boundary: str
+    pressure: float
+
+    def __post_init__(self) -> None:
+        if not np.isfinite(number(self.pressure)):
+            raise InputError(f"A pressure must be a finite number; found {self.pressure!r}.")
+
+    def forces(self, space: AncfSpace, q: Array) -> Array:
+        """Generalised forces (n_dofs,)."""
+        return pressure_forces(space, q, self.boundary, self.pressure)
+
+    def tangent(self, space: AncfSpace, q: Array) -> sp.csr_matrix:
+        """Their derivative (n_dofs, n_dofs)."""
+        return pressure_tangent(space, q, self.boundary, self.pressure)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A moment in space on a boundary or on the gradients of a node; see the module for the rotation it turns.
+
+    Parameters
+    ----------
+    solid : int
+        Number of the solid in its assembly.
+    at : str or int
+        A boundary, or a point of the mesh that is a node.
+    moment : (3,)
+        It keeps its direction.
+
+    Raises
+    ------
+    InputError
+        If the moment is not three finite numbers.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> from fecontact.ancf import AncfSpace
+    >>> space = AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8"))
+    >>> Q = Moment(0, "top", (0.0, 3.0, 0.0)).forces(space, space.q0)
+    >>> (0.0 + (Q @ space.rigid_modes()).round(12)).tolist()  # no force, and this moment; 0.0 + -0.0 is 0.0
+    [0.0, 0.0, 0.0, 0.0, 3.0, 0.0]
+    """
+
+    solid: int
+    at: str | int
+    moment: ArrayLike
+
+    def __post_init__(self) -> None:
+        vector("The moment", self.moment)
+
+    def forces(self, space: AncfSpace, q: Array) -> Array:
+        """Generalised forces (n_dofs,)."""
+        B = self._weights(space)
+        R, T = _rotation(q.reshape(-1, 3).T @ B)
+        g = np.linalg.solve(T, R.T @ np.asarray(self.moment, dtype=float))
+        return np.asarray(B @ (R @ _skew(g)).T).ravel()
+
+    def tangent(self, space: AncfSpace, q: Array) -> sp.csr_matrix:
+        """Their derivative (n_dofs, n_dofs); symmetric if everything turns in one plane."""
+        B = self._weights(space)
+        R, T = _rotation(q.reshape(-1, 3).T @ B)
+        m = R.T @ np.asarray(self.moment, dtype=float)
+        g = np.linalg.solve(T, m)
+        dA = np.einsum("pr,js->pjrs", np.eye(3), np.eye(3)).reshape(9, 3, 3)
+        local = R.T @ dA
+        w = np.linalg.solve(T, -np.einsum("kij,nij->kn", _EPS, local)).T
+        spin = _skew(w)
+        dS = local - spin @ (R.T @ (q.reshape(-1, 3).T @ B))
+        dT = np.trace(dS, axis1=1, axis2=2)[:, None, None] * np.eye(3) - dS
+        dg = np.linalg.solve(T, (-spin @ m - dT @ g).T).T
+        dP = (R @ (spin @ _skew(g) + _skew(dg))).reshape(3, 3, 3, 3)  # p, j of dA, then those of P
+        used = np.flatnonzero(B.any(axis=1))
+        blocks = np.einsum("ak,bj,pjrk->arbp", B[used], B[used], dP, optimize=True)
+        dofs = (3 * used[:, None] + np.arange(3)).ravel()
+        n = len(dofs)
+        return sp.csr_matrix((blocks.ravel(), (dofs.repeat(n), np.tile(dofs, n))), shape=(space.n_dofs,) * 2)
+
+    def _weights(self, space: AncfSpace) -> Array:
+        """B (n_functions, 3)."""
+        return _boundary_weights(space, self.at) if isinstance(self.at, str) else _nodal_weights(space, self.at)
+
+
+def _boundary_weights(space: AncfSpace, boundary: str) -> Array:
+    """Integrals of S_f (X - X_mean) over the surface (n_functions, 3), over its polar moment of area."""
+    faces, S, dS, W = face_rule(space, boundary)
+    functions = space.functions[faces[:, 0]]
+    e = space.spread(space.q0)[functions]
+    area = np.linalg.norm(vector_areas(e, dS), axis=2) * W
+    X = S @ e
+    X = X - (area[..., None] * X).sum(axis=(0, 1)) / area.sum()
+    own = np.swapaxes(S, 1, 2) @ (area[..., None] * X)
+    total = np.zeros((int(space.functions.max()) + 1, 3))
+    np.add.at(total, functions, own)
+    return space.gather(total).reshape(-1, 3) / (area[..., None] * X * X).sum()
+
+
+def _nodal_weights(space: AncfSpace, point: int) -> Array:
+    """Ones for the three gradients of a node."""
+    first = space.start[space.node_of(point)]
+    count = np.diff(np.append(space.start, space.n_functions))[space.node_of(point)]
+    if count != 4:
+        raise InputError(f"Point {point} has released gradients, so that it has no single rotation; take a boundary.")
+    B = np.zeros((space.n_functions, 3))
+    B[first + 1 : first + 4] = np.eye(3)
+    return B
+
+
+def _rotation(A: Array) -> tuple[Array, Array]:
+    """R of A = R S with det R = 1, and T = tr S - S.
+
+    Raises
+    ------
+    InputError
+        If the rotation is not defined: A is flattened to a line.
+    """
+    U, stretch, V = np.linalg.svd(A)
+    turn = np.linalg.det(U) * np.linalg.det(V)
+    stretch[2] *= turn
+    U[:, 2] *= turn
+    if not stretch[1] + stretch[2] > FLAT * stretch[0]:
+        raise InputError("A moment acts where the body is flattened to a line, which has no rotation about itself.")
+    return U @ V, (V.T * (stretch.sum() - stretch)) @ V
+
+
+def _skew(g: Array) -> Array:
+    """Matrices [g]x (..., 3, 3)."""
+    return -np.einsum("ijk,...k->...ij", _EPS, g)

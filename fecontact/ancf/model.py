@@ -13,12 +13,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.ancf.hexahedron import gauss
+from fecontact.ancf.joints import hold
 from fecontact.ancf.loads import body_force
 from fecontact.ancf.loads import traction as surface_traction
 from fecontact.ancf.release import sides_by_label
 from fecontact.ancf.solid import AncfSolid, linear_functions
 from fecontact.ancf.space import AncfSpace
-from fecontact.ancf.supports import hold
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.material import Material
 from fecontact.fem.coordinates import Coordinates
@@ -27,7 +27,7 @@ from fecontact.fem.model import Model, materials_of_cells
 from fecontact.fem.stress import hooke
 from fecontact.fem.support import Support
 from fecontact.mesh.check import check_mesh
-from fecontact.mesh.element.hexahedron import hex_nodes, hex_quadrature
+from fecontact.mesh.element import hex_nodes, hex_quadrature
 from fecontact.mesh.mesh import Mesh
 
 #: Poisson's ratio above which the divergence is projected on linear functions in each cell; below it contact pressures

@@ -18,8 +18,8 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
-from fecontact.mesh.element.hexahedron import FACES
-from fecontact.mesh.entities import corner_keys
+from fecontact.mesh.element import FACES
+from fecontact.mesh.facets import corner_keys
 from fecontact.mesh.mesh import Mesh
 
 

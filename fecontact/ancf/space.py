@@ -26,9 +26,9 @@ from fecontact.ancf.hexahedron import N_FUNCTIONS, face_points, gauss, shapes
 from fecontact.ancf.release import Numbering, number
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MeshError
-from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3, jacobians
+from fecontact.fem.stiffness import determinant_3x3, inverse_3x3, jacobians
 from fecontact.mesh.check import check_cells
-from fecontact.mesh.element.hexahedron import CORNERS, hex_shapes
+from fecontact.mesh.element import CORNERS, hex_shapes
 from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.mesh import Mesh
 

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.ancf.assembly import Assembly
-from fecontact.ancf.followers import Follower
+from fecontact.ancf.loads import Follower
 from fecontact.ancf.space import AncfSpace
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError

@@ -20,8 +20,7 @@ from fecontact.common.errors import InputError
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.placement import Placement, curved_facets, placed
 from fecontact.surfaces.facet_surface import FacetSurface, Projection
-from fecontact.surfaces.smooth import SmoothSurface
-from fecontact.surfaces.smooth_fit import bordering, fitted
+from fecontact.surfaces.smooth import SmoothSurface, bordering, fitted
 
 #: What a contact surface is made of: fitted where it is curved, a shape in the body's axes, what an earlier body of the
 #: same geometry was given, or as the mesh has it.

@@ -26,7 +26,7 @@ from fecontact.fem.rigid import rigid_modes
 from fecontact.mesh.read_surface import read_surface
 from fecontact.surfaces import Ellipsoid, Facets, FunctionSurface, HeightMap
 from fecontact.surfaces.facet_surface import Projection
-from fecontact.surfaces.rigid.indenter import ClosedForms, Indenter, T, heights_of
+from fecontact.surfaces.rigid.shapes import ClosedForms, Indenter, T, heights_of
 
 #: Points along each side of the square on which a rigid surface given by heights is sampled.
 ALONG = 33

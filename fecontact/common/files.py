@@ -1,18 +1,25 @@
-"""Files: paths checked before long work, atomic writes, one writer at a time."""
+"""Files: paths checked before long work, atomic writes, one writer at a time.
+
+Figures written to files.
+
+JSON-lines files: one finished row per line, so that an interrupted run can be resumed.
+"""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from fecontact.common.arguments import file_path
+from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 
 
@@ -182,3 +189,90 @@ def write_collection(path: Path, files: Sequence[Path], times: Sequence[float]) 
     lines = [f'    <DataSet timestep="{time!r}" file={quoteattr(file)}/>' for file, time in pairs]
     head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
     return write_atomically(path, head + "\n".join(lines) + "\n  </Collection>\n</VTKFile>\n")
+
+
+def save_figure(figure: Figure, path: str | Path | None) -> Figure:
+    """Write a figure if a path is given.
+
+    Raises
+    ------
+    InputError
+        If the suffix is no format of pictures, or the file cannot be written.
+    """
+    if path is not None:
+        with replacing(path) as file:
+            known = figure.canvas.get_supported_filetypes()
+            among("format of a picture", Path(path).suffix.removeprefix("."), known)
+            figure.savefig(file, dpi=150)
+    return figure
+
+
+def read_rows(path: str | Path, key: str, what: str) -> dict[str, dict[str, Any]]:
+    """Rows of an earlier run; an incomplete last line is removed from the file.
+
+    Parameters
+    ----------
+    path : str or Path
+        Need not exist yet.
+    key : str
+        Field that identifies a row; of two rows with the same value the later counts.
+    what : str
+        What a row is, for the message.
+
+    Returns
+    -------
+    dict
+        Rows by the value of `key`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, is no regular file, or a line is not a row with `key`.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder) / "rows.jsonl"
+    ...     append_row(path, {"name": "a", "x": 1})
+    ...     with path.open("a") as file:
+    ...         _ = file.write('{"name": "b"')
+    ...     read_rows(path, "name", "a row")
+    {'a': {'name': 'a', 'x': 1}}
+    """
+    path = check_writable(path)
+    if not path.exists():
+        return {}
+    if not path.is_file():
+        raise InputError(f"{path} is a pipe or a device: rows are read from the file before others are added to it.")
+    rows: dict[str, dict[str, Any]] = {}
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    for k, line in enumerate(lines):
+        try:
+            row = json.loads(line)
+            rows[row[key]] = row
+        except (json.JSONDecodeError, KeyError, TypeError) as error:
+            if k == len(lines) - 1 and not line.endswith("\n"):
+                write_atomically(path, "".join(lines[:-1]))
+                return rows
+            raise InputError(f"Line {k + 1} of {path} is not {what}; choose another file.") from error
+    if lines and not lines[-1].endswith("\n"):
+        write_atomically(path, "".join(lines) + "\n")
+    return rows
+
+
+def append_row(path: str | Path, row: Mapping[str, Any]) -> None:
+    """Add a row at the end of the file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    try:
+        with Path(path).open("a", encoding="utf-8") as file:
+            file.write(json.dumps(row) + "\n")
+    except OSError as error:
+        raise InputError(
+            f"Cannot add a row to {path}: {error.strerror or error}. Rows before it are complete."
+        ) from error

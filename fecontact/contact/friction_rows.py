@@ -24,8 +24,8 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line
+from fecontact.contact.contact import Lay
 from fecontact.contact.interface import Interface, UnilateralConstraints
-from fecontact.contact.lay import Lay
 from fecontact.contact.slip_path import screw_paths, touching_points
 from fecontact.fem.section_model import on_axis
 from fecontact.solvers import ComplementarityProblem

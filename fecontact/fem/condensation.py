@@ -30,7 +30,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError
 from fecontact.fem.factor import BorderedFactor, Condensed, Factor
 from fecontact.fem.pardiso import SINGULAR
-from fecontact.fem.separation import SEPARATED
+from fecontact.fem.rigid import SEPARATED
 
 ROUTES = ("auto", "schur", "columns", "operator", SEPARATED)
 

@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.fem.node_blocks import whole_blocks
+from fecontact.fem.stiffness import whole_blocks
 from fecontact.mesh.hanging_nodes import HangingNodes
 
 

@@ -24,10 +24,9 @@ import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.one_line import one_line
-from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3, jacobians
+from fecontact.fem.stiffness import determinant_3x3, inverse_3x3, jacobians
 from fecontact.fem.stress import HEXAHEDRON, components, gauss_strain, hooke, to_nodes
-from fecontact.mesh.element.degenerate import element_basis
-from fecontact.mesh.element.quadrature import element_quadrature, quadrature_basis
+from fecontact.mesh.element import element_basis, element_quadrature, quadrature_basis
 from fecontact.mesh.mesh import Mesh
 
 #: Materials that are averaged apart from each other, since strains jump between them; more are taken for one.

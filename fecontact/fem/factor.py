@@ -8,22 +8,168 @@ complement (Elangovan 1978, eq. 3-4)
 PARDISO computes K_hat during the factorisation, at no further cost, and keeps the factor of K_ii: the forward step
 gives f_hat, the backward step with given u_c gives u_i. rslab and SuperLU do the same with blocks of right-hand sides.
 K must be positive definite: fix the null space of a floating body first (`fecontact.fem.support`).
+
+LDL^T factorisation by rslab, a small library with wheels for every platform; used when PARDISO is not installed.
+
+SciPy's SuperLU, with METIS's nested dissection when pymetis is installed; used when no other library is.
+
+Static condensation by columns, for factorisations that have no Schur complement of their own.
 """
 
 from __future__ import annotations
 
 import importlib.util
+import os
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
+import numpy as np
 import scipy.sparse as sp
+import scipy.sparse.linalg as spla
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import MissingPackageError, SolverNotFoundError
-from fecontact.fem.column_schur import ColumnSchur, WholeFactor, symmetric
-from fecontact.fem.ldlt import LdltFactor
-from fecontact.fem.pardiso import PardisoBordered, PardisoFactor, PardisoSchur
-from fecontact.fem.superlu import SuperLUFactor
+from fecontact.common.errors import FecontactError, MissingPackageError, SolverNotFoundError
+from fecontact.fem.pardiso import SINGULAR, PardisoBordered, PardisoFactor, PardisoSchur
+
+
+class LdltFactor:
+    """Factor of a whole stiffness, given as a full symmetric matrix (an empty one is allowed).
+
+    Pivots of a definite matrix are positive: one that is not tells a loose part.
+    """
+
+    def __init__(self, K: sp.csc_matrix) -> None:
+        self._factor: Any = None
+        if K.shape[0] == 0:
+            return
+        import rslab
+
+        threads = int(os.environ.get("OMP_NUM_THREADS", "0")) or None
+        try:
+            self._factor = rslab.ldlt(K, threads=threads, ordering="metis" if K.shape[0] > 1000 else None)
+        except (RuntimeError, ValueError, ArithmeticError) as error:
+            raise FecontactError(f"{SINGULAR} ({error})") from error
+        if self._factor.inertia[0] < K.shape[0] or self._factor.n_perturbed:
+            raise FecontactError(SINGULAR)
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the factor's values; the indices of its supernodes are few."""
+        return 0 if self._factor is None else 8 * int(self._factor.factor_nnz)
+
+    def solve(self, b: Array) -> Array:
+        """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
+        return self.solve_columns(b.T).T
+
+    def solve_columns(self, b: Array) -> Array:
+        """Solutions (n, k) for right-hand sides in the columns of b (n, k)."""
+        if b.size == 0:
+            return b
+        return np.asarray(self._factor.solve_many(np.ascontiguousarray(b)))
+
+
+class SuperLUFactor:
+    """Factor of a whole stiffness, given as a full symmetric matrix (an empty one is allowed)."""
+
+    def __init__(self, K: sp.csc_matrix) -> None:
+        self._order, self._lu = _superlu(K)
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the two factors, values and indices."""
+        return 0 if self._lu is None else 12 * int(self._lu.L.nnz + self._lu.U.nnz)
+
+    def solve(self, b: Array) -> Array:
+        """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
+        return self.solve_columns(b.T).T
+
+    def solve_columns(self, b: Array) -> Array:
+        """Solutions (n, k) for right-hand sides in the columns of b (n, k)."""
+        if self._lu is None:
+            return b
+        x = np.empty_like(b)
+        x[self._order] = self._lu.solve(np.ascontiguousarray(b[self._order]))
+        return x
+
+
+def _superlu(K: sp.csc_matrix) -> tuple[IntArray, Any]:
+    """Fill-reducing order and SuperLU factor of a symmetric matrix (None where it is empty)."""
+    if K.shape[0] == 0:
+        return np.zeros(0, dtype=np.int64), None
+    order = np.arange(K.shape[0])
+    permc = "MMD_AT_PLUS_A"
+    if importlib.util.find_spec("pymetis") is not None and K.shape[0] > 1000:
+        import pymetis
+
+        graph = K - sp.diags(K.diagonal())
+        graph.eliminate_zeros()
+        graph = graph.tocsr()
+        order = np.asarray(pymetis.nested_dissection(pymetis.CSRAdjacency(graph.indptr, graph.indices))[0])
+        K = K[order][:, order].tocsc()
+        permc = "NATURAL"
+    try:
+        lu = spla.splu(K, permc_spec=permc, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise FecontactError(SINGULAR) from error
+    return order, lu
+
+
+class WholeFactor(Protocol):
+    """Factor of a full symmetric matrix that solves for rows and for columns of right-hand sides."""
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the factor."""
+
+    def solve(self, b: Array) -> Array:
+        """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
+
+    def solve_columns(self, b: Array) -> Array:
+        """Solutions (n, k) for right-hand sides in the columns of b (n, k)."""
+
+
+class ColumnSchur:
+    """Schur complement by blocks of right-hand sides, with any factor of the inner part."""
+
+    #: Right-hand sides solved at once; bounds the dense block at about n * 64 doubles.
+    block = 64
+
+    def __init__(self, K: sp.csr_matrix, retained: IntArray, factor: Callable[[sp.csc_matrix], WholeFactor]) -> None:
+        n = K.shape[0]
+        inner = np.ones(n, bool)
+        inner[retained] = False
+        self._c, self._i = retained, np.flatnonzero(inner)
+        full = symmetric(K)
+        columns = full[:, retained]
+        self._ic = columns[self._i].tocsc()
+        k_cc = columns[retained].toarray()
+        self._factor = factor(full[:, self._i].tocsr()[self._i].tocsc())
+        for start in range(0, len(retained), self.block):
+            part = slice(start, start + self.block)
+            k_cc[:, part] -= self._ic.T @ self._factor.solve_columns(self._ic[:, part].toarray())
+        self.stiffness = (k_cc + k_cc.T) / 2
+
+    @property
+    def memory(self) -> int:
+        """Bytes of the factorisation."""
+        return self._factor.memory
+
+    def reduce(self, f: Array) -> Array:
+        """Condensed loads (n_c, k) of loads f (n, k)."""
+        return f[self._c] - self._ic.T @ self._factor.solve_columns(f[self._i])
+
+    def expand(self, u_c: Array, f: Array) -> Array:
+        """All displacements (n, k) from the retained ones and the loads."""
+        u = np.empty_like(f)
+        u[self._c] = u_c
+        u[self._i] = self._factor.solve_columns(f[self._i] - self._ic @ u_c)
+        return u
+
+
+def symmetric(K: sp.csr_matrix) -> sp.csc_matrix:
+    """Full symmetric matrix from its upper triangle."""
+    return (K + sp.triu(K, 1).T).tocsc()
+
 
 DIRECT = ("pardiso", "rslab", "superlu")
 #: Package of each back-end that needs one.

@@ -25,9 +25,8 @@ from fecontact.fem.energy_error import EnergyError, energy_error
 from fecontact.fem.factor import Factor, bordered, condense, factorise, has_bordered
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.multigrid import Multigrid
-from fecontact.fem.rigid import null_space, rigid_modes
+from fecontact.fem.rigid import SEPARATED, Separated, null_space, rigid_modes
 from fecontact.fem.route import choose_route, memory_budget
-from fecontact.fem.separation import SEPARATED, Separated
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 from fecontact.fem.support import Support, fix_null_space, nodal_coordinates, share_of_support

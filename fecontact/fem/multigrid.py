@@ -24,11 +24,9 @@ from scipy.spatial.distance import cdist
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.fem.amg import TIGHT, AmgFactor, Cycle
 from fecontact.fem.condensation import Compliance
-from fecontact.fem.constrained_cg import Held, constrained_cg
+from fecontact.fem.constrained_cg import DependentRowsError, Held, SparseRows, constrained_cg
 from fecontact.fem.factor import Factor
-from fecontact.fem.held_rows import DependentRowsError, SparseRows
-from fecontact.solvers.outcome import Outcome
-from fecontact.solvers.problem import ComplementarityProblem, Status
+from fecontact.solvers.problem import ComplementarityProblem, Outcome, Status
 from fecontact.solvers.registry import attempt
 
 #: Relative residual of the equations of one active set while the set changes.

@@ -12,9 +12,14 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.material import Material
 from fecontact.fem.stiffness import batches
-from fecontact.mesh.element.degenerate import Pattern, linear_shapes, node_positions
-from fecontact.mesh.element.hexahedron import hex_shapes
-from fecontact.mesh.element.quadrature import element_quadrature, reduced_quadrature
+from fecontact.mesh.element import (
+    Pattern,
+    element_quadrature,
+    hex_shapes,
+    linear_shapes,
+    node_positions,
+    reduced_quadrature,
+)
 from fecontact.mesh.mesh import CellGroup, Mesh
 
 #: Order of the six components of symmetric tensors, as in VTK files.

@@ -22,9 +22,19 @@ import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import MeshError
-from fecontact.mesh.element.degenerate import Pattern, element_basis
-from fecontact.mesh.element.hexahedron import CORNERS, EDGES, FACES, QUAD_CORNERS, QUAD_EDGES, quad_shapes
-from fecontact.mesh.element.quadrature import PYRAMID, TETRAHEDRON, WEDGE
+from fecontact.mesh.element import (
+    CORNERS,
+    EDGES,
+    FACES,
+    PYRAMID,
+    QUAD_CORNERS,
+    QUAD_EDGES,
+    TETRAHEDRON,
+    WEDGE,
+    Pattern,
+    element_basis,
+    quad_shapes,
+)
 from fecontact.mesh.hanging_nodes import TABLES
 
 #: A set of the parent's corners, or a set of such sets.

@@ -11,10 +11,8 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import reckonable
 from fecontact.common.errors import MeshError
 from fecontact.mesh.cell_sets import first_alike
-from fecontact.mesh.element.degenerate import element_basis
-from fecontact.mesh.element.hexahedron import EDGES
-from fecontact.mesh.element.quadrature import element_quadrature
-from fecontact.mesh.entities import cells_at_faces
+from fecontact.mesh.element import EDGES, element_basis, element_quadrature
+from fecontact.mesh.facets import cells_at_faces
 from fecontact.mesh.mesh import CellGroup, Mesh
 
 #: Distance of a mid-edge node from the middle of its chord, relative to the chord, from which the mapping folds.

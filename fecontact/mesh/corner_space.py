@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import IntArray
-from fecontact.mesh.element.hexahedron import FACES, hex_nodes, hex_shapes
+from fecontact.mesh.element import FACES, hex_nodes, hex_shapes
 from fecontact.mesh.mesh import Mesh
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.cell_division import CellDivision
 from fecontact.mesh.cell_sets import CellSets
-from fecontact.mesh.entities import edge_keys, face_keys, found
+from fecontact.mesh.facets import edge_keys, face_keys, found
 from fecontact.mesh.hanging_nodes import HangingNodes
 
 C = TypeVar("C", bound=CellSets)

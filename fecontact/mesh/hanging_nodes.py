@@ -18,7 +18,7 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MeshError
-from fecontact.mesh.element.hexahedron import TRIANGLE_NODES, quad_nodes, quad_shapes, triangle_shapes
+from fecontact.mesh.element import TRIANGLE_NODES, quad_nodes, quad_shapes, triangle_shapes
 
 #: Weights of a row sum to one up to rounding: products of a few rows of at most a dozen weights of size one.
 SUM = 1e-12

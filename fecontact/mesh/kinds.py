@@ -9,8 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fecontact.common.arrays import IntArray
-from fecontact.mesh.element.hexahedron import EDGES
-from fecontact.mesh.element.quadrature import PYRAMID, TETRAHEDRON, WEDGE
+from fecontact.mesh.element import EDGES, PYRAMID, TETRAHEDRON, WEDGE
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.mesh.element.degenerate import element_basis
+from fecontact.mesh.element import element_basis
 from fecontact.mesh.mesh import CellGroup, Mesh
 
 CANDIDATES = 40

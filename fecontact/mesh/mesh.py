@@ -17,10 +17,8 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import whole
 from fecontact.common.errors import InputError
 from fecontact.mesh.cell_sets import CellSets, joined
-from fecontact.mesh.element.degenerate import Pattern
-from fecontact.mesh.element.hexahedron import EDGES, FACES
-from fecontact.mesh.entities import cells_at_faces, face_keys
-from fecontact.mesh.facets import facet_centres, facet_shapes, triangular
+from fecontact.mesh.element import EDGES, FACES, Pattern
+from fecontact.mesh.facets import cells_at_faces, face_keys, facet_centres, facet_shapes, triangular
 from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.kinds import KINDS, kind_of
 from fecontact.mesh.pick import Pick
@@ -288,7 +286,7 @@ class Mesh(CellSets):
         """Give every face of the named boundaries of a 20-node mesh a node at its mapped centre.
 
         Quadrilaterals get a ninth, triangles a seventh node. The geometry stays that of the 20 nodes. See
-        `fecontact.mesh.element.degenerate` for the shape functions.
+        `fecontact.mesh.element` for the shape functions.
 
         Raises
         ------

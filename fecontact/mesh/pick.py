@@ -27,8 +27,7 @@ from scipy.spatial import cKDTree
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import coordinates, number, positive, vector
 from fecontact.common.errors import InputError, shown
-from fecontact.mesh.entities import edge_keys, found
-from fecontact.mesh.facets import facet_centres, facet_shapes, shapes_on_square, triangular
+from fecontact.mesh.facets import edge_keys, facet_centres, facet_shapes, found, shapes_on_square, triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
 
 #: Points along each side of a facet used to measure the distance from it.

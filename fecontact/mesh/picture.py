@@ -1,8 +1,15 @@
-"""Picture of a mesh: outer faces or a section, named boundaries in colours and numbered. Needs matplotlib only."""
+"""Picture of a mesh: outer faces or a section, named boundaries in colours and numbered. Needs matplotlib only.
+
+Renderer of curved facets: parallel projection, depth buffer, light, element edges.
+
+Every facet is sampled by its shape functions, densely enough that no pixel is missed, and each pixel shows the sample
+nearest to the eye. Curved faces stay curved, and hidden surfaces do not depend on the order of the bodies.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +21,333 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fecontact.common.arguments import label
-from fecontact.common.arrays import Array, IntArray
-from fecontact.common.figure import save_figure
-from fecontact.mesh.renderer import Camera, Image, draw_facets
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.checks import vector
+from fecontact.common.errors import InputError
+from fecontact.common.files import save_figure
+from fecontact.mesh.facets import shapes_on_square
+
+#: Positions of the eye by name, as (azimuth, elevation) in degrees.
+VIEWS = {
+    "iso": (-60.0, 25.0),
+    "x": (0.0, 0.0),
+    "-x": (180.0, 0.0),
+    "y": (90.0, 0.0),
+    "-y": (-90.0, 0.0),
+    "z": (-90.0, 90.0),
+    "-z": (-90.0, -90.0),
+    "below": (-60.0, -30.0),
+}
+#: Oversampling of pixels per direction, against jagged edges.
+OVERSAMPLING = 2
+#: Samples per pixel and direction, more than one so that no pixel of a skew facet is missed.
+DENSITY = 1.4
+#: Share of ambient light, and the direction of the rest in the eye's axes (right, up, to the eye).
+AMBIENT = 0.7
+LIGHT = np.array([-0.35, 0.55, 0.76])
+#: Size in pixels below which edges of facets are not drawn; they are fully drawn at five times it.
+SMALLEST_OUTLINED = 3.0
+DARKEST = 0.5
+#: Translucent surfaces: grey level and opacity.
+VEIL = np.array([0.55, 0.6, 0.66])
+OPACITY = 0.4
+#: Depth over the picture's size up to which such a surface behind a face still covers it.
+TOUCHING = 0.01
+#: Samples per block.
+CHUNK = 200_000
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """Parallel projection.
+
+    Attributes
+    ----------
+    axes : (3, 3) array
+        Rows: right, up, towards the eye.
+    """
+
+    axes: Array
+
+    @classmethod
+    def looking(cls, view: str | tuple[float, float] = "iso") -> Camera:
+        """Camera at an azimuth and an elevation (degrees), z upwards, or at one of `VIEWS`.
+
+        Raises
+        ------
+        InputError
+            Unknown view.
+
+        Examples
+        --------
+        >>> Camera.looking("-y").axes.round(12).tolist()
+        [[1.0, 0.0, 0.0], [-0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]
+        """
+        if isinstance(view, str):
+            if view not in VIEWS:
+                raise InputError(f"Unknown view {view!r}; expected one of {', '.join(VIEWS)} or (azimuth, elevation).")
+            view = VIEWS[view]
+        azimuth, elevation = np.radians(vector("the view", view, 2))
+        eye = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+        right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+        return cls(np.stack([right, np.cross(eye, right), eye]))
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """A drawing.
+
+    Attributes
+    ----------
+    rgba : (height, width, 4) array
+        Row 0 at the bottom; transparent where there is nothing.
+    extent : (left, right, bottom, top)
+        Extent along the camera's axes, in lengths.
+    """
+
+    rgba: Array
+    extent: tuple[float, float, float, float]
+
+
+def draw_facets(
+    points: Array,
+    facets: IntArray,
+    values: Array,
+    colours: Callable[[Array], Array],
+    camera: Camera,
+    size: tuple[int, int] = (1000, 800),
+    edges: bool = True,
+    closed: bool = False,
+    veil: tuple[Array, IntArray] | None = None,
+) -> Image:
+    """Draw facets in the colours of a nodal field.
+
+    Parameters
+    ----------
+    points : (n_points, 3) array
+    facets : (n_facets, 4 | 8 | 9) int array
+        As in `fecontact.mesh.facets`.
+    values : (n_points,) array
+    colours : callable
+        Function from values (n,) to red, green, blue in [0, 1], (n, 3).
+    camera : Camera
+    size : (width, height)
+        Largest width and height in pixels.
+    edges : bool
+        Whether to draw the sides of the facets.
+    closed : bool
+        Whether the facets enclose bodies, corners counter-clockwise seen from outside: back faces are then left out.
+    veil : (points, facets), optional
+        Surfaces drawn translucent over the facets behind them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+    >>> grey = lambda v: np.repeat(v[:, None], 3, axis=1)
+    >>> image = draw_facets(square, np.array([[0, 1, 2, 3]]), np.ones(4), grey, Camera.looking("z"), (20, 20))
+    >>> image.rgba.shape, bool((image.rgba[..., 3] == 1.0)[2:-2, 2:-2].all())
+    ((20, 20, 4), True)
+    """
+    seen = points @ camera.axes.T
+    veiled = np.zeros((0, 3)) if veil is None else (veil[0] @ camera.axes.T)[np.unique(veil[1])]
+    canvas = _Canvas.fitting(np.concatenate([seen[np.unique(facets)], veiled]), size)
+    # columns: position in the camera's axes and value
+    patches = _patches(np.column_stack([seen, values]), facets)
+    if closed:
+        patches = patches[_towards_the_eye(patches)]
+    for xyz, facet, local in _surface_samples(patches, canvas.pixel):
+        canvas.add(xyz, facet, local)
+    drawn = np.flatnonzero(canvas.facet >= 0)
+    value, light = _value_and_light(patches, canvas.facet[drawn], canvas.local[drawn])
+    if edges:
+        dark = np.zeros(len(canvas.facet))
+        for xyz, strength in _edge_samples(patches, canvas.pixel):
+            canvas.mark(dark, xyz, strength)
+        light = light * (1 - dark[drawn])
+    rgba = np.zeros((len(canvas.facet), 4))
+    rgba[drawn, :3], rgba[drawn, 3] = colours(value) * light[:, None], 1.0
+    if veil is not None and len(veil[1]):
+        _draw_veil(canvas, rgba, veil[0] @ camera.axes.T, veil[1])
+    return canvas.image(rgba)
+
+
+def _draw_veil(canvas: _Canvas, rgba: Array, seen: Array, facets: IntArray) -> None:
+    """Blend a translucent grey over the pixels (n, 4) behind facets, with points in the eye's axes."""
+    sheet = _Canvas(canvas.lower, canvas.pixel, canvas.shape)
+    patches = _patches(np.column_stack([seen, np.zeros(len(seen))]), facets)
+    for xyz, facet, local in _surface_samples(patches, sheet.pixel):
+        sheet.add(xyz, facet, local)
+    # in a contact the depths of both bodies differ by the mismatch of their faces only
+    touching = TOUCHING * canvas.pixel * max(canvas.shape)
+    hit = np.flatnonzero((sheet.facet >= 0) & (sheet.depth > canvas.depth - touching))
+    _, light = _value_and_light(patches, sheet.facet[hit], sheet.local[hit])
+    under = rgba[hit, 3:]
+    # over white where nothing is behind
+    rgba[hit, :3] = OPACITY * VEIL * light[:, None] + (1 - OPACITY) * (under * rgba[hit, :3] + 1 - under)
+    rgba[hit, 3] = 1.0
+
+
+def _patches(nodal: Array, facets: IntArray) -> Array:
+    """Values (n_facets, 3, 3, k) of nodal fields (n_points, k) at s, t = 0, 1/2, 1 of the square over each facet.
+
+    Their biquadratic interpolation is the facet itself, of 4, 8 or 9 nodes or a triangle of 3 or 6.
+    """
+    t = np.array([0.0, 0.5, 1.0])
+    N, _ = shapes_on_square(facets, np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2))
+    return (N @ nodal[facets]).reshape(len(facets), 3, 3, -1)
+
+
+def subdivided(nodal: Array, facets: IntArray, n: int) -> tuple[Array, IntArray]:
+    """Facets divided into n x n flat quadrilaterals.
+
+    Parameters
+    ----------
+    nodal : (n_points, k) array
+        Positions and other values to interpolate.
+    facets : (n_facets, 4 | 8 | 9) int array
+    n : int
+
+    Returns
+    -------
+    (n_facets (n + 1)^2, k) array
+    (n_facets n^2, 4) int array
+    """
+    N = _quadratics(np.linspace(0.0, 1.0, n + 1))
+    fine = np.einsum("si,fijk,tj->fstk", N, _patches(nodal, facets), N, optimize=True).reshape(-1, nodal.shape[1])
+    index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
+    starts = (n + 1) ** 2 * np.arange(len(facets))
+    return fine, (starts[:, None, None] + quads).reshape(-1, 4)
+
+
+def _quadratics(t: Array) -> Array:
+    """Functions (n, 3) that are one at t = 0, 1/2 and 1."""
+    return np.stack([(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)], axis=1)
+
+
+def _slopes(t: Array) -> Array:
+    """Their derivatives (n, 3)."""
+    return np.stack([4 * t - 3, 4 - 8 * t, 4 * t - 1], axis=1)
+
+
+class _Canvas:
+    """Depth buffer of the oversampled drawing, with the visible facet and its coordinates."""
+
+    def __init__(self, lower: Array, pixel: float, shape: tuple[int, int]) -> None:
+        self.lower, self.pixel, self.shape = lower, pixel, shape
+        n = shape[0] * shape[1]
+        self.depth, self.facet, self.local = np.full(n, -np.inf), np.full(n, -1, dtype=np.int64), np.zeros((n, 2))
+
+    @classmethod
+    def fitting(cls, seen: Array, size: tuple[int, int]) -> _Canvas:
+        """Canvas over the visible points, with a narrow margin."""
+        low, high = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
+        span = np.maximum(high - low, 1e-6 * max((high - low).max(), 1e-300))
+        pixel = float((span / (np.array(size) - 2)).max()) / OVERSAMPLING
+        width, height = (np.ceil(span / pixel / OVERSAMPLING).astype(int) + 2).tolist()
+        return cls(low - OVERSAMPLING * pixel, pixel, (OVERSAMPLING * height, OVERSAMPLING * width))
+
+    def _pixels(self, xy: Array) -> IntArray:
+        place = ((xy - self.lower) / self.pixel).astype(np.int64)
+        rows, columns = self.shape
+        return np.clip(place[:, 1], 0, rows - 1) * columns + np.clip(place[:, 0], 0, columns - 1)
+
+    def add(self, xyz: Array, facet: IntArray, local: Array) -> None:
+        """Add samples of a surface; the nearest one is kept in each pixel."""
+        pixel = self._pixels(xyz[:, :2])
+        np.maximum.at(self.depth, pixel, xyz[:, 2])
+        wins = np.flatnonzero(xyz[:, 2] >= self.depth[pixel])
+        self.facet[pixel[wins]] = facet[wins]
+        self.local[pixel[wins]] = local[wins]
+
+    def mark(self, dark: Array, xyz: Array, strength: Array) -> None:
+        """Add to `dark` (n_pixels,) the darkening by visible samples of lines."""
+        slack = 4 * self.pixel
+        for shift in np.ndindex(OVERSAMPLING, OVERSAMPLING):
+            pixel = self._pixels(xyz[:, :2] + self.pixel * (np.array(shift) - 0.5))
+            visible = xyz[:, 2] + slack >= self.depth[pixel]
+            np.maximum.at(dark, pixel[visible], strength[visible])
+
+    def image(self, rgba: Array) -> Image:
+        """Mean colour of the oversampled pixels (n, 4)."""
+        rows, columns = (k // OVERSAMPLING for k in self.shape)
+        mean = rgba.reshape(rows, OVERSAMPLING, columns, OVERSAMPLING, 4).mean(axis=(1, 3))
+        cover = mean[..., 3:]
+        mean[..., :3] = np.divide(mean[..., :3], cover, out=np.ones_like(mean[..., :3]), where=cover > 0)
+        step = OVERSAMPLING * self.pixel
+        left, bottom = self.lower.tolist()
+        return Image(np.clip(mean, 0.0, 1.0), (left, left + columns * step, bottom, bottom + rows * step))
+
+
+def _towards_the_eye(patches: Array) -> Mask:
+    """Mask of facets (n_facets,) with any part facing the eye."""
+    s = np.repeat([0.0, 0.5, 1.0], 3)
+    t = np.tile([0.0, 0.5, 1.0], 3)
+    along = np.einsum("qi,fijk,qj->fqk", _slopes(s), patches[..., :2], _quadratics(t), optimize=True)
+    across = np.einsum("qi,fijk,qj->fqk", _quadratics(s), patches[..., :2], _slopes(t), optimize=True)
+    turn = along[..., 0] * across[..., 1] - along[..., 1] * across[..., 0]
+    return np.asarray((turn > 0).any(axis=1))
+
+
+def _extents(patches: Array, pixel: float) -> Array:
+    """Lengths (n_facets, 2) of each facet along its two coordinates in pixels, at the rate of the faster half."""
+    along = [2 * np.linalg.norm(np.diff(patches[..., :2], axis=k), axis=-1).max(axis=(1, 2)) for k in (1, 2)]
+    return np.stack(along, axis=1) / pixel
+
+
+def _grouped(counts: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+    """Distinct rows of counts (n, 2), and the rows equal to each."""
+    kinds, kind = np.unique(counts, axis=0, return_inverse=True)
+    for k, pair in enumerate(kinds):
+        yield pair, np.flatnonzero(kind.ravel() == k)
+
+
+def _surface_samples(patches: Array, pixel: float) -> Iterator[tuple[Array, IntArray, Array]]:
+    """Position, facet and local coordinates of samples, by groups of facets of similar size."""
+    needed = DENSITY * _extents(patches, pixel) + 2
+    # in steps of a third, so that there are few groups
+    counts = np.ceil(1.33 ** np.ceil(np.log(needed) / np.log(1.33))).astype(np.int64)
+    for (n, m), chosen in _grouped(counts):
+        s, t = (np.arange(n) + 0.5) / n, (np.arange(m) + 0.5) / m
+        grid = np.stack(np.meshgrid(s, t, indexing="ij"), axis=-1).reshape(-1, 2)
+        step = max(1, CHUNK // len(grid))
+        for start in range(0, len(chosen), step):
+            some = chosen[start : start + step]
+            xyz = np.einsum("si,fijk,tj->fstk", _quadratics(s), patches[some, ..., :3], _quadratics(t), optimize=True)
+            yield xyz.reshape(-1, 3), np.repeat(some, len(grid)), np.tile(grid, (len(some), 1))
+
+
+def _value_and_light(patches: Array, facet: IntArray, local: Array) -> tuple[Array, Array]:
+    """Field and light (n,) at points of facets."""
+    value, light = np.zeros(len(facet)), np.zeros(len(facet))
+    direction = LIGHT / np.linalg.norm(LIGHT)
+    for start in range(0, len(facet), CHUNK):
+        part = slice(start, start + CHUNK)
+        s, t = local[part].T
+        patch = patches[facet[part]].reshape(-1, 9, 4)
+        products = (_quadratics(s), _quadratics(t)), (_slopes(s), _quadratics(t)), (_quadratics(s), _slopes(t))
+        N, ds, dt = ((a[:, :, None] * b[:, None, :]).reshape(-1, 1, 9) for a, b in products)
+        value[part] = (N @ patch[..., 3:])[:, 0, 0]
+        normal = np.cross((ds @ patch[..., :3])[:, 0], (dt @ patch[..., :3])[:, 0])
+        facing = np.sign(normal[:, 2]) * (normal @ direction) / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
+        light[part] = AMBIENT + (1 - AMBIENT) * np.clip(facing, 0.0, 1.0)
+    return value, light
+
+
+def _edge_samples(patches: Array, pixel: float) -> Iterator[tuple[Array, Array]]:
+    """Position and strength of samples on the facets' sides."""
+    extent = _extents(patches, OVERSAMPLING * pixel)
+    strength = DARKEST * np.clip(extent.min(axis=1) / SMALLEST_OUTLINED - 1, 0.0, 4.0) / 4
+    for axis, end in ((0, 0), (0, 2), (1, 0), (1, 2)):
+        along = 1 - axis
+        shown = np.flatnonzero((strength > 0) & (extent[:, along] > 0))
+        counts = 2 ** np.ceil(np.log2(2 * OVERSAMPLING * extent[shown, along] + 2)).astype(np.int64)
+        for n in np.unique(counts).tolist():
+            some = shown[counts == n]
+            side = np.take(patches[some, ..., :3], end, axis=1 + axis)
+            yield (_quadratics(np.linspace(0.0, 1.0, n + 1)) @ side).reshape(-1, 3), np.repeat(strength[some], n + 1)
+
 
 #: Colour of faces in no boundary, colour map of the boundaries, and their longest list in a legend.
 PLAIN, COLOURS, LISTED = (0.87, 0.87, 0.87), "tab20", 20

@@ -14,14 +14,13 @@ from fecontact.common.arguments import file_path, function, text
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 from fecontact.mesh.build import ELEMENTS, build
-from fecontact.mesh.cad import SUFFIXES as CAD
-from fecontact.mesh.cad import mesh_cad
 from fecontact.mesh.formats.abaqus import read_abaqus
 from fecontact.mesh.formats.febio import read_febio
 from fecontact.mesh.formats.generic import read_vtk
 from fecontact.mesh.formats.gmsh import read_gmsh
 from fecontact.mesh.formats.raw import RawMesh, part_of
-from fecontact.mesh.gmsh_session import Sizes
+from fecontact.mesh.gmsh import SUFFIXES as CAD
+from fecontact.mesh.gmsh import Sizes, mesh_cad
 from fecontact.mesh.mesh import Mesh
 
 READERS: dict[str, Callable[[Path], RawMesh]] = {

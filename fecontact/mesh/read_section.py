@@ -16,8 +16,8 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.cell_sets import first_alike
-from fecontact.mesh.element.hexahedron import TRIANGLE_NODES, quad_nodes, quad_shapes, triangle_shapes
-from fecontact.mesh.entities import edge_keys, found
+from fecontact.mesh.element import TRIANGLE_NODES, quad_nodes, quad_shapes, triangle_shapes
+from fecontact.mesh.facets import edge_keys, found
 from fecontact.mesh.read import READERS
 from fecontact.mesh.section_mesh import REVERSED, SectionMesh
 

@@ -17,7 +17,7 @@ from fecontact.mesh.check import check_size
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.formats.triangulated import read_obj, read_off, read_ply, read_stl
 from fecontact.mesh.formats.vtp import read_vtp
-from fecontact.mesh.polygons import cut
+from fecontact.mesh.mending import cut
 from fecontact.mesh.read import READERS as MESH_READERS
 from fecontact.mesh.surface_mesh import SurfaceMesh, joined
 

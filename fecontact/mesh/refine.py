@@ -19,9 +19,8 @@ from fecontact.common.arrays import IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.mesh.cell_division import DIAGONALS, cell_division, divisible, section_division, star
 from fecontact.mesh.cut import Part, cut
-from fecontact.mesh.element.degenerate import Pattern
-from fecontact.mesh.element.hexahedron import EDGES, FACES, QUAD_EDGES
-from fecontact.mesh.entities import Keys, edge_keys, face_keys, found
+from fecontact.mesh.element import EDGES, FACES, QUAD_EDGES, Pattern
+from fecontact.mesh.facets import Keys, edge_keys, face_keys, found
 from fecontact.mesh.hanging_nodes import TABLES, HangingNodes, tied
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SIDES, SectionMesh

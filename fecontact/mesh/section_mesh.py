@@ -23,7 +23,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import number_array
 from fecontact.common.errors import MeshError
 from fecontact.mesh.cell_sets import CellSets, first_alike, joined
-from fecontact.mesh.element.hexahedron import QUAD_EDGES, quad_quadrature, quad_shapes
+from fecontact.mesh.element import QUAD_EDGES, quad_quadrature, quad_shapes
 
 #: Distance from the plane y = 0, relative to the size of the mesh, that counts as rounding.
 ON_PLANE = 1e-12

@@ -18,9 +18,17 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, finite, lengths, number, whole
 from fecontact.common.errors import InputError, shown
 from fecontact.mesh.grading import Level, RingGrading, grading
-from fecontact.mesh.patches import beyond_45_degrees, coons, line, sagitta
 from fecontact.mesh.section_mesh import SectionMesh, counter_clockwise, merge_sections
-from fecontact.mesh.structured import MOST_ALONG, MOST_CELLS, division, interpolated
+from fecontact.mesh.shapes import (
+    MOST_ALONG,
+    MOST_CELLS,
+    beyond_45_degrees,
+    coons,
+    division,
+    interpolated,
+    line,
+    sagitta,
+)
 
 __all__ = ["annulus", "cap", "half_disc", "merge_sections", "rectangle", "ring"]
 

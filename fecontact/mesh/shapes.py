@@ -6,37 +6,240 @@ rings narrow towards it from inside and widen from it outwards, because the pres
 root: an element edge along it reduces the error more than refinement. Away from the contact widths grow by `growth` per
 ring and per layer. The pole of a sphere is the local origin and its body lies in z >= 0, so that the sagitta
 r^2 / (R + sqrt(R^2 - r^2)) is accurate.
+
+Hexahedra on an index box, to be mapped to a shape, and the positions of its indices.
+
+Patches of a meridian plane, interpolated between four curves.
+
+Ring meshes: a square core on the axis, rings round it, and repetition of a quarter to a half or whole body.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.common.arguments import items, known_options
-from fecontact.common.arrays import Array
-from fecontact.common.checks import lengths, number
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import among, array_of, lengths, number, whole
 from fecontact.common.errors import InputError, shown
-from fecontact.mesh.extrude import extrude as extrude
 from fecontact.mesh.grading import LEVELS as LEVELS
 from fecontact.mesh.grading import Level as Level
 from fecontact.mesh.grading import RingGrading as RingGrading
 from fecontact.mesh.grading import as_level as as_level
 from fecontact.mesh.grading import geometric as geometric
 from fecontact.mesh.grading import grading as grading
+from fecontact.mesh.layer import extrude as extrude
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.mesh import merge as merge
-from fecontact.mesh.patches import Curve, beyond_45_degrees, coons, line, spherical
-from fecontact.mesh.patches import sagitta as sagitta
-from fecontact.mesh.ring_mesh import SECTORS as SECTORS
-from fecontact.mesh.ring_mesh import disc, repeated, revolved, right_handed
-from fecontact.mesh.structured import division, interpolated
-from fecontact.mesh.structured import lattice as lattice
 from fecontact.mesh.tet_to_hex import divided as divided
+
+#: Largest deviation of the end positions, as a share of the size, that is corrected as rounding.
+SAME_POSITION = 1e-9
+
+#: Largest numbers of cells, of a mesh and along one line; beyond, arrays of nodes alone fill tens of gigabytes.
+MOST_CELLS, MOST_ALONG = 10**8, 10**6
+
+_NODES = {"hex8": 8, "hex20": 20, "hex27": 27}
+
+
+def lattice(divisions: Sequence[int], names: Sequence[str | None], element: str = "hex20") -> Mesh:
+    """Mesh of an index box [0, n1] x [0, n2] x [0, n3], to be mapped to its true shape.
+
+    Parameters
+    ----------
+    divisions : three ints
+    names : six names or None
+        Boundaries at i = 0, i = n1, j = 0, j = n2, k = 0, k = n3.
+    element : {'hex8', 'hex20', 'hex27'}
+    """
+    among("element", element, _NODES)
+    given = items("the divisions", divisions, "three counts")
+    if len(given) != 3:
+        raise InputError(f"Divisions must be three positive integers; found {shown(divisions)}.")
+    n = np.array([whole("a division", count) for count in given])
+    if np.prod(n.astype(float)) > MOST_CELLS:
+        raise InputError(f"{given} divisions are {np.prod(n.astype(float)):.3g} cells, more than {MOST_CELLS:.0e}.")
+    index = np.arange(np.prod(n + 1)).reshape(n + 1)
+    points = np.stack(np.meshgrid(*(np.arange(k + 1.0) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    cells = np.stack([index[tuple(slice(c, c + k) for c, k in zip(cor, n, strict=True))].ravel() for cor in corners], 1)
+    number = np.arange(len(cells)).reshape(n)
+    boundaries: dict[str, IntArray] = {}
+    for face, name in enumerate(names):
+        if name is not None:
+            layer = np.take(number, -1 if face % 2 else 0, axis=face // 2).ravel()
+            faces = np.stack([layer, np.full_like(layer, face)], axis=1)
+            boundaries[name] = np.concatenate([boundaries[name], faces]) if name in boundaries else faces
+    mesh = Mesh(points, cells, boundaries)
+    return mesh if element == "hex8" else mesh.upgraded(_NODES[element])
+
+
+def division(size: float, given: int | ArrayLike, what: str) -> Array:
+    """Positions 0 ... size: an equal division, or the given increasing positions.
+
+    Raises
+    ------
+    InputError
+        If they do not increase or do not run from 0 to `size`; `what` names them in the message.
+    """
+    if isinstance(given, int | np.integer):
+        return np.linspace(0.0, size, whole(f"the {what}", given, most=MOST_ALONG) + 1)
+    found = array_of(given)
+    positions = np.zeros(0) if found is None else found
+    if positions.ndim != 1 or len(positions) < 2 or not (np.diff(positions) > 0).all():
+        raise InputError(f"The {what} must be a count or increasing positions; found {shown(given)}.")
+    if np.abs(positions[[0, -1]] - [0.0, size]).max() > SAME_POSITION * size:
+        raise InputError(
+            f"The positions of the {what} must run from 0 to {size:g}; found {positions[0]:g} to {positions[-1]:g}."
+        )
+    inner = positions[1:-1]
+    return np.concatenate([[0.0], inner[(inner > 0) & (inner < size)], [size]])
+
+
+def interpolated(index: Array, positions: Array) -> Array:
+    """Positions at fractional indices, linear between integer ones."""
+    return np.interp(index, np.arange(len(positions)), positions)
+
+
+Curve = Callable[[Array], Array]
+
+
+def coons(top: Curve, bottom: Curve, left: Curve, right: Curve) -> Callable[[Array, Array], Array]:
+    """Transfinite interpolation of curves [0, 1] -> (rho, z); top and bottom run along s, left and right along t."""
+    zero, one = np.zeros(1), np.ones(1)
+    c00, c10, c01, c11 = top(zero), top(one), bottom(zero), bottom(one)
+
+    def patch(s: Array, t: Array) -> Array:
+        a, b = s[:, None], t[:, None]
+        corners = (1 - a) * (1 - b) * c00 + a * (1 - b) * c10 + (1 - a) * b * c01 + a * b * c11
+        blended = ((1 - b) * top(s) + b * bottom(s)) + ((1 - a) * left(t) + a * right(t)) - corners
+        return np.where(b == 0, top(s), blended)  # keeps the relative accuracy of a small sagitta
+
+    return patch
+
+
+def line(start: ArrayLike, end: ArrayLike) -> Curve:
+    """Straight line (rho, z) from `start` to `end` over [0, 1]."""
+    p, q = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    return lambda x: (1 - x)[:, None] * p + x[:, None] * q
+
+
+def sagitta(r: Array, radius: float) -> Array:
+    """Depth of a sphere's surface below its pole's tangent plane, r^2/(R + sqrt(R^2 - r^2)), without cancellation."""
+    return r**2 / (radius + np.sqrt(np.maximum((radius - r) * (radius + r), 0.0)))
+
+
+def spherical(extent: float, radius: float) -> Curve:
+    """Surface of a sphere from its pole out to the distance `extent` from the axis; flat if the radius is infinite."""
+
+    def curve(s: Array) -> Array:
+        r = s * extent
+        return np.stack([r, np.zeros_like(r) if np.isinf(radius) else sagitta(r, radius)], 1)
+
+    return curve
+
+
+def beyond_45_degrees(radius: float) -> Curve:
+    """Surface of a sphere from 45 degrees off its pole to the equator."""
+
+    def curve(s: Array) -> Array:
+        angle = np.pi / 4 * (1 + s)
+        return radius * np.stack([np.sin(angle), 2 * np.sin(angle / 2) ** 2], 1)
+
+    return curve
+
+
+SECTORS = {"quarter": 1, "half": 2, "full": 4}
+
+
+def disc(n_layers: int, ring: RingGrading, names: Mapping[str, str | None], element: str) -> tuple[Mesh, Mesh]:
+    """Quarter disc times layers in plan coordinates (x, y, layer index): the core and the rings."""
+    m, radii = ring.core, ring.radii
+    top, bottom, side = names["top"], names["bottom"], names["side"]
+    core = lattice((m, m, n_layers), ("sym_x", None, "sym_y", None, top, bottom), element)
+    rings = lattice((2 * m, len(radii), n_layers), ("sym_y", "sym_x", None, side, top, bottom), element)
+    # the corner of the square core lies on its circle, so that all angles round it are obtuse
+    c, d = ring.core_radius, ring.core_radius * np.sqrt(0.5)
+
+    def boundary(j: Array) -> Array:
+        """Outer side of the core for ring index j in [0, 2m]: (c, 0) to (d, d) to (0, c)."""
+        v = np.minimum(j, 2 * m - j) / m
+        x, y = c + (d - c) * v, d * v
+        return np.where((j <= m)[:, None], np.stack([x, y], 1), np.stack([y, x], 1))
+
+    def core_plan(index: Array) -> Array:
+        u, v = index[:, 0] / m, index[:, 1] / m
+        x = c * u + (d - c) * u * v
+        y = c * v + (d - c) * u * v
+        return np.stack([x, y, index[:, 2]], 1)
+
+    def ring_plan(index: Array) -> Array:
+        j, k = index[:, 0], index[:, 1]
+        angle = np.pi / 2 * j / (2 * m)
+        direction = np.stack([np.cos(angle), np.sin(angle)], 1)
+        direction[angle == np.pi / 2] = (0.0, 1.0)
+        r = np.interp(k, np.arange(1, len(radii) + 1), radii)
+        inner = np.minimum(k, 1.0)[:, None]
+        xy = np.where(inner < 1, (1 - inner) * boundary(j) + inner * radii[0] * direction, r[:, None] * direction)
+        return np.stack([xy[:, 0], xy[:, 1], index[:, 2]], 1)
+
+    # the ring lattice runs (around, outwards, down): left-handed against (x, y, down), corrected by `right_handed`
+    return core.mapped(core_plan), rings.mapped(ring_plan)
+
+
+def revolved(mesh: Mesh, patch: Callable[[Array, Array], Array], s_of: Curve, t_of: Curve) -> Mesh:
+    """Points in space from plan coordinates (x, y, layer index), by a meridian map (s, t) -> (rho, z)."""
+
+    def shape(plan: Array) -> Array:
+        r = np.hypot(plan[:, 0], plan[:, 1])
+        meridian = patch(s_of(r), t_of(plan[:, 2]))
+        stretch = np.divide(meridian[:, 0], r, out=np.zeros_like(r), where=r > 0)
+        return np.stack([stretch * plan[:, 0], stretch * plan[:, 1], meridian[:, 1]], 1)
+
+    return mesh.mapped(shape)
+
+
+def right_handed(mesh: Mesh) -> Mesh:
+    """Reorder left-handed cells (corner test; the shapes have no folded cells)."""
+    x = mesh.points[mesh.cells[:, :8]]
+    det = np.einsum(
+        "ni,ni->n", np.cross(x[:, [1]] - x[:, [0]], x[:, [3]] - x[:, [0]])[:, 0], x[:, 4:].mean(1) - x[:, :4].mean(1)
+    )
+    left = det < 0
+    if not left.any():
+        return mesh
+    swap_nodes = [4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11, 16, 17, 18, 19, 20, 21, 22, 23, 25, 24, 26]
+    n = mesh.cells.shape[1]
+    cells = mesh.cells.copy()
+    cells[left] = cells[left][:, swap_nodes[:n]]
+    swap_faces = np.array([0, 1, 2, 3, 5, 4])
+    boundaries = {
+        k: np.stack([f[:, 0], np.where(left[f[:, 0]], swap_faces[f[:, 1]], f[:, 1])], 1)
+        for k, f in mesh.boundaries.items()
+    }
+    return replace(mesh, cells=cells, boundaries=boundaries)
+
+
+def repeated(quarter: Mesh, sector: str, tolerance: float) -> Mesh:
+    """Half (y >= 0) or full body from a quarter model (x, y >= 0), by rotating and joining it."""
+    among("sector", sector, SECTORS)
+    quarter = right_handed(quarter)
+    if sector == "quarter":
+        return quarter
+    turns = []
+    for k in range(SECTORS[sector]):
+        cos, sin = [(1, 0), (0, 1), (-1, 0), (0, -1)][k]
+        turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        turned = replace(quarter, points=quarter.points @ turn.T)
+        # a quarter turn brings the plane y = 0 to x = 0 and back; only y = 0 is left as a boundary of the half
+        names = {"sym_x": "sym_y", "sym_y": "sym_x"} if k % 2 else {}
+        turns.append(replace(turned, boundaries={names.get(n, n): f for n, f in turned.boundaries.items()}))
+    return merge(turns, tolerance)
 
 
 def block(

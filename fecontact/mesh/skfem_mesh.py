@@ -19,7 +19,7 @@ from skfem.generic_utils import OrientedBoundary
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, MeshError
-from fecontact.mesh.element.hexahedron import FACES, hex_nodes
+from fecontact.mesh.element import FACES, hex_nodes
 from fecontact.mesh.kinds import KINDS, Kind
 
 #: Points (n, 3), cells (n, 8 | 20 | 27), boundaries and groups of a `Mesh`.

@@ -12,9 +12,7 @@ import numpy as np
 from fecontact.common.arguments import instance
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
-from fecontact.mesh.element.degenerate import element_basis
-from fecontact.mesh.element.hexahedron import EDGES
-from fecontact.mesh.element.quadrature import TETRAHEDRON
+from fecontact.mesh.element import EDGES, TETRAHEDRON, element_basis
 from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.mesh import Mesh
 

@@ -24,7 +24,7 @@ import scipy.sparse as sp
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.contact.coupling.facing import STEEPEST
+from fecontact.contact.coupling.surface_pair import STEEPEST
 from fecontact.contact.search.region import with_rings
 from fecontact.mesh.facets import facet_centres
 from fecontact.results.facet_samples import facet_samples

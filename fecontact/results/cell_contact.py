@@ -7,8 +7,7 @@ from typing import cast
 
 import numpy as np
 
-from fecontact.bodies.halfspace.edge import EdgeCells, edge_cells, pressed_ends
-from fecontact.bodies.halfspace.grid_error import LEAST_SHARE, grid_error_estimate
+from fecontact.bodies.halfspace.grid_error import LEAST_SHARE, EdgeCells, edge_cells, grid_error_estimate, pressed_ends
 from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.error_estimate import ErrorEstimate

@@ -25,8 +25,7 @@ from fecontact.mesh.facets import facet_integrals, facet_shapes, triangular
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.results.edge_level import PressureAndGap, edge_level, facet_sizes
 from fecontact.results.facet_samples import facet_samples
-from fecontact.results.outline import planes_of_symmetry
-from fecontact.results.smooth_curves import smoothed
+from fecontact.results.outline import planes_of_symmetry, smoothed
 
 #: By number of columns of a quadrilateral and of a triangle: triangles between its nodes, the last one in its middle.
 QUADRILATERALS = {

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from fecontact.common.arguments import text
 from fecontact.common.arrays import Array
 from fecontact.common.files import replacing
-from fecontact.results.model_size import model_size
 from fecontact.results.pictures.draw import plot_result
+from fecontact.results.report import model_size
 from fecontact.results.solved_scene import SolvedScene
 
 STYLE = """

@@ -24,9 +24,8 @@ from fecontact.contact.springs import SpringState
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.edge_pressure import EdgePressure, edge_pressure
 from fecontact.results.friction_fields import FrictionFields
-from fecontact.results.model_size import model_size
 from fecontact.results.paired_fields import contact_fields
-from fecontact.results.report import peak_memory, report
+from fecontact.results.report import model_size, peak_memory, report
 from fecontact.results.resultants import resultant
 from fecontact.results.solved_scene import SolvedScene
 from fecontact.results.warnings import notes_of, warnings_of

@@ -11,12 +11,11 @@ import numpy as np
 
 from fecontact.bodies.halfspace.validity import validity_warnings
 from fecontact.common.error_estimate import LARGEST_ERROR, percent
-from fecontact.results.checks.held_across import held_across
 from fecontact.results.checks.linearisation import BEARABLE, linearisation_error
 from fecontact.results.checks.overlaps import undeclared_overlaps
 from fecontact.results.checks.resolution import coarse_pressures, overlap_between_nodes, overlap_left, springs_at_nodes
 from fecontact.results.checks.rims import contact_at_rims
-from fecontact.results.checks.tall_cells import tall_cells
+from fecontact.results.checks.tall_cells import held_across, tall_cells
 from fecontact.results.convergence import accuracy_text, asked
 from fecontact.results.solved_scene import SolvedScene
 

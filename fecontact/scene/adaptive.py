@@ -19,9 +19,9 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import positive
 from fecontact.common.error_estimate import ErrorEstimate, ResponseError
 from fecontact.common.errors import InputError
-from fecontact.contact.first_candidates import KnownContact
 from fecontact.contact.interface import Interface
 from fecontact.contact.model import SceneModel
+from fecontact.contact.search.candidates import KnownContact
 from fecontact.fem.route import memory_budget
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import FIGURES, Convergence, Step, asked

@@ -1,15 +1,22 @@
-"""A scene with replaced bodies, in new poses or on finer meshes, and the loads mapped to them."""
+"""A scene with replaced bodies, in new poses or on finer meshes, and the loads mapped to them.
+
+A scene with its bodies in other poses.
+"""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from numpy.typing import ArrayLike
 
+from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.common.arguments import mapping
+from fecontact.common.errors import InputError
+from fecontact.contact.loads import check_member
 from fecontact.contact.model import SceneModel
 
 #: Arguments of `Scene.solve` whose keys are bodies.
@@ -63,3 +70,28 @@ def with_bodies(scene: SceneModel, bodies: Sequence[Body]) -> CarriedScene:
     contacts = [replace(c, slave=new[id(c.slave)], master=new[id(c.master)]) for c in scene.contacts]
     springs = [replace(s, start=end(s.start), end=end(s.end)) for s in scene.springs]
     return CarriedScene(replace(scene, bodies=tuple(bodies), contacts=contacts, springs=springs), tuple(scene.bodies))
+
+
+def posed_scene(scene: SceneModel, poses: Mapping[Body, Pose] | None) -> CarriedScene:
+    """The scene with some bodies in new poses; they share their models with the originals.
+
+    Raises
+    ------
+    InputError
+        If a key is not a body of the scene, or a value is not a pose.
+    """
+    poses = mapping("poses", poses)
+    for body, pose in poses.items():
+        check_member(body, scene.bodies, "A pose")
+        if not isinstance(pose, Pose):
+            raise InputError(
+                f"The pose of {body.name!r} must be a fecontact.Pose(rotation, translation); found {pose!r}."
+            )
+    return with_bodies(scene, [_posed(b, poses[b]) if b in poses else b for b in scene.bodies])
+
+
+def _posed(body: Any, pose: Pose) -> Any:
+    """The same body in another pose; cached results in its own axes are kept."""
+    other = copy.copy(body)
+    object.__setattr__(other, "pose", pose)
+    return other

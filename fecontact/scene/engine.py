@@ -15,8 +15,7 @@ from fecontact.common.checks import among, whole
 from fecontact.common.errors import InputError
 from fecontact.contact.model import SceneModel
 from fecontact.fem.multigrid import Multigrid
-from fecontact.fem.petsc.factor import SharedFactor, SharedSystem
-from fecontact.fem.petsc.job import Job
+from fecontact.fem.petsc.job import Job, SharedFactor, SharedSystem
 from fecontact.fem.route import memory_budget
 
 ENGINES = ("own", "petsc")

@@ -19,13 +19,12 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.condensed_problem import CondensedProblem, assemble
 from fecontact.contact.coupling.choose import build_interface, matrix_free
 from fecontact.contact.equilibrium import check_balance, motion_texts
-from fecontact.contact.first_candidates import KnownContact, first_candidates
 from fecontact.contact.friction_rows import TangentialRows, friction_problem
 from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
-from fecontact.contact.search.candidates import FEWEST, grow, widen
-from fecontact.contact.search.radius import SearchRadius
+from fecontact.contact.search.candidates import FEWEST, KnownContact, first_candidates, grow, widen
+from fecontact.contact.search.region import SearchRadius
 from fecontact.contact.springs import spring_rows
 from fecontact.contact.step_end import Moved, StepEnd
 from fecontact.results.friction_fields import friction_fields

@@ -29,14 +29,11 @@ from fecontact.results.friction_fields import EarlierParts, at_nodes, with_parts
 from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.carried import KEYED, CarriedScene
-from fecontact.scene.case_given import loads_of
-from fecontact.scene.finite_rotation import carried_poses, solve_finite
+from fecontact.scene.finite_rotation import carried_poses, check_rest, solve_finite
 from fecontact.scene.linear import solved
 from fecontact.scene.local_search import sorted_case
-from fecontact.scene.path_file import append_step, rows_before, step_prints
-from fecontact.scene.path_result import LoadPath
-from fecontact.scene.rest import check_rest
-from fecontact.scene.sweep_case import numbered
+from fecontact.scene.path_result import LoadPath, append_step, rows_before, step_prints
+from fecontact.scene.sweep_case import loads_of, numbered
 from fecontact.solvers import TOLERANCE
 
 #: Halvings of a step that has no certified solution.

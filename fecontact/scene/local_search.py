@@ -14,8 +14,7 @@ from fecontact.common.errors import FecontactError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.loads import Loading, make_loading
 from fecontact.contact.model import SceneModel
-from fecontact.contact.search.radius import SearchRadius
-from fecontact.contact.search.region import STILL
+from fecontact.contact.search.region import STILL, SearchRadius
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import KEYED
 from fecontact.scene.linear import solved

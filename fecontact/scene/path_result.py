@@ -1,4 +1,7 @@
-"""Results of a load path: forces, work and wear, a table of its steps, files."""
+"""Results of a load path: forces, work and wear, a table of its steps, files.
+
+File of a load path: a row of JSON for each step, from which an interrupted path goes on.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,15 +19,20 @@ from fecontact.common.arguments import file_path
 from fecontact.common.arrays import Array
 from fecontact.common.checks import number_array, positive, whole
 from fecontact.common.errors import InputError
+from fecontact.common.files import append_row
+from fecontact.common.fingerprint import fingerprint
 from fecontact.common.one_line import one_line
 from fecontact.common.renamed import renamed
-from fecontact.results.case_row import fields_to_keep, kept_of, plane_of, row_of
+from fecontact.contact.model import SceneModel
+from fecontact.contact.step_end import StepEnd
+from fecontact.results.case_figures import fields_to_keep, kept_of, plane_of, row_of
 from fecontact.results.case_table import CaseTable
 from fecontact.results.dividing_plane import DividingPlane
 from fecontact.results.files import save_series
 from fecontact.results.friction_fields import at_nodes
 from fecontact.results.result import ContactResult
 from fecontact.results.resultants import resultant
+from fecontact.scene.sweep_case import fingerprints, finished
 
 
 @one_line
@@ -158,3 +167,56 @@ class LoadPath:
                     values = (c.total_force, tangential, c.stick_area, c.slip_area, c.friction.friction_work)
                     lines.append(f"{k + 1:>4}  " + "  ".join(f"{v:>12.5g}" for v in values))
         return "\n".join(lines)
+
+
+def step_prints(
+    model: SceneModel, steps: Sequence[Mapping[str, Any]], settings: Mapping[str, Any]
+) -> list[dict[str, str]]:
+    """Fingerprints of each step: of the model, the settings, its loads, and those of all steps before it."""
+    named = {str(k): {**step, **settings} for k, step in enumerate(steps, start=1)}
+    out: list[dict[str, str]] = []
+    for found in fingerprints(model, named).values():
+        out.append({**found, "the steps before": fingerprint(out[-1] if out else None)})
+    return out
+
+
+def rows_before(path: str | Path, prints: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
+    """Rows of an earlier run, from the first step to the last one without a gap.
+
+    Raises
+    ------
+    InputError
+        If a row is of another model, step or settings.
+    """
+    named = {str(k): each for k, each in enumerate(prints, start=1)}
+    found = finished(path, named, "a step of a load path")
+    rows: list[dict[str, Any]] = []
+    for name in named:
+        if name not in found:
+            break
+        if not {"end", "since", "parts", "cuts"} <= set(found[name]):
+            raise InputError(f"The row {name!r} in {path} is not a step of a load path; choose another file.")
+        rows.append(found[name])
+    return rows
+
+
+def append_step(
+    path: str | Path,
+    name: str,
+    prints: Mapping[str, str],
+    result: ContactResult,
+    cuts: int,
+    since: StepEnd | None,
+) -> None:
+    """Add the row of a step: its summary, what the next one goes on from, and what its last part followed."""
+    assert result.step_end is not None
+    row = {
+        "name": name,
+        **result.summary(),
+        "parts": [parts and parts.as_dict() for parts in (c.friction and c.friction.earlier for c in result.contacts)],
+        "cuts": cuts,
+        "end": result.step_end.as_dict(),
+        "since": None if since is None else since.as_dict(),
+        "fingerprint": prints,
+    }
+    append_row(path, row)

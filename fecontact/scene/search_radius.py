@@ -15,8 +15,7 @@ from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading
 from fecontact.contact.search.bounding import bounds_of, facet_displacements, part_displacements
 from fecontact.contact.search.candidates import MARGIN, approach_for_load
-from fecontact.contact.search.radius import SearchRadius, in_axes, plain_facets
-from fecontact.contact.search.region import RigidIncrement, find_missed, with_rings
+from fecontact.contact.search.region import RigidIncrement, SearchRadius, find_missed, in_axes, plain_facets, with_rings
 from fecontact.results.result import ContactResult
 from fecontact.surfaces.facet_surface import FacetSurface, with_nodes
 

@@ -16,16 +16,15 @@ from fecontact.common.checks import among
 from fecontact.common.errors import InputError, shown
 from fecontact.common.progress import progress_line, tell_part
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.contact.first_candidates import KnownContact
+from fecontact.contact.loads import Distribution, refuse_nodal_values
 from fecontact.contact.model import SceneModel
-from fecontact.contact.tractions import Distribution, refuse_nodal_values
+from fecontact.contact.search.candidates import KnownContact
 from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.engine import check_engine, on_processes
-from fecontact.scene.finite_rotation import follow, follow_from, solve_finite
+from fecontact.scene.finite_rotation import check_rest, follow, follow_from, solve_finite
 from fecontact.scene.linear import solved
 from fecontact.scene.local_search import solve_local, sorted_case
-from fecontact.scene.rest import check_rest
 from fecontact.scene.settings import SEARCHES, Settings, checked_search
 from fecontact.scene.windows import has_open_windows, solve_with_windows
 from fecontact.solvers import TOLERANCE, CustomSolver

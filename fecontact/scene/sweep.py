@@ -21,27 +21,37 @@ from fecontact.common.arguments import file_path, instance, items
 from fecontact.common.arrays import IntArray
 from fecontact.common.checks import whole
 from fecontact.common.errors import InputError, shown
-from fecontact.common.files import sole_writer
-from fecontact.common.json_lines import append_row
+from fecontact.common.files import append_row, sole_writer
 from fecontact.common.progress import progress_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
-from fecontact.contact.search.radius import plain_facets
+from fecontact.contact.search.region import plain_facets
 from fecontact.contact.springs import spring_rows
 from fecontact.fem.model import Model
-from fecontact.results.case_row import Kept, fields_to_keep, plane_of
+from fecontact.results.case_figures import Kept, fields_to_keep, plane_of
 from fecontact.results.case_table import CaseTable
 from fecontact.results.dividing_plane import DividingPlane
-from fecontact.scene.case_files import check_finished, collection_of, files_of, with_files
-from fecontact.scene.case_given import loads_of, parameters_of
 from fecontact.scene.linear import prepared
 from fecontact.scene.local_search import SearchHistory
 from fecontact.scene.search_radius import near_nodes
-from fecontact.scene.sending import packed_case, packed_scene, solved_there
 from fecontact.scene.settings import checked_search
-from fecontact.scene.sweep_case import Case, Posed, Solved, fingerprints, finished, naming, solved_case
-from fecontact.scene.workers import FreshInterpreters
+from fecontact.scene.sweep_case import (
+    Case,
+    Posed,
+    Solved,
+    check_finished,
+    collection_of,
+    files_of,
+    fingerprints,
+    finished,
+    loads_of,
+    naming,
+    parameters_of,
+    solved_case,
+    with_files,
+)
+from fecontact.scene.workers import FreshInterpreters, packed_case, packed_scene, solved_there
 
 
 def run_sweep(

@@ -17,9 +17,9 @@ from fecontact.bodies.pose import Pose, turned
 from fecontact.bodies.protocol import Body
 from fecontact.bodies.rigid import Plane
 from fecontact.common.errors import InputError
-from fecontact.contact.first_candidates import KnownContact
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
+from fecontact.contact.search.candidates import KnownContact
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import with_bodies
 from fecontact.scene.local_search import sorted_case

@@ -9,12 +9,11 @@ Examples
 ([1.0, 0.0], True)
 """
 
-from fecontact.solvers.custom import CustomSolver
 from fecontact.solvers.friction import solve_friction
 from fecontact.solvers.friction_problem import FrictionProblem, FrictionResiduals, FrictionSolution
 from fecontact.solvers.friction_slide import SlidingLoadError
-from fecontact.solvers.outcome import Outcome
-from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Residuals, Solution, Status
+from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Outcome, Residuals, Solution, Status
+from fecontact.solvers.qp import CustomSolver
 from fecontact.solvers.registry import TOLERANCE, attempt, available_solvers, solve, validate_options
 from fecontact.solvers.scaling import ScaledProblem
 

@@ -11,8 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.solvers.equality import PointSet, first_touch, solve_on
-from fecontact.solvers.outcome import Outcome
-from fecontact.solvers.problem import Status
+from fecontact.solvers.problem import Outcome, Status
 from fecontact.solvers.projected_cg import projected_cg
 from fecontact.solvers.scaling import ScaledProblem
 

@@ -24,11 +24,17 @@ import numpy as np
 
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import SolverError
-from fecontact.solvers.friction_balance import least_friction, unbalanced_motion
-from fecontact.solvers.friction_newton import FrictionRows, friction_newton, tied
+from fecontact.solvers.friction_newton import FrictionRows, friction_newton, friction_sweeps, tied
 from fecontact.solvers.friction_problem import FrictionProblem, FrictionSolution
-from fecontact.solvers.friction_slide import SlidingLoadError, driving_load, holding_factor, slide, sliding_modes
-from fecontact.solvers.friction_sweeps import friction_sweeps
+from fecontact.solvers.friction_slide import (
+    SlidingLoadError,
+    driving_load,
+    holding_factor,
+    least_friction,
+    slide,
+    sliding_modes,
+    unbalanced_motion,
+)
 from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Status
 from fecontact.solvers.registry import TOLERANCE, attempt
 from fecontact.solvers.scaling import ScaledProblem, scale

@@ -15,8 +15,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.optimize import nnls as plain_nnls
 
-from fecontact.solvers.outcome import Outcome
-from fecontact.solvers.problem import Status
+from fecontact.solvers.problem import Outcome, Status
 from fecontact.solvers.scaling import ROUNDING, ScaledProblem
 
 DEPENDENT = 1e-13

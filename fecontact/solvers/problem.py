@@ -11,6 +11,8 @@ Examples
 >>> problem = ComplementarityProblem(S=np.eye(2), g=np.array([-1.0, 1.0]))
 >>> problem.residuals(forces=np.array([1.0, 0.0]), q=np.zeros(0)).worst
 0.0
+
+Unverified answer of a solver.
 """
 
 from __future__ import annotations
@@ -426,3 +428,30 @@ def ratio(values: np.ndarray, scales: np.ndarray | float) -> np.ndarray:
     """Return values / scales, where 0 / 0 is 0 and anything else over 0 is infinite."""
     scales = np.broadcast_to(scales, values.shape)
     return np.divide(values, scales, out=np.where(values == 0, 0.0, np.inf), where=scales > 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """Unverified answer of a solver.
+
+    In scaled variables from the package's solvers, in those of the problem from a user's function.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Forces.
+    p : ndarray, shape (r,)
+        Multiplier of the equilibrium rows.
+    status : Status
+    message : str
+    nit : int
+        Iterations.
+    history : list of float
+    """
+
+    x: np.ndarray
+    p: np.ndarray
+    status: Status
+    message: str
+    nit: int
+    history: list[float] = field(default_factory=list)

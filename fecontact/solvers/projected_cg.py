@@ -17,8 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fecontact.solvers.outcome import Outcome
-from fecontact.solvers.problem import Status
+from fecontact.solvers.problem import Outcome, Status
 from fecontact.solvers.scaling import SMALLEST, ScaledProblem
 
 CLOSED = 1e-12

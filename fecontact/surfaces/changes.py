@@ -6,7 +6,7 @@ import numpy as np
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.mesh.facets import facet_integrals
-from fecontact.mesh.shells import rims
+from fecontact.mesh.orient import rims
 from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.surfaces.facet_surface import FacetSurface
 

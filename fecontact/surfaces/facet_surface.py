@@ -21,8 +21,7 @@ from fecontact.mesh.facets import triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.section_mesh import Extent
 from fecontact.mesh.surface_mesh import averaged_normals
-from fecontact.surfaces.closest_point import FacetPolynomials, facet_polynomials, shapes_at
-from fecontact.surfaces.flat_facets import FlatFacets
+from fecontact.surfaces.closest_point import FacetPolynomials, FlatFacets, facet_polynomials, shapes_at
 from fecontact.surfaces.surface_ties import SurfaceTies, surface_ties
 
 T = TypeVar("T")

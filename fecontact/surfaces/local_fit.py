@@ -145,7 +145,7 @@ def local_fits(points: Array, facets: IntArray, wanted: IntArray) -> LocalFits:
 
     Examples
     --------
-    >>> from fecontact.mesh.structured import lattice
+    >>> from fecontact.mesh.shapes import lattice
     >>> mesh = lattice((6, 6, 1), (None,) * 5 + ("top",), "hex8").mapped(lambda x: x + [-3, -3, 9.0])
     >>> points = 10 * mesh.points / np.linalg.norm(mesh.points, axis=1)[:, None]  # onto a sphere
     >>> fits = local_fits(points, mesh.face_nodes(mesh.faces("top")), np.array([97]))

@@ -4,19 +4,35 @@ The normal of a facet is discontinuous at its sides. A line of action needs a co
 over the facets round each node, are interpolated like positions. On an edge (`SHARPEST`) the normal is not unique:
 facets keep their own there. At the rim half of a node's neighbourhood is missing and the average is inclined, which
 matters on planes of symmetry only: there the normal is projected onto the plane.
+
+Lines of action: where a line between the normals of both surfaces meets the master.
+
+A pair of points x on the slave and y on the master has one line of action, on which both lie,
+
+    x = y + d m,    m = share n1 + (1 - share) n2(y),    share = c2 / (c1 + c2),
+
+with n2 the master's outward normal at y, n1 the slave's at x reversed, and c = 1 / E* the compliance of either body:
+between equal bodies the mean of both normals, against a rigid body the rigid body's normal. Forces along it are
+collinear, so moments balance too, and the result does not depend on the choice of slave: mirror images are in contact
+along the normal of the plane between them. The three equations are solved for y's coordinates and d by Newton's method
+from the nearest point, with normals that are continuous over facets' sides (`surfaces.normals`).
+
+Where no such point exists (the line misses the master at its rim or an edge, or the surfaces do not face each other)
+the closest point and the line to it are used.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.facets import facet_nodes
 from fecontact.mesh.surface_mesh import averaged_normals
-from fecontact.surfaces.closest_point import FacetPolynomials, facet_polynomials
-from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.closest_point import BLOCK, FacetPolynomials, cross, dot, facet_polynomials, first_derivatives
+from fecontact.surfaces.facet_surface import BESIDE, FacetSurface, Projection, Surface
 
 #: Largest angle (degrees) between the average at a node and the normal of a facet there, so that a polygon of eight
 #: sides counts as round and an edge of 50 degrees as an edge.
@@ -107,3 +123,177 @@ def _within(surface: FacetSurface, nodal: Array, nodes: IntArray, across: Array)
     out = nodal.copy()
     out[held] = inside / np.linalg.norm(inside, axis=1, keepdims=True)
     return out
+
+
+#: Cosine between both normals (one reversed) below which surfaces do not face each other: the master's normal is used.
+FACING = 0.2
+#: Extension of a facet beyond its sides.
+SLACK = 0.5
+#: Largest number of Newton steps; three or four suffice for small gaps.
+MOST_STEPS = 15
+#: Step in a facet's coordinates at convergence: the remaining error is of the order of its square.
+SETTLED = 1e-8
+#: Largest number of facets tried in turn.
+MOST_FACETS = 4
+
+
+def project_along(
+    master: Surface, points: Array, normals: Array, share: float, nearest: Projection | None = None
+) -> Projection:
+    """Projection of points (n, 3) of the slave along lines between both normals.
+
+    Parameters
+    ----------
+    master : Surface
+        One without facets is rigid; its own normal is used.
+    points : (n, 3) array
+        In the master's axes.
+    normals : (n, 3) array
+        The slave's unit normals there, reversed so that they point out of the master; zero where there is none.
+    share : float
+        Weight of the slave's normal, between 0 and 1.
+    nearest : Projection, optional
+        The closest points, if they are known.
+    """
+    nearest = master.project(points) if nearest is None else nearest
+    if share == 0 or not isinstance(master, FacetSurface):
+        return nearest
+    assert nearest.facet is not None
+    assert nearest.local is not None
+    surface = master.spatial
+    facet, local = nearest.facet.copy(), nearest.local.copy()
+    found = np.zeros(len(points), bool)
+    rows = np.arange(len(points))
+    for _ in range(MOST_FACETS):
+        place, met = meet(surface, facet[rows], local[rows], points[rows], normals[rows], share)
+        on = met & _on_facet(surface, facet[rows], place)
+        found[rows[on]] = True
+        local[rows[on]] = place[on]
+        rows, place = rows[~on], place[~on]
+        if len(rows) == 0:
+            break
+        # the line met the facet's extension: the facet below that point is tried next
+        landing = surface.evaluate(facet[rows], place)[0]
+        below = surface.project(landing, n_near=1)
+        assert below.facet is not None
+        assert below.local is not None
+        other = (below.facet != facet[rows]) & ~below.outside
+        rows = rows[other]
+        facet[rows], local[rows] = below.facet[other], below.local[other]
+    facet, local = np.where(found, facet, nearest.facet), np.where(found[:, None], local, nearest.local)
+    along = projection_at(master, facet, local, points, normals, share)
+    return replace(
+        along,
+        normals=np.where(found[:, None], along.normals, nearest.normals),
+        gap=np.where(found, along.gap, nearest.gap),
+        outside=~found & nearest.outside,
+    )
+
+
+def projection_at(
+    master: FacetSurface, facet: IntArray, local: Array, points: Array, normals: Array, share: float
+) -> Projection:
+    """Projection with known facets (n,) and coordinates (n, 2), on the lines of points (n, 3)."""
+    x, _, N = master.evaluate(facet, local)
+    lines = share * normals + (1 - share) * normals_of(master).at(facet, local)
+    length = np.linalg.norm(lines, axis=1, keepdims=True)
+    lines = np.divide(lines, length, out=lines, where=length > 0)
+    gap = np.einsum("ni,ni->n", points - x, lines)
+    columns = master.facets[facet]
+    pointer = np.arange(0, columns.size + 1, columns.shape[1])
+    weights = sp.csr_matrix((N.ravel(), columns.ravel(), pointer), shape=(len(points), len(master.points)))
+    return Projection(x, lines, gap, np.zeros(len(points), bool), weights, facet, local, master.name)
+
+
+def _on_facet(surface: FacetSurface, facet: IntArray, local: Array) -> Mask:
+    """Whether coordinates (n, 2) lie on facets (n,)."""
+    most = np.where(surface.triangle[facet], local.sum(axis=1), local.max(axis=1))
+    return np.asarray((local.min(axis=1) >= -BESIDE) & (most <= 1 + BESIDE))
+
+
+def meet(
+    surface: FacetSurface,
+    facet: IntArray,
+    local: Array,
+    points: Array,
+    normals: Array,
+    share: float,
+    slack: float = SLACK,
+) -> tuple[Array, Mask]:
+    """Intersection of lines through points (n, 3) with given facets, extended beyond their sides.
+
+    Parameters
+    ----------
+    surface : FacetSurface
+    facet, local : (n,) and (n, 2) arrays
+        Facets, and initial coordinates.
+    points : (n, 3) array
+    normals : (n, 3) array
+        At the points, oriented as the surface's normals; zero where there is none.
+    share : float
+        Weight of `normals`; the surface's own have weight 1 - share.
+    slack : float
+        Extension of the facets beyond their sides.
+
+    Returns
+    -------
+    local : (n, 2) array
+    met : (n,) bool array
+    """
+    out, met = np.empty((len(points), 2)), np.empty(len(points), bool)
+    for first in range(0, len(points), BLOCK):
+        part = slice(first, first + BLOCK)
+        out[part], met[part] = _met(surface, facet[part], local[part], points[part], normals[part], share, slack)
+    return out, met
+
+
+def _met(
+    surface: FacetSurface,
+    facet: IntArray,
+    local: Array,
+    points: Array,
+    normals: Array,
+    share: float,
+    slack: float,
+) -> tuple[Array, Mask]:
+    """`meet` for one block of points."""
+    field = normals_of(surface).field.relative_to(facet, np.zeros_like(points)) * (1 - share)
+    field[0, 0] += share * normals.T
+    polynomials = np.concatenate([surface.polynomials.relative_to(facet, points), field], axis=2)
+    local, met = np.clip(local, -slack, 1 + slack).T.copy(), np.zeros(len(points), bool)
+    active = np.flatnonzero(_facing(surface, facet, local.T, normals))
+    polynomials = polynomials[..., active]
+    only_triangles = surface.polynomials.only_triangles
+    d: Array | None = None
+    for _ in range(MOST_STEPS if len(active) else 0):
+        before = local[:, active]
+        value, along_s, along_t = first_derivatives(polynomials, before[0], before[1], only_triangles)
+        r, m = value[:3], value[3:]
+        d = -dot(r, m) / dot(m, m) if d is None else d
+        F, a, b = r + d * m, along_s[:3] + d * along_s[3:], along_t[:3] + d * along_t[3:]
+        b_m = cross(b, m)
+        det = dot(a, b_m)
+        # beyond a centre of curvature the lines have crossed
+        forward = det > 0
+        det = np.where(forward, det, np.inf)
+        step = -np.stack([dot(F, b_m), dot(F, cross(m, a))]) / det
+        d = d - dot(F, cross(a, b)) / det
+        after = np.clip(before + np.clip(step, -1.0, 1.0), -slack, 1 + slack)
+        local[:, active] = after
+        small = forward & (np.abs(step).max(axis=0) <= SETTLED)
+        met[active[small]] = True
+        left = np.flatnonzero(forward & ~small & (after != before).any(axis=0))
+        if len(left) == 0:
+            break
+        if len(left) < len(active):
+            active, polynomials, d = active[left], polynomials[..., left], d[left]
+    out = np.ascontiguousarray(local.T)
+    met[met] = _facing(surface, facet[met], out[met], normals[met])
+    return out, met
+
+
+def _facing(surface: FacetSurface, facet: IntArray, local: Array, normals: Array) -> Mask:
+    """Mask of normals (n, 3) oriented as the surface's; True for zero ones."""
+    own = normals_of(surface).at(facet, local)
+    cosine = np.einsum("ni,ni->n", own, normals)
+    return np.asarray((cosine >= FACING * np.linalg.norm(own, axis=1)) | ~normals.any(axis=1))

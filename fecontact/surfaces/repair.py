@@ -10,15 +10,13 @@ from fecontact.common.arguments import file_path
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import positive, whole
 from fecontact.common.errors import InputError
-from fecontact.mesh.fairing import smoothed
-from fecontact.mesh.gmsh_session import Sizes
-from fecontact.mesh.mending import without_holes, without_slivers
+from fecontact.mesh.gmsh import Sizes, facets_of_size
+from fecontact.mesh.mending import smoothed, without_holes, without_slivers
 from fecontact.mesh.read_surface import READERS, cut_facets, read_polygons
-from fecontact.mesh.remeshing import facets_of_size
 from fecontact.mesh.surface_mesh import SurfaceMesh, joined, welded
 from fecontact.surfaces.changes import changed, triangulated
 from fecontact.surfaces.facet_surface import FacetSurface
-from fecontact.surfaces.smooth_fit import fitted_facets
+from fecontact.surfaces.smooth import fitted_facets
 
 
 def repair_surface(

@@ -17,18 +17,16 @@ from fecontact.common.arguments import file_path
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import lengths
 from fecontact.common.errors import MeshError
-from fecontact.mesh.cad import mesh_cad
 from fecontact.mesh.check import check_cells
-from fecontact.mesh.gmsh_session import Sizes
+from fecontact.mesh.gmsh import Sizes, mesh_cad, tetrahedra_within
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.orient import Shells, shells_of
 from fecontact.mesh.placement import Placement, placed
 from fecontact.mesh.read_surface import READERS, read_surface
-from fecontact.mesh.remeshing import tetrahedra_within
-from fecontact.mesh.shells import Shells, shells_of
 from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.mesh.tet_to_hex import divided
 from fecontact.surfaces.changes import changed, distance, enclosed_volume, triangulated
-from fecontact.surfaces.smooth_fit import fitted_facets
+from fecontact.surfaces.smooth import fitted_facets
 
 #: Error of the volume, and distance from the surface over its size, up to which a mesh is not made finer.
 CLOSE = 0.01

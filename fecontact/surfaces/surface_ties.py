@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.mesh.entities import edge_keys, found
+from fecontact.mesh.facets import edge_keys, found
 from fecontact.mesh.hanging_nodes import HangingNodes
 
 

@@ -24,7 +24,7 @@ from fecontact.mesh import pick, section_shapes
 from fecontact.mesh.grading import RingGrading, geometric
 from fecontact.mesh.kinds import KINDS
 from fecontact.mesh.mesh import Mesh, merge
-from fecontact.mesh.ring_mesh import disc, right_handed
+from fecontact.mesh.shapes import disc, right_handed
 from fecontact.surfaces import Cylinder, Paraboloid
 
 UNIT = fc.Material(E=1.0, nu=0.0)

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import fecontact as fc
-from fecontact.common.figure import save_figure
+from fecontact.common.files import save_figure
 
 RADIUS, FORCE = 250.0, 7124.0  # mm, N
 STEEL = fc.Material(E=2.0e5, nu=0.3)

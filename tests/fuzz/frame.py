@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
-from fecontact.mesh.element.hexahedron import FACES
+from fecontact.mesh.element import FACES
 from fecontact.mesh.refine import refined
 
 

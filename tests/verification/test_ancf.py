@@ -16,7 +16,7 @@ from fecontact.app.spheres.spheres import solve_spheres
 from fecontact.fem.factor import condense
 from fecontact.fem.model import Model
 from fecontact.fem.stiffness import batches
-from fecontact.mesh.element.hexahedron import quad_shapes
+from fecontact.mesh.element import quad_shapes
 from fecontact.surfaces.facet_surface import FacetSurface
 
 

@@ -13,7 +13,7 @@ from fecontact.app.spheres.spheres import solve_spheres
 from fecontact.common.arrays import Array
 from fecontact.surfaces import Paraboloid
 from fecontact.surfaces.facet_surface import Projection
-from fecontact.surfaces.rigid.indenter import Indenter
+from fecontact.surfaces.rigid.shapes import Indenter
 
 SOLID = fc.Material(E=1.0, nu=0.3)
 MODULUS = SOLID.plane_strain_modulus

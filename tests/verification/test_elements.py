@@ -13,7 +13,7 @@ from fecontact.fem.loads import body_force, surface_traction
 from fecontact.fem.stiffness import batches
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 from fecontact.mesh.check import check_mesh
-from fecontact.mesh.element.degenerate import element_basis
+from fecontact.mesh.element import element_basis
 from fecontact.mesh.shapes import lattice
 
 STEEL = fc.Material(E=210e3, nu=0.3)

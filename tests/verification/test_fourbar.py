@@ -5,8 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fecontact import InputError
-from fecontact.app.slender.fourbar import GRAVITY, LINKAGE, MOMENT, REFINED, START, drive
-from fecontact.app.slender.linkage import Linkage
+from fecontact.app.slender.fourbar import GRAVITY, LINKAGE, MOMENT, REFINED, START, Linkage, drive
 
 
 def test_rigid_linkage(row):

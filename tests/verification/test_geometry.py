@@ -7,7 +7,7 @@ from references import pin_in_hole
 
 import fecontact as fc
 from fecontact import extrude, merge
-from fecontact.mesh.structured import lattice
+from fecontact.mesh.shapes import lattice
 
 SOFT, STEEL = fc.Material(E=1.0, nu=0.3), fc.Material(E=210e3, nu=0.3)
 RADIUS, CONTACT = 10.0, 0.5

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.analytic.layer_contact import paraboloid
+from fecontact.analytic.layer import paraboloid
 
 UPSIDE_DOWN = fc.rotation_about((1, 0, 0), math.pi)
 #: p0 R / (E* a) of the table of the thin bonded layer (Lebedev & Ufliand 1958), by a/b and Poisson's ratio.

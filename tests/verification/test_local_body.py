@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.analytic import layer_contact
+from fecontact.analytic import layer as layers
 from fecontact.app.spheres.spheres import Spheres, solve_spheres
 from fecontact.bodies.local import remainder
 from fecontact.mesh.shapes import Level
@@ -28,10 +28,10 @@ def quarter_of_a_layer(material):
 def test_bonded_layer(ratio, nu, row):
     """A paraboloid on a bonded layer, 9300 dofs, 512 cells along the window.
 
-    Source: the layer's integral equation (`analytic.layer_contact`).
+    Source: the layer's integral equation (`analytic.layer`).
     """
     material = fc.Material(E=1.0, nu=nu)
-    exact = layer_contact.paraboloid(radius=1.0, thickness=1.0, material=material, a=ratio)
+    exact = layers.paraboloid(radius=1.0, thickness=1.0, material=material, a=ratio)
     local = fc.LocalBody(quarter_of_a_layer(material), at=(0, 0, 1), window=2.3 * exact.a, shape=(512, 512))
     ball = fc.RigidBody(Paraboloid(1.0), pose=fc.Pose(translation=(0, 0, 1)))
     scene = fc.Scene([local, ball], [fc.Contact(local, ball)])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.analytic import layer_contact
+from fecontact.analytic import layer as layers
 from fecontact.app.spheres.spheres import Spheres, solve_spheres
 from fecontact.fem.stress import von_mises
 from fecontact.mesh.shapes import Level
@@ -69,7 +69,7 @@ def test_bonded_layer(nu, most, mean, row):
     Source: transforms of a layer on a rigid base under the pressures on it (`HalfSpaceContact.stress`).
     """
     material, a = fc.Material(E=1.0, nu=nu), 0.5
-    exact = layer_contact.paraboloid(radius=1.0, thickness=1.0, material=material, a=a)
+    exact = layers.paraboloid(radius=1.0, thickness=1.0, material=material, a=a)
     along = np.array([0, 0.3, 0.6, 0.9, 1.2, 1.5, 1.9, 2.4, 3, 4, 6.0])
     mesh = fc.shapes.block((6.0, 6.0, 1.0), (along, along, np.linspace(0, 1, 7)))
     body = fc.ElasticBody(mesh, material, supports={"bottom": "xyz", "x_min": "x", "y_min": "y"})

@@ -6,7 +6,8 @@ import pytest
 import fecontact as fc
 from fecontact.app.spheres.spheres import Spheres, solve_spheres
 from fecontact.bodies.local import body as local_body
-from fecontact.bodies.local import remainder, sources
+from fecontact.bodies.local import remainder
+from fecontact.bodies.local import window as windows
 from fecontact.mesh.shapes import Level
 
 #: A section with 60 faces across the contact and 40 rings beyond: levels 1 to 5 are within 0.05 % of it in approach.
@@ -16,16 +17,16 @@ RATIO = 0.2
 
 def _straight(loads):
     """Loads on the same tangent planes of a face without curvature."""
-    return tuple(sources.FaceLoads(load.places, load.normals, load.forces) for load in loads)
+    return tuple(windows.FaceLoads(load.places, load.normals, load.forces) for load in loads)
 
 
 def _without(part, monkeypatch):
     if part == "slopes":
         monkeypatch.setattr(local_body, "inclined", lambda window, material: iter(()))
     if part == "curvature":
-        made = sources.sources
+        made = windows.sources
         monkeypatch.setattr(remainder, "sources", lambda window, order: _straight(made(window, order)))
-        for module in (local_body, sources):
+        for module in (local_body, windows):
             monkeypatch.setattr(module, "principal", lambda window: np.zeros(2))
 
 

@@ -8,7 +8,7 @@ import fecontact as fc
 from fecontact import Mesh, merge
 from fecontact.fem.loads import body_force
 from fecontact.fem.stress import gauss_strain, hooke
-from fecontact.mesh.element.hexahedron import CORNERS, EDGES
+from fecontact.mesh.element import CORNERS, EDGES
 
 ELASTIC = fc.Material(E=1.0, nu=0.3)
 # condition numbers of some 1e3 in the condensed problem, times a few units of rounding

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.mesh.structured import lattice
+from fecontact.mesh.shapes import lattice
 
 SOFT = fc.Material(E=1.0, nu=0.3)
 #: Points of a facet at which distances are taken.

@@ -23,8 +23,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.ancf.member import Drawing
-from fecontact.ancf.slender.axis import axes_of
-from fecontact.ancf.slender.nodal import BETWEEN, Nodal
+from fecontact.ancf.slender.structure import BETWEEN, Nodal, axes_of
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, lengths
 from fecontact.common.errors import InputError

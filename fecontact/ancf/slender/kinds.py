@@ -21,10 +21,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.ancf.slender import shapes
-from fecontact.ancf.slender.axis import axes_of, axis_of
 from fecontact.ancf.slender.shapes import Shape
 from fecontact.ancf.slender.strains import LineCurvature, Measure, Products, Stretch, SurfaceCurvature, green_lagrange
-from fecontact.ancf.slender.structure import Part, Structure
+from fecontact.ancf.slender.structure import Part, Structure, axes_of, axis_of
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, lengths
 from fecontact.common.errors import InputError

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter
 
 from fecontact.app.compare.table import Row, curves, error_of, order
 from fecontact.common.errors import InputError
-from fecontact.common.figure import save_figure
+from fecontact.common.files import save_figure
 
 MARKERS = "osD^vP*X<>hp"
 AXES = (("seconds", "processor time [s]"), ("dofs", "degrees of freedom"))

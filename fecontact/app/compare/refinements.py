@@ -18,8 +18,8 @@ from fecontact.app.scene_file.contents import SceneFile
 from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
+from fecontact.common.files import append_row, read_rows
 from fecontact.common.fingerprint import fingerprint
-from fecontact.common.json_lines import append_row, read_rows
 from fecontact.common.stopwatch import peak_memory
 from fecontact.mesh.shapes import LEVELS
 

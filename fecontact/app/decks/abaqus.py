@@ -14,14 +14,22 @@ from pathlib import Path
 
 import numpy as np
 
-from fecontact.app.decks.abaqus_steps import LOADS, Names, StepState, apply, follows_motion, steps_of
-from fecontact.app.decks.abaqus_unused import refuse_heat, unused
+from fecontact.app.decks.abaqus_steps import (
+    LOADS,
+    Names,
+    StepState,
+    apply,
+    follows_motion,
+    refuse_heat,
+    steps_of,
+    unused,
+)
 from fecontact.app.decks.content import DeckContent, DeckPair, Remarks, look_up
 from fecontact.app.decks.materials import hyperelastic, hyperfoam
 from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.mesh.formats.abaqus_keywords import (
+from fecontact.mesh.formats.abaqus_deck import (
     KeywordSection,
     missing_files,
     one_spelling,

@@ -19,8 +19,7 @@ from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.mesh.build import build
-from fecontact.mesh.formats.febio import read_febio
-from fecontact.mesh.formats.febio_tree import MESH_SECTIONS, read_tree
+from fecontact.mesh.formats.febio import MESH_SECTIONS, read_febio, read_tree
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.surface_mesh import SurfaceMesh

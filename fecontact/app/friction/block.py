@@ -14,8 +14,7 @@ from fecontact.bodies import Body, ElasticBody, Plane, RigidBody
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, SupportError
-from fecontact.common.figure import save_figure
-from fecontact.common.files import save_rows
+from fecontact.common.files import save_figure, save_rows
 from fecontact.common.material import Material
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact

@@ -45,7 +45,7 @@ class FrictionStudy(HalfSpaceFigures):
 
     def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Any:
         """Stick, slip and tractions, and curves beside the closed form, see `pictures.plot_study`."""
-        from fecontact.app.friction.pictures import plot_study
+        from fecontact.app.friction.figures import plot_study
         from fecontact.common.units import Units
 
         return plot_study(self, path, Units(length, force, stress))

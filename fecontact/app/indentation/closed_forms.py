@@ -16,7 +16,7 @@ from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.surfaces.rigid.indenter import ClosedForms, Indenter, T
+from fecontact.surfaces.rigid.shapes import ClosedForms, Indenter, T
 
 SINGULAR = 0.8
 """Share of the radius of a punch or a cone within which pressures are compared; they are singular at it, or at 0."""

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from fecontact.app.indentation.closed_forms import Wave
-from fecontact.app.indentation.indentation import Curve, Indentation, curve, indent
+from fecontact.app.indentation.indentation import Curve, Ground, Indentation, IndentationLoad, curve, indent
 from fecontact.app.indentation.options import OWN
-from fecontact.app.indentation.setup import Ground, IndentationLoad
 from fecontact.bodies import Layer, Sphere
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.common.errors import InputError

@@ -11,7 +11,7 @@ from fecontact.common.arguments import instance
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.mesh.extrude import Thickness, extrude
+from fecontact.mesh.layer import Thickness, extrude
 from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.surfaces.facet_surface import FacetSurface
 

@@ -23,7 +23,7 @@ from fecontact.common.material import Material
 from fecontact.common.one_line import one_line
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
-from fecontact.mesh.extrude import Thickness
+from fecontact.mesh.layer import Thickness
 from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.results.case_table import CaseTable
 from fecontact.results.dividing_plane import DividingPlane

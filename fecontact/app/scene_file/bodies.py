@@ -12,6 +12,7 @@ import numpy as np
 
 from fecontact import surfaces
 from fecontact.app.scene_file.meshes import (
+    SHAPES,
     Arguments,
     arguments_of,
     check_name,
@@ -23,7 +24,6 @@ from fecontact.app.scene_file.meshes import (
     section_of,
     shape_of,
 )
-from fecontact.app.scene_file.sections import SHAPES
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
 from fecontact.bodies import (
     AxisymmetricBody,

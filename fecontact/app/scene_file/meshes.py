@@ -1,7 +1,11 @@
-"""Meshes of a scene file: from a file, a shape or a layer extruded from a surface, with further boundaries."""
+"""Meshes of a scene file: from a file, a shape or a layer extruded from a surface, with further boundaries.
+
+Sections of a scene file: the shapes of plane and axisymmetric bodies.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial, reduce
 from pathlib import Path
@@ -10,11 +14,13 @@ from typing import Any
 from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
 from fecontact.bodies.elastic import elastic_among
 from fecontact.mesh import pick, shapes
-from fecontact.mesh.extrude import extrude
+from fecontact.mesh import section_shapes as sections
+from fecontact.mesh.layer import extrude
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.pick import Pick
 from fecontact.mesh.read_section import read_section
 from fecontact.mesh.read_surface import read_surface
+from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.surfaces.repair import repair_surface
 from fecontact.surfaces.solid import mesh_solid
@@ -276,3 +282,29 @@ def check_name(table: Table, key: str, name: str, known: Mapping[str, Any], what
     """Record a fault if a mesh does not have a name."""
     if name not in known:
         table.fault(key, f"the mesh has no {what} {name!r}{did_you_mean(name, known)}; there are: {listed(known)}.")
+
+
+def _cap(radius: float = math.inf, **given: Any) -> SectionMesh:
+    """A cap, flat unless it has a radius."""
+    return sections.cap(radius, **given)
+
+
+_ELEMENT = choice(tuple(sections.ELEMENTS))
+_GRADED: Arguments = {"level": integer, "element": _ELEMENT}
+
+SHAPES: dict[str, tuple[Callable[..., SectionMesh], Arguments]] = {
+    "rectangle": (
+        sections.rectangle,
+        {"size!": numbers(2), "divisions!": divisions(2), "start": number, "element": _ELEMENT},
+    ),
+    "ring": (
+        sections.ring,
+        {"inner!": number, "outer!": number, "height!": number, "divisions!": divisions(2), "element": _ELEMENT},
+    ),
+    "annulus": (
+        sections.annulus,
+        {"inner!": number, "outer!": number, "divisions": divisions(2), "element": _ELEMENT},
+    ),
+    "cap": (_cap, {"radius": number, "extent!": number, "depth!": number, "contact_radius!": number, **_GRADED}),
+    "half_disc": (sections.half_disc, {"radius!": number, "contact_radius": number, **_GRADED}),
+}

@@ -95,7 +95,7 @@ def _scale(table: Table) -> Any:
 
 
 def _direction(table: Table) -> Any:
-    from fecontact.mesh.renderer import VIEWS
+    from fecontact.mesh.picture import VIEWS
 
     if isinstance(table.values.get("view"), list):
         return table.numbers("view", 2)

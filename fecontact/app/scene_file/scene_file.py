@@ -29,9 +29,9 @@ from fecontact.contact.loads import make_loading
 from fecontact.contact.springs import Spring
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.scene.adaptive import Target
-from fecontact.scene.case_given import parameters_of
 from fecontact.scene.engine import ENGINES
 from fecontact.scene.scene import Scene
+from fecontact.scene.sweep_case import parameters_of
 from fecontact.solvers import available_solvers
 
 

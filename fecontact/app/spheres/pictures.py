@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fecontact.app.spheres.figures import SpheresFigures
-from fecontact.common.figure import save_figure
+from fecontact.common.files import save_figure
 from fecontact.common.units import Units
 from fecontact.results.field_map import FINENESS
 from fecontact.results.pictures.contact_map import draw_field

@@ -14,12 +14,17 @@ import scipy.sparse.csgraph
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.halfspace import inside
-from fecontact.bodies.halfspace.edge import EdgeCells, edge_area, edge_cells, pressed_ends
-from fecontact.bodies.halfspace.files import save_fields
-from fecontact.bodies.halfspace.grid import Grid
-from fecontact.bodies.halfspace.grid_error import grid_error_estimate, peak_of
+from fecontact.bodies.halfspace.grid import Grid, part_of
+from fecontact.bodies.halfspace.grid_error import (
+    EdgeCells,
+    edge_area,
+    edge_cells,
+    grid_error_estimate,
+    peak_of,
+    pressed_ends,
+)
 from fecontact.bodies.halfspace.layered import STRESSED, Layer, thin_layers
-from fecontact.bodies.halfspace.symmetry import part_of
+from fecontact.bodies.halfspace.pictures import save_fields
 from fecontact.bodies.halfspace.validity import validity_warnings
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import number_array, whole

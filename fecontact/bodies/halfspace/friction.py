@@ -16,6 +16,7 @@ import numpy as np
 
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.contact import HalfSpaceContact
+from fecontact.bodies.halfspace.fft import VectorConvolution
 from fecontact.bodies.halfspace.friction_contact import FrictionContact, TangentialReport
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.pressing import Load, normal_residuals, press
@@ -27,7 +28,6 @@ from fecontact.bodies.halfspace.tangential import (
     tangential_compliance,
 )
 from fecontact.bodies.halfspace.tresca import TrescaProblem, onto_discs, solve_nested_tresca, solve_tresca
-from fecontact.bodies.halfspace.vector_fft import VectorConvolution
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, SolverError

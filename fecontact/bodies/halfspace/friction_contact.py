@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.halfspace import inside
 from fecontact.bodies.halfspace.contact import HalfSpaceContact
-from fecontact.bodies.halfspace.edge import edge_area, edge_cells
+from fecontact.bodies.halfspace.grid_error import edge_area, edge_cells
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line

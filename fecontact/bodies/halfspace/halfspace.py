@@ -13,10 +13,10 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.halfspace import kernels
-from fecontact.bodies.halfspace.array_module import array_module
 from fecontact.bodies.halfspace.between_cells import overlap_between_cells
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.contact import HalfSpaceContact
+from fecontact.bodies.halfspace.fft import array_module
 from fecontact.bodies.halfspace.friction import CERTIFIED, PressStep
 from fecontact.bodies.halfspace.friction_contact import FrictionContact
 from fecontact.bodies.halfspace.friction_path import FrictionPath, solve_path
@@ -37,7 +37,7 @@ from fecontact.common.material import Material
 from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.surfaces.rigid.heightmap import HeightMap
-from fecontact.surfaces.rigid.indenter import heights_of
+from fecontact.surfaces.rigid.shapes import heights_of
 
 C = TypeVar("C", bound=HalfSpaceContact)
 

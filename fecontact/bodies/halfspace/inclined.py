@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fecontact.analytic import curved_kernel
 from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
-from fecontact.bodies.halfspace.symmetry import Even
+from fecontact.bodies.halfspace.grid import Even
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.material import Material
 

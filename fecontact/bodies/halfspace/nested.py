@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from fecontact.bodies.halfspace.cg import GridIterate, GridProblem, solve_on_grid
 from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
+from fecontact.bodies.halfspace.grid import Even
 from fecontact.bodies.halfspace.smooth import Corrected, Product, Term
-from fecontact.bodies.halfspace.symmetry import Even
 from fecontact.common.arrays import Array, Mask
 
 COARSEST = 24

@@ -12,13 +12,13 @@ from scipy.sparse.linalg import LinearOperator
 from fecontact.bodies.halfspace.cg import GridIterate
 from fecontact.bodies.halfspace.compliance import JointCompliance, SurfaceCompliance
 from fecontact.bodies.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
+from fecontact.bodies.halfspace.grid import Even, even_axes, part_of, unfold
 from fecontact.bodies.halfspace.nested import GridLevel, solve_nested
 from fecontact.bodies.halfspace.smooth import Corrected, Product, Term
-from fecontact.bodies.halfspace.symmetry import Even, even_axes, part_of, unfold
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.solvers import ComplementarityProblem, Status
-from fecontact.solvers.outcome import Outcome
+from fecontact.solvers.problem import Outcome
 
 MOST_CELLS = 3000
 """Cells in a scene's rows up to which the compliance among them is formed as a matrix."""

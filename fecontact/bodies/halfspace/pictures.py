@@ -1,4 +1,7 @@
-"""Pictures of contacts on half-spaces: pressure, gap, displacement, stress inside, and what sticks and slips."""
+"""Pictures of contacts on half-spaces: pressure, gap, displacement, stress inside, and what sticks and slips.
+
+Files of contacts on half-spaces.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,8 @@ from fecontact.bodies.halfspace import inside
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.halfspace.layered import STRESSED, thin_layers
 from fecontact.common.arrays import Array
-from fecontact.common.figure import save_figure
+from fecontact.common.checks import among
+from fecontact.common.files import check_writable, replacing, save_figure, save_json
 from fecontact.common.units import Units
 from fecontact.fem.stress import von_mises
 
@@ -266,3 +270,33 @@ def plot_dragged(contact: Dragged, path: str | Path | None = None, units: Units 
     size = np.hypot(contact.traction[0], contact.traction[1])
     draw_map(right, contact.grid, size, "magma_r", names.after("tangential traction", "stress"), names)
     return save_figure(figure, path)
+
+
+def save_fields(path: str | Path, grid: Grid, fields: Mapping[str, Array], summary: Mapping[str, Any]) -> Path:
+    """Write fields (nx, ny) on the cells of a grid, or a summary; the suffix decides.
+
+    Parameters
+    ----------
+    path : str or Path
+        .json (the summary), .csv (one row per cell) or .npz (arrays, with x and y of the cells).
+    grid : Grid
+    fields : mapping of name to (nx, ny) array
+    summary : mapping
+
+    Raises
+    ------
+    InputError
+        For another suffix, or a file that cannot be written.
+    """
+    path = check_writable(path)
+    among("suffix of a file of a half-space", suffix := path.suffix.lower(), (".json", ".csv", ".npz"))
+    if suffix == ".json":
+        return save_json(path, dict(summary))
+    with replacing(path) as file:
+        if suffix == ".npz":
+            np.savez_compressed(file, allow_pickle=False, x=grid.x, y=grid.y, **fields)
+        else:
+            x, y = np.meshgrid(grid.x, grid.y, indexing="ij")
+            table = np.column_stack([x.ravel(), y.ravel(), *(values.ravel() for values in fields.values())])
+            np.savetxt(file, table, "%.17g", ",", header=",".join(["x", "y", *fields]), comments="")
+    return path

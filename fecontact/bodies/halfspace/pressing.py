@@ -13,10 +13,9 @@ from scipy.sparse.linalg import LinearOperator
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
 from fecontact.bodies.halfspace.contact import HalfSpaceContact, SolverReport
 from fecontact.bodies.halfspace.fft import Tally, padded, strips
-from fecontact.bodies.halfspace.grid import Grid
+from fecontact.bodies.halfspace.grid import Even, Grid, even_axes, part_of, unfold
 from fecontact.bodies.halfspace.nested import GridLevel, compliance, solve_level, solve_nested
 from fecontact.bodies.halfspace.smooth import Product
-from fecontact.bodies.halfspace.symmetry import Even, even_axes, part_of, unfold
 from fecontact.common.arguments import flag
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import finite, number_array, share, vector, whole

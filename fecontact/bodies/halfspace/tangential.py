@@ -13,11 +13,10 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from fecontact.bodies.halfspace.cerruti import cerruti
 from fecontact.bodies.halfspace.compliance import SurfaceCompliance
-from fecontact.bodies.halfspace.fft import padded
+from fecontact.bodies.halfspace.fft import Kernels, VectorConvolution, padded
+from fecontact.bodies.halfspace.kernels import cerruti
 from fecontact.bodies.halfspace.layered_shear import check_interfaces, point_difference, waves_difference
-from fecontact.bodies.halfspace.vector_fft import Kernels, VectorConvolution
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 

@@ -18,17 +18,14 @@ from fecontact.bodies.halfspace.halfspace import HalfSpace
 from fecontact.bodies.halfspace.kernels import SELF_TERM_RATIO
 from fecontact.bodies.halfspace.operator import CellModel
 from fecontact.bodies.local.factored import Factored
-from fecontact.bodies.local.interior import NodalFields
 from fecontact.bodies.local.known import Known
 from fecontact.bodies.local.on_mesh import OnMesh
-from fecontact.bodies.local.opposite import half_space_opposite
-from fecontact.bodies.local.placing import facing_window, free_facets, place_window
+from fecontact.bodies.local.placing import Wish, facing_window, free_facets, place_window
+from fecontact.bodies.local.pressed import NodalFields
 from fecontact.bodies.local.remainder import LARGEST_DEFECT, Remainder, surface_weights
-from fecontact.bodies.local.sources import inclined, principal
 from fecontact.bodies.local.stack import material_at
-from fecontact.bodies.local.surface import window_surface
-from fecontact.bodies.local.window import Window
-from fecontact.bodies.local.wish import Wish
+from fecontact.bodies.local.surface import half_space_opposite, window_surface
+from fecontact.bodies.local.window import Window, inclined, principal
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
 from fecontact.common.arguments import text

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fecontact.analytic.hertz_ellipse import ellipse
+from fecontact.analytic.hertz import ellipse
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.surfaces.facet_surface import FacetSurface, Surface
-from fecontact.surfaces.straight_line import STEEPEST, along_line
+from fecontact.surfaces.section_curve import STEEPEST, along_line
 
 SAMPLES = 9
 """Places along a side of the patch in which gaps are fitted by a parabola."""

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.local.dividing import on_divided_mesh
 from fecontact.bodies.local.factored import Factored
-from fecontact.bodies.local.remainder import Remainder, remainder
+from fecontact.bodies.local.remainder import Remainder, on_divided_mesh, remainder
 from fecontact.bodies.local.window import Window
 from fecontact.common.material import Material
 from fecontact.fem.model import Model

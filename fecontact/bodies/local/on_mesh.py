@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.inner_fields import InnerFields
-from fecontact.bodies.local.interior import BelowWindows
+from fecontact.bodies.local.pressed import BelowWindows
 from fecontact.bodies.local.remainder import Remainder
 from fecontact.bodies.outside import Outside
 from fecontact.bodies.placed import Placed

@@ -1,4 +1,7 @@
-"""Where the window of a local body lies: its middle on the surface, its directions, its planes of symmetry."""
+"""Where the window of a local body lies: its middle on the surface, its directions, its planes of symmetry.
+
+What is asked of a window: its middle, its sides, its cells.
+"""
 
 from __future__ import annotations
 
@@ -7,20 +10,21 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.halfspace.grid import Grid
-from fecontact.bodies.halfspace.symmetry import Even
+from fecontact.bodies.halfspace.grid import Even, Grid
 from fecontact.bodies.local.relief import Relief, fit
 from fecontact.bodies.local.window import Window
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
 from fecontact.fem.support import symmetry_planes
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.placement import Placement
 from fecontact.surfaces.facet_surface import FacetSurface, Surface
-from fecontact.surfaces.straight_line import along_line
+from fecontact.surfaces.section_curve import along_line
 
 ON_SURFACE = 0.05
 """Distance from the surface, relative to the window, within which the middle of a window is put on it."""
@@ -303,3 +307,38 @@ def planes_through(body: ElasticBody, point: Array) -> list[Array]:
         if not any(abs(side @ other) > 1 - ALONG for other in found):
             found.append(side / np.linalg.norm(side))
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class Wish:
+    """A window as it is asked for.
+
+    Attributes
+    ----------
+    at : (3,) array or None
+    sides : (float, float) or None
+    shape : (int, int)
+
+    Examples
+    --------
+    >>> Wish.of(None, 2.0, (64, 32)).sides
+    (2.0, 2.0)
+    """
+
+    at: Array | None
+    sides: tuple[float, float] | None
+    shape: tuple[int, int]
+
+    @classmethod
+    def of(cls, at: ArrayLike | None, window: float | tuple[float, float] | None, shape: tuple[int, int]) -> Wish:
+        """From the arguments of a local body.
+
+        Raises
+        ------
+        InputError
+            If they are no point, no lengths or no numbers of cells.
+        """
+        sides = None if window is None else window if isinstance(window, tuple | list) else (window, window)
+        grid = Grid((1.0, 1.0) if sides is None else sides, shape)
+        where = None if at is None else np.asarray(vector("the middle of the window", at, 3), dtype=float)
+        return cls(where, None if sides is None else grid.size, grid.shape)

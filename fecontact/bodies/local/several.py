@@ -2,12 +2,14 @@
 
 A load in one window displaces another one by the fields of the half-space at the load and by the remainder; both are
 smooth there, and are interpolated between the Chebyshev nodes of the two windows.
+
+Contact in several windows of one body: the active sets of all together, each window with its own preconditioner.
 """
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any, cast
@@ -19,10 +21,12 @@ from scipy.spatial import cKDTree
 
 from fecontact.analytic.face_loads import displacements
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.halfspace.operator import DENSE_LIMIT
+from fecontact.bodies.halfspace.cg import GridProblem, solve_on_grid
+from fecontact.bodies.halfspace.fft import Tally
+from fecontact.bodies.halfspace.nested import GridLevel, preconditioner
+from fecontact.bodies.halfspace.operator import DENSE_LIMIT, CellModel
 from fecontact.bodies.local.body import LocalBody, pressures
 from fecontact.bodies.local.factored import Factored
-from fecontact.bodies.local.joint import solve_together
 from fecontact.bodies.local.on_mesh import OnMesh
 from fecontact.bodies.local.remainder import LARGEST_DEFECT, Remainder, surface_weights
 from fecontact.bodies.local.surface import WindowSurface, window_surface
@@ -34,9 +38,87 @@ from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
-from fecontact.solvers import ComplementarityProblem
-from fecontact.solvers.outcome import Outcome
+from fecontact.solvers import ComplementarityProblem, Status
+from fecontact.solvers.problem import Outcome
 from fecontact.surfaces.nodal_weights import components_along
+
+
+@dataclass(frozen=True, eq=False)
+class Products:
+    """A linear function of all cells of all windows, as one row (1, n).
+
+    Attributes
+    ----------
+    function : callable
+        From values (n,) to values (n,).
+    """
+
+    function: Callable[[Array], Array]
+
+    def apply(self, values: Array, out: Array | None = None) -> Array:
+        """Values (1, n) of values (1, n), in `out` if it is given."""
+        out = np.empty_like(values) if out is None else out
+        out[0] = self.function(values[0])
+        return out
+
+
+def solve_together(
+    problem: ComplementarityProblem,
+    cells: IntArray,
+    models: Sequence[CellModel],
+    displacements: Callable[[Array], Array],
+    tolerance: float,
+) -> Outcome:
+    """Solve a problem whose rows are cells of windows, see `bodies.halfspace.cg`.
+
+    Parameters
+    ----------
+    problem : ComplementarityProblem
+    cells : (n,) int array
+        Cell of each row, numbered through all windows.
+    models : sequence of CellModel
+        Of the windows.
+    displacements : callable
+        Displacements of all cells by forces on them.
+    tolerance : float
+    """
+    n = sum(model.n_cells for model in models)
+    allowed, g = np.zeros((1, n), bool), np.zeros((1, n))
+    allowed[0, cells], g[0, cells] = True, problem.g
+    scale = np.abs(problem.B).max(axis=1, initial=0.0)
+    scale[scale == 0] = 1.0
+    rows = np.zeros((problem.m, 1, n))
+    rows[:, 0, cells] = problem.B / scale[:, None]
+    product = Products(displacements)
+    start = allowed if problem.m else allowed & (g < 0)
+    at = solve_on_grid(
+        GridProblem(product, product, Products(_inverse(models)), g, allowed, rows, problem.F / scale),  # type: ignore[arg-type]
+        np.zeros((1, n)),
+        start,
+        tolerance,
+    )
+    status = Status.SOLVED if at.converged else Status.ITERATION_LIMIT
+    told = "solved" if at.converged else "the contact area did not settle"
+    return Outcome(np.maximum(at.p[0, cells], 0.0), at.q / scale, status, told, at.nit, list(at.history))
+
+
+def _inverse(models: Sequence[CellModel]) -> Callable[[Array], Array]:
+    """Approximate forces on all cells by their displacements: each window as if alone and periodic."""
+    inverses = []
+    for model in models:
+        none = np.zeros(model.shape)
+        level = GridLevel(
+            model.body.kernel(), False, none, none > 0, np.zeros((0, *model.shape)), np.zeros(0), model.mirrored
+        )
+        inverses.append(preconditioner(level, level.whole, Tally(4 * model.body.grid.n_cells), None))
+    ends = np.cumsum([model.n_cells for model in models])
+
+    def forces(u: Array) -> Array:
+        parts = zip(np.split(u, ends[:-1]), models, inverses, strict=True)
+        return np.concatenate([(one.apply(v.reshape(m.shape)) * m.body.grid.area).ravel() for v, m, one in parts])
+
+    return forces
+
 
 APART = 0.25
 """Least distance of two windows, relative to the longer side: nearer ones are not smooth to each other."""

@@ -12,8 +12,8 @@ from fecontact.common.arrays import Array
 from fecontact.contact.coupling.nodal import Pairing, nodal_pairing
 from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.surfaces.facet_surface import Projection, Surface
-from fecontact.surfaces.rigid.indenter import heights_of
-from fecontact.surfaces.straight_line import along_line
+from fecontact.surfaces.rigid.shapes import heights_of
+from fecontact.surfaces.section_curve import along_line
 
 UPWARDS = (0.0, 0.0, 1.0)
 """Normal of a half-space in its own axes."""

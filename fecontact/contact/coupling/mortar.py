@@ -23,20 +23,16 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
-from fecontact.contact.coupling.facing import STEEPEST
-from fecontact.contact.coupling.mortar_basis import has_mortar_basis, multiplier_shapes, own_samples
+from fecontact.contact.coupling.mortar_basis import has_mortar_basis, multiplier_shapes, own_samples, tied_multipliers
 from fecontact.contact.coupling.mortar_integrals import Block, Samples, block_of, summed, total_areas
 from fecontact.contact.coupling.nodal import Pairing
-from fecontact.contact.coupling.segments import segment_samples
-from fecontact.contact.coupling.surface_pair import SurfacePair
-from fecontact.contact.coupling.tangent_plane import tangent_plane_maps
-from fecontact.contact.coupling.tied_multipliers import tied_multipliers
+from fecontact.contact.coupling.segments import segment_samples, tangent_plane_maps
+from fecontact.contact.coupling.surface_pair import STEEPEST, SurfacePair
 from fecontact.contact.search.region import SearchRegion
-from fecontact.mesh.element.hexahedron import TRIANGLE_NODES
+from fecontact.mesh.element import TRIANGLE_NODES
 from fecontact.mesh.facets import facet_nodes
 from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface, facets_of, with_nodes
-from fecontact.surfaces.line_of_action import meet, project_along, projection_at
-from fecontact.surfaces.normals import normals_of
+from fecontact.surfaces.normals import meet, normals_of, project_along, projection_at
 
 #: Pairs of facets segmented, sampled and summed in one block, which bounds the memory for samples.
 BLOCK = 3000

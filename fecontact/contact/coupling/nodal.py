@@ -18,8 +18,7 @@ from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.one_line import one_line
 from fecontact.contact.coupling.covered_area import CoveredRim
-from fecontact.contact.coupling.facing import NONE_AVERTED, Averted, unopposed
-from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.contact.coupling.surface_pair import NONE_AVERTED, Averted, SurfacePair, unopposed
 from fecontact.surfaces.facet_surface import FacetSurface, Projection
 from fecontact.surfaces.nodal_weights import components_along, contact_weights, facet_weights
 from fecontact.surfaces.surface_ties import SurfaceTies

@@ -16,10 +16,10 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.mesh.element.hexahedron import QUAD_CORNERS, quad_nodes
+from fecontact.mesh.element import QUAD_CORNERS, quad_nodes
 from fecontact.mesh.facets import facet_centres, facet_shapes
+from fecontact.surfaces.closest_point import bulges
 from fecontact.surfaces.facet_surface import FacetSurface
-from fecontact.surfaces.flat_facets import bulges
 from fecontact.surfaces.normals import normals_of
 
 

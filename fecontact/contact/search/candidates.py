@@ -2,13 +2,24 @@
 
 The cost grows with the candidates, so there should be few. A missing pair that penetrates is found by the certificate
 and added, so the choice affects the time but not the solution.
+
+First candidates of a contact: pairs near enough to touch under the loads, estimated before a solve.
 """
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
+import numpy as np
+from scipy.spatial import cKDTree
+
+from fecontact.bodies.elastic import elastic_among
+from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.contact.interface import Interface
+from fecontact.contact.loads import Loading
+from fecontact.surfaces.facet_surface import FacetSurface
 
 #: Share of the estimated rigid overlap within which pairs are candidates; one half for a Hertz contact.
 MARGIN = 0.72
@@ -90,3 +101,128 @@ def widen(chosen: IntArray, gap: Array) -> IntArray:
     above = gap - gap.min()
     search_radius = max(2 * float(above[chosen].max()), float(np.sort(above)[min(2 * len(chosen), len(gap)) - 1]))
     return np.union1d(chosen, np.flatnonzero(above <= search_radius))
+
+
+#: Share of the elastic displacement up to which gaps, after the predicted motion, make first candidates.
+LIKELY = 0.4
+
+
+@dataclass(frozen=True, eq=False)
+class KnownContact:
+    """Contact of a similar case, such as one on a coarser mesh.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        Contact points, in world axes.
+    active : (n,) bool array
+        Mask of points with force.
+    margin : (n,) array
+        Margin around active points.
+    """
+
+    points: Array
+    active: Mask
+    margin: Array
+
+    def candidates(self, interface: Interface) -> IntArray:
+        """Contact points that may touch: those within the margin of the nearest active one."""
+        tree = cKDTree(self.points[self.active])
+        distance, nearest = tree.query(interface.slave.pose.to_world(interface.pairing.slave_points))
+        return np.flatnonzero(distance <= self.margin[self.active][nearest])
+
+    def touching(self, interface: Interface, chosen: IntArray) -> Mask:
+        """Mask of chosen points nearest to an active one: the first active set."""
+        places = interface.slave.pose.to_world(interface.pairing.slave_points[chosen])
+        return self.active[cKDTree(self.points).query(places)[1]]
+
+
+def first_candidates(interface: Interface, opening: Array, loading: Loading) -> IntArray:
+    """First candidates; with a predicted motion, the condensed points that are near after it."""
+    search_radius, pairing = interface.search_radius, interface.pairing
+    bodies = interface.slave, interface.master
+    first = _likely(bodies, interface.slave_surface, opening, pairing.nodes, pairing.weights, loading)
+    if search_radius is None or search_radius.increment is None or pairing.coupling != "mortar":
+        return first
+    increment = search_radius.increment_in(interface.slave.pose).at(interface.slave_nodes)
+    near = np.flatnonzero(interface.gap + interface.slave_rows @ increment.ravel() <= LIKELY * search_radius.elastic)
+    ready = np.ones(len(near), bool)
+    for body in elastic_among(bodies):
+        rows = interface.rows(body)
+        if rows is not None:
+            ready &= body.model.has_condensed(rows[near])
+    return near[ready] if ready.all() and len(near) >= FEWEST else np.union1d(first, near[ready])
+
+
+def likely_nodes(surfaces: SurfacePair, areas: Array, bodies: tuple[Body, Body], loading: Loading) -> IntArray:
+    """Rows of the slave's nodes that may touch under a load, before anything is paired.
+
+    Parameters
+    ----------
+    surfaces : SurfacePair
+    areas : (n_nodes,) array
+        Of all nodes of the slave.
+    bodies : (Body, Body)
+        Slave and master.
+    loading : Loading
+    """
+    rows = np.flatnonzero(surfaces.facing)
+    if len(rows) == 0:
+        return rows
+    surface, nodes, closest = surfaces.slave, surfaces.nodes[rows], surfaces.closest
+    n = closest.normals[rows]
+    pose = bodies[1].pose
+    ours, theirs = (
+        _prescribed(body, pose.to_world(x[rows]), loading) @ pose.rotation
+        for body, x in zip(bodies, (surfaces.points, closest.points), strict=True)
+    )
+    opening = closest.gap[rows] + np.einsum("ni,ni->n", n, ours - theirs)
+    return rows[_likely(bodies, surface, opening, nodes, areas[nodes], loading)]
+
+
+def _prescribed(body: Body, points: Array, loading: Loading) -> Array:
+    """Displacements (n, 3) of world points (n, 3) of a body by its prescribed rigid motion."""
+    frame = next(f for f in loading.frames if f.body is body)
+    return frame.prescribed[:3] + np.cross(frame.prescribed[3:], points - frame.point)
+
+
+def _likely(
+    bodies: tuple[Body, Body], surface: FacetSurface, opening: Array, nodes: IntArray, areas: Array, loading: Loading
+) -> IntArray:
+    """Candidates (k,) among slave nodes (n,), from gaps after the prescribed motions, areas and size of the loads."""
+    overlap = approach = max(0.0, -float(opening.min()))
+    force = loading.magnitude
+    if force > 0:
+        compliance = sum(1 / b.contact_modulus for b in bodies)
+        if compliance > 0:
+            images = _mirror_images(bodies[0], nodes[[np.argmin(opening)]])
+            along = surface.out_of_plane
+            thickness = None if along is None else along.thickness
+            scale = approach_for_load(
+                opening - opening.min(), images * areas, 1 / compliance, images * force, thickness
+            )
+            approach = max(approach, scale)
+    layer = approach == overlap > 0 and _is_layer(bodies, surface, opening, nodes, areas)
+    return choose(opening, approach, layer)
+
+
+def _is_layer(bodies: tuple[Body, Body], surface: FacetSurface, opening: Array, nodes: IntArray, areas: Array) -> bool:
+    """Whether the overlap of undeformed surfaces has a larger radius than the softer body is thick below it."""
+    soft = max(
+        (b for b in elastic_among(bodies) if not b.mesh.is_flat), key=lambda b: 1 / b.contact_modulus, default=None
+    )
+    if soft is None:
+        return False
+    nearest = nodes[[np.argmin(opening)]]
+    normal = surface.mean_normals[nearest[0]] @ bodies[0].pose.rotation.T @ soft.pose.rotation
+    area = _mirror_images(bodies[0], nearest) * float(areas[opening < 0].sum())
+    return area > np.pi * float(np.ptp(soft.mesh.points @ normal)) ** 2
+
+
+def _mirror_images(slave: Body, nearest: IntArray) -> int:
+    """Estimated ratio of the whole to the modelled part, to relate the load to the area.
+
+    A boundary held in one component only through the point nearest contact counts as a plane of symmetry. A wrong
+    estimate costs time but not accuracy.
+    """
+    return 2 ** slave.planes_through(nearest)

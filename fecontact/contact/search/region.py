@@ -9,20 +9,28 @@ an axis, n_i . r is no less than b_i = |r| cos(angle to the axis + half angle of
 smaller b. Where that is negative, division by |v| < 1 lowers it: |v| >= cos(half the angle between n1 and n2), with the
 angle bounded by the cones and by the limit for lines between normals. So if d + min n . r - e - f > 0 for all facets of
 the master, no linearised gap of the part closes. Parts that start inside are always paired.
+
+Search radius of a contact, and facets in which near parts can be paired.
+
+A rough gap is the offset of a facet's centre from the nearest facet of the other surface along that one's normal. It
+serves to condense models onto enough nodes at once; what it misses is found when the surfaces are paired.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.bodies.elastic import elastic_among
+from fecontact.bodies.pose import Pose
+from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.search.bounding import Bounds, Cones, bounds_of, cones_of, parts_of
-from fecontact.surfaces.facet_surface import FacetSurface
-from fecontact.surfaces.line_of_action import FACING
+from fecontact.surfaces.facet_surface import FacetSurface, facets_of
+from fecontact.surfaces.normals import FACING
 
 #: Rings of facets paired round those within the search radius, so that multipliers there are complete and a sliver at a
 #: rim finds the multiplier that it joins.
@@ -288,3 +296,48 @@ def with_rings(surface: FacetSurface, chosen: Mask, rings: int) -> Mask:
         touched[surface.facets[chosen]] = True
         chosen = np.asarray(touched[surface.facets].any(axis=1))
     return chosen
+
+
+@dataclass(frozen=True, eq=False)
+class SearchRadius:
+    """Search radius of a contact.
+
+    Attributes
+    ----------
+    distance : float
+        Radius within which points are paired to choose the coupling, without the predicted motion.
+    elastic : float
+        Displacement of both sides together beyond the predicted motion, for mortar coupling.
+    increment : RigidIncrement, optional
+        Predicted rigid motion of one side relative to the other, in world axes; None if unknown.
+    """
+
+    distance: float
+    elastic: float
+    increment: RigidIncrement | None = None
+
+    def turned_over(self) -> SearchRadius:
+        """The same with swapped sides of the contact."""
+        if self.increment is None:
+            return self
+        return replace(self, increment=RigidIncrement(-self.increment.shift, -self.increment.turn))
+
+    def increment_in(self, pose: Pose) -> RigidIncrement:
+        """The predicted motion in the axes of a body."""
+        assert self.increment is not None
+        return in_axes(self.increment, pose)
+
+
+def plain_facets(bodies: Sequence[Body], names: Sequence[str]) -> list[FacetSurface] | None:
+    """Surfaces of a contact if near parts of them can be paired: facets of two elastic bodies, nodes as usual."""
+    surfaces = [facets_of(b.surface(name)) for b, name in zip(bodies, names, strict=True)]
+    if len(elastic_among(bodies)) < 2:
+        return None
+    facets = [s for s in surfaces if s is not None and s.is_divisible]
+    return facets if len(facets) == 2 else None
+
+
+def in_axes(increment: RigidIncrement, pose: Pose) -> RigidIncrement:
+    """A rigid increment in world axes, transformed to those of a body."""
+    R, t = pose.rotation, pose.translation
+    return RigidIncrement((increment.shift + np.cross(increment.turn, t)) @ R, increment.turn @ R)

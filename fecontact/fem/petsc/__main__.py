@@ -22,8 +22,8 @@ from petsc4py import PETSc
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.fem.constrained_cg import Held, constrained_cg
-from fecontact.fem.petsc.messages import Message, receive, send
-from fecontact.fem.petsc.shared_cells import Cells, block_rows
+from fecontact.fem.petsc.job import Message, receive, send
+from fecontact.fem.petsc.parts import Cells, block_rows
 
 WORLD = PETSc.COMM_WORLD
 #: Options of the preconditioner where PETSC_OPTIONS has none.

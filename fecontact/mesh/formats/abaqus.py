@@ -20,17 +20,15 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.formats.abaqus_deck import (
     Deck,
+    KeywordSection,
     joined_numbers,
     labelled_faces,
     listed,
     member_and_label,
-    nodes_of,
-    read_deck,
-)
-from fecontact.mesh.formats.abaqus_keywords import (
-    KeywordSection,
     missing_files,
+    nodes_of,
     one_spelling,
+    read_deck,
     read_sections,
     refuse_generated,
 )

@@ -12,7 +12,7 @@ from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.error_estimate import LARGEST_ERROR, ErrorEstimate, percent
-from fecontact.contact.coupling.facing import STEEPEST, opposition
+from fecontact.contact.coupling.surface_pair import STEEPEST, opposition
 from fecontact.contact.search.region import with_rings
 from fecontact.results.checks.rims import node_sizes
 from fecontact.results.contact_fields import ContactFields

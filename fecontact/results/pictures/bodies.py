@@ -20,12 +20,9 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, finite, vector, whole
 from fecontact.common.errors import InputError, MissingPackageError
 from fecontact.common.errors import shown as shown_value
-from fecontact.common.figure import save_figure
-from fecontact.common.files import check_writable
-from fecontact.mesh.picture import PIXELS, framed
-from fecontact.mesh.renderer import Camera, draw_facets, subdivided
-from fecontact.results.pictures.rigid_patches import rigid_patches
-from fecontact.results.pictures.solids import COMPONENTS, Solid, chosen, solids_of_result
+from fecontact.common.files import check_writable, save_figure
+from fecontact.mesh.picture import PIXELS, Camera, draw_facets, framed, subdivided
+from fecontact.results.pictures.solids import COMPONENTS, Solid, chosen, rigid_patches, solids_of_result
 from fecontact.results.solved_scene import SolvedScene
 
 #: Fields of every result; vectors and tensors also by component.

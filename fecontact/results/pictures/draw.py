@@ -15,10 +15,11 @@ from fecontact.common.arguments import flag, items, known_options, text
 from fecontact.common.checks import among, positive, whole
 from fecontact.common.directions import Directions
 from fecontact.common.errors import InputError
-from fecontact.common.figure import save_figure
+from fecontact.common.files import save_figure
 from fecontact.common.units import Units
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.field_map import FIELDS, scale_top
+from fecontact.results.pictures.case_pictures import draw_convergence
 from fecontact.results.pictures.contact_map import (
     draw_field,
     draw_friction,
@@ -26,7 +27,6 @@ from fecontact.results.pictures.contact_map import (
     draw_sensels,
     map_window,
 )
-from fecontact.results.pictures.convergence import draw_convergence
 from fecontact.results.pictures.map_projection import map_of
 from fecontact.results.pictures.section_curve import draw_curve
 from fecontact.results.solved_scene import SolvedScene

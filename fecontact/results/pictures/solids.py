@@ -1,4 +1,7 @@
-"""Bodies of a result or a VTU file for pictures: meshes and fields, selection and cuts."""
+"""Bodies of a result or a VTU file for pictures: meshes and fields, selection and cuts.
+
+Patches of rigid surfaces near contacts, for pictures.
+"""
 
 from __future__ import annotations
 
@@ -12,15 +15,16 @@ from typing import ClassVar
 
 import numpy as np
 
+from fecontact.bodies.protocol import Body
 from fecontact.common.arguments import text, texts
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.fem.stress import VOIGT
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh, counter_clockwise
-from fecontact.results.files import body_fields
+from fecontact.results.contact_fields import ContactFields
+from fecontact.results.files import body_fields, window_patches
 from fecontact.results.solved_scene import SolvedScene
-from fecontact.results.window_patches import window_patches
 
 COMPONENTS = {3: ("x", "y", "z"), 6: VOIGT}
 #: Distance of a window's cells over the faces below them, which are not exact, relative to the window.
@@ -232,3 +236,55 @@ def chosen(solids: Sequence[Solid], only: Sequence[str] | None, where: str | Non
     if not shown:
         raise InputError(f"The cut {where!r} leaves nothing to show.")
     return tuple(shown)
+
+
+#: Half side of a patch over the largest distance of the contact's points from its middle.
+MARGIN = 1.3
+#: Quadrilaterals per side of a patch.
+PIECES = 24
+#: Side of a quadrilateral over that of the grid in the tangent plane above which it crosses a fold or jump.
+STRETCH = 3.0
+
+
+def rigid_patches(result: SolvedScene, scale: float) -> tuple[Array, IntArray]:
+    """Points (n, 3) and quadrilaterals (n_quads, 4) of the rigid surfaces of a result, where bodies touch them.
+
+    Parameters
+    ----------
+    result : SolvedScene
+    scale : float
+        Factor of displacements and rigid motions.
+    """
+    points, quads, start = [np.zeros((0, 3))], [np.zeros((0, 4), np.int64)], 0
+    for contact in result.contacts:
+        if contact.master.is_rigid and not contact.is_curve:
+            motion = result.state.motions[result.scene.bodies.index(contact.master)]
+            x, q = _patch(contact, contact.master)
+            begin = result.given(contact.master).pose.to_world(contact.master.pose.to_body(x))
+            end = x + motion[:3] + np.cross(motion[3:], x - contact.master.pose.translation)
+            points.append(begin + scale * (end - begin))
+            quads.append(q + start)
+            start += len(x)
+    return np.concatenate(points), np.concatenate(quads)
+
+
+def _patch(contact: ContactFields, body: Body) -> tuple[Array, IntArray]:
+    """Projection of a grid in the tangent plane at the least gap; quadrilaterals outside the surface are left out."""
+    shape = body.surface(contact.surfaces[1])
+    nearest = body.pose.to_body(contact.points[[np.argmin(contact.gap)]])
+    foot = shape.project(nearest)
+    normal = foot.normals[0]
+    along = np.eye(3)[np.argmin(np.abs(normal))]
+    first = np.cross(normal, along) / np.linalg.norm(np.cross(normal, along))
+    axes = np.stack([first, np.cross(normal, first)])
+    offsets = (body.pose.to_body(contact.nodes) - foot.points) @ axes.T
+    half = MARGIN * np.abs(offsets).max()
+    t = half * np.linspace(-1.0, 1.0, PIECES + 1)
+    grid = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2) @ axes + foot.points
+    projection = shape.project(grid)
+    index = np.arange((PIECES + 1) ** 2).reshape(PIECES + 1, PIECES + 1)
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
+    corners = projection.points[quads]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    kept = ~projection.outside[quads].any(axis=1) & (longest < STRETCH * 2 * half / PIECES)
+    return body.pose.to_world(projection.points), quads[kept]

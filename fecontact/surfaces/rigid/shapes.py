@@ -2,13 +2,18 @@
 
 Each gives `heights` over the plane (infinite where a vertical line misses it), without cancellation near the lowest
 point, and `project`, the closest points on it.
+
+The sharpest place of a surface of heights near a point, and the power of the distance with which it rises there.
+
+Members of rigid shapes for indentation of a half-space: their ends and their closed form.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,7 +22,127 @@ from fecontact.common.checks import number, positive, positives
 from fecontact.common.errors import InputError, shown
 from fecontact.surfaces.facet_surface import Projection
 from fecontact.surfaces.rigid.closest_point import differences, nearest
-from fecontact.surfaces.rigid.indenter import ClosedForms, Indenter, T
+
+#: Samples along each side of a square, halves of whose sides the search divides, how often, and by how much.
+SAMPLES, TIMES, CLOSER = 33, 6, 4
+#: Distances, as parts of the first square's half, between which the power is read.
+FAR, NEAR = 1 / 8, 1 / 512
+#: Rounding of heights, relative to the largest, below which a rise is none.
+ROUNDING = 1e-12
+
+
+class Tip(NamedTuple):
+    """Place (2,) of the largest second difference, power of the distance there, and mean slope beside it."""
+
+    place: Array
+    power: float
+    slope: float
+
+
+def sharpest(heights: Callable[[Array, Array], Array], centre: Array, reach: float) -> Tip:
+    """The sharpest convex place of a surface within a square round a point.
+
+    The power is 1 at the tip of a cone and the ridge of a wedge, 2 where the surface is smooth or has no rise.
+
+    Parameters
+    ----------
+    heights : function of x, y
+    centre : (2,) array
+    reach : float
+        Half of the square's side.
+
+    Examples
+    --------
+    >>> cone = lambda x, y: 0.1 * np.hypot(x - 0.1, y)
+    >>> tip = sharpest(cone, np.zeros(2), 0.3)
+    >>> tip.place.round(4).tolist(), round(tip.power, 2), round(tip.slope, 2)
+    ([0.1, 0.0], 1.0, 0.1)
+    >>> round(sharpest(lambda x, y: x**2 + y**2, np.zeros(2), 0.3).power, 6)
+    2.0
+    """
+    offsets, half = np.linspace(-1, 1, SAMPLES), reach
+    for _ in range(TIMES):
+        x, y = centre[:, None] + half * offsets
+        z = np.asarray(heights(x[:, None], y[None, :]), dtype=float)
+        z = np.where(np.isfinite(z), z, np.nan)
+        middle = 2 * z[1:-1, 1:-1]
+        bend = np.fmax(z[2:, 1:-1] + z[:-2, 1:-1] - middle, z[1:-1, 2:] + z[1:-1, :-2] - middle)
+        if not (bend > ROUNDING * np.nanmax(np.abs(z), initial=0.0)).any():
+            break
+        i, j = np.unravel_index(int(np.nanargmax(bend)), bend.shape)
+        centre, half = np.array([x[i + 1], y[j + 1]]), half / CLOSER
+    far, near = (_rise(heights, centre, part * reach) for part in (FAR, NEAR))
+    level = ROUNDING * max(abs(float(heights(centre[:1], centre[1:])[0])), reach)
+    if not (far > near > level):
+        return Tip(centre, 2.0, 0.0)
+    return Tip(centre, float(np.log(far / near) / np.log(FAR / NEAR)), far / (FAR * reach))
+
+
+def _rise(heights: Callable[[Array, Array], Array], centre: Array, distance: float) -> float:
+    """Mean height at four points around a point over that at it."""
+    around = centre + distance * np.array([[1, 0], [-1, 0], [0, 1], [0, -1], [0, 0]])
+    z = heights(around[:, 0], around[:, 1])
+    return float(np.mean(z[:4]) - z[4])
+
+
+T = TypeVar("T")
+
+
+class ClosedForms(Generic[T]):
+    """Closed forms of contact on one kind of half-space by the shape of the indenter; None where there is none.
+
+    Subclasses override the known ones. A shape selects its own, see `Indenter.closed_form`.
+    """
+
+    def flat(self, radius: float) -> T | None:
+        """Closed form of a flat circular punch."""
+        return None
+
+    def cone(self, angle: float) -> T | None:
+        """Closed form of a cone with this angle (radians) between its flank and the plane."""
+        return None
+
+    def sphere(self, radius: float) -> T | None:
+        """Closed form of a sphere."""
+        return None
+
+    def paraboloid(self, radii: tuple[float, float]) -> T | None:
+        """Closed form of the paraboloid with these radii of curvature along x and y."""
+        return None
+
+    def ellipsoid(self, semi_axes: tuple[float, float, float]) -> T | None:
+        """Closed form of an ellipsoid with its third axis vertical."""
+        return None
+
+    def endless_cylinder(self, radius: float) -> T | None:
+        """Closed form of an infinite cylinder along y."""
+        return None
+
+    def wave(self, amplitude: float, wavelength: float) -> T | None:
+        """Closed form of the surface amplitude (1 - cos(2 pi x/wavelength))."""
+        return None
+
+
+def heights_of(shape: object) -> Callable[[Array, Array], Array] | None:
+    """Function for the heights of a shape over the plane z = 0 at x and y; None where it has none."""
+    return getattr(shape, "heights", None)
+
+
+class Indenter:
+    """Defaults for a finite shape without a closed form."""
+
+    #: Whether contact may reach its ends along x and along y.
+    open_ends: ClassVar[tuple[bool, bool]] = (False, False)
+
+    @property
+    def is_endless(self) -> bool:
+        """Whether it touches a plane up to the border of any grid."""
+        return False
+
+    def closed_form(self, forms: ClosedForms[T]) -> T | None:
+        """Its closed form."""
+        return None
+
 
 #: Part of a radius or half a side up to which a point is within it, rounding included.
 AT_RIM = 1 + 1e-9

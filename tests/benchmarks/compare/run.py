@@ -19,8 +19,8 @@ from compare.problems import PROBLEMS
 from fecontact import InputError
 from fecontact.app.compare.machine import code, machine
 from fecontact.app.compare.table import Row
+from fecontact.common.files import append_row, read_rows
 from fecontact.common.fingerprint import fingerprint
-from fecontact.common.json_lines import append_row, read_rows
 
 HERE = Path(__file__).parent
 #: Modules here that have a part in what is measured; the others show it.

@@ -8,7 +8,7 @@ import scipy.linalg
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, NeoHookean, StVenantKirchhoff, gauss, shapes
-from fecontact.mesh.element.hexahedron import CORNERS
+from fecontact.mesh.element import CORNERS
 
 LAWS = [StVenantKirchhoff(), NeoHookean()]
 
@@ -199,7 +199,7 @@ def test_neighbours_conform():
 
 
 def test_geometry_is_that_of_the_mesh():
-    from fecontact.mesh.element.hexahedron import hex_shapes
+    from fecontact.mesh.element import hex_shapes
 
     for mesh, n in ((distorted(), 8), (distorted(curved=True), 20)):
         space = AncfSpace(mesh)

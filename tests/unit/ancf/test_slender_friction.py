@@ -10,7 +10,7 @@ import fecontact as fc
 from fecontact.ancf import Assembly, Joints, Stage, equilibrium
 from fecontact.ancf.slender import beam, line, plate, straight, strip, thick_plate, touching, touching_members
 from fecontact.ancf.slender.closest import Middle
-from fecontact.ancf.slender.lever import skin
+from fecontact.ancf.slender.trace import skin
 
 X, Y, Z = np.eye(3)
 MATERIAL = fc.Material(E=3.0, nu=0.3, density=2.0)

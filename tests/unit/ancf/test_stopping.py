@@ -5,8 +5,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly
-from fecontact.ancf.slip import initial_friction, slips
-from fecontact.ancf.stopping import stopped
+from fecontact.ancf.slip import initial_friction, slips, stopped
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.bodies.halfspace.array_module import array_module
+from fecontact.bodies.halfspace.fft import array_module
 from fecontact.surfaces import Paraboloid
 
 PLAIN, LIKE_STEEL = fc.Material(E=1.0, nu=0.0), fc.Material(E=1.0, nu=0.3)

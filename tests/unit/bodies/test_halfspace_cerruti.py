@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import dblquad
 
 from fecontact.bodies.halfspace import kernels
-from fecontact.bodies.halfspace.cerruti import cerruti
+from fecontact.bodies.halfspace.kernels import cerruti
 
 KERNELS = {
     "xx": lambda x, y: x * x / np.hypot(x, y) ** 3,

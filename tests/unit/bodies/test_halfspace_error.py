@@ -9,10 +9,8 @@ import pytest
 
 import fecontact as fc
 from fecontact.analytic import axisymmetric, hertz, layer
-from fecontact.app.indentation.indentation import curve, indent
-from fecontact.app.indentation.setup import Ground, IndentationLoad
-from fecontact.bodies.halfspace.edge import EdgeCells
-from fecontact.bodies.halfspace.grid_error import grid_error_estimate
+from fecontact.app.indentation.indentation import Ground, IndentationLoad, curve, indent
+from fecontact.bodies.halfspace.grid_error import EdgeCells, grid_error_estimate
 from fecontact.surfaces import Paraboloid
 
 UNIT, SOFT = fc.Material(E=1.0, nu=0.0), fc.Material(E=1.0, nu=0.3)

@@ -5,11 +5,9 @@ import pytest
 
 from fecontact import InputError
 from fecontact.bodies.halfspace import kernels
-from fecontact.bodies.halfspace.fft import ROUGHNESS, Convolution, Tally, kernel_spectrum, padded
-from fecontact.bodies.halfspace.grid import Grid
+from fecontact.bodies.halfspace.fft import ROUGHNESS, Convolution, Tally, VectorConvolution, kernel_spectrum, padded
+from fecontact.bodies.halfspace.grid import Grid, even_axes, part_of, unfold
 from fecontact.bodies.halfspace.nested import GridLevel, around, finer, start_on
-from fecontact.bodies.halfspace.symmetry import even_axes, part_of, unfold
-from fecontact.bodies.halfspace.vector_fft import VectorConvolution
 
 
 def direct(p, table):

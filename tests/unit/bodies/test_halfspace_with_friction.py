@@ -11,8 +11,8 @@ import fecontact as fc
 from fecontact import InputError
 from fecontact.analytic import boussinesq
 from fecontact.bodies.halfspace import tresca
-from fecontact.bodies.halfspace.cerruti import cerruti
 from fecontact.bodies.halfspace.friction import Friction, press_step
+from fecontact.bodies.halfspace.kernels import cerruti
 from fecontact.bodies.halfspace.tangential import tangential_compliance
 from fecontact.bodies.halfspace.tresca import TrescaIterate, TrescaProblem, onto_discs, solve_tresca
 from fecontact.surfaces import FlatPunch, Paraboloid

@@ -6,9 +6,8 @@ import scipy.sparse as sp
 
 import fecontact as fc
 from fecontact.bodies.halfspace.smooth import SmoothTerm
-from fecontact.bodies.local.chebyshev import coefficients, interpolation, nodes
-from fecontact.bodies.local.dividing import _divided
-from fecontact.bodies.local.remainder import remainder
+from fecontact.bodies.local.relief import coefficients, interpolation, nodes
+from fecontact.bodies.local.remainder import _divided, remainder
 from fecontact.common.stopwatch import Stopwatch
 
 SOLID = fc.Material(E=2.0, nu=0.3)
@@ -138,7 +137,7 @@ def test_refusals(case: str) -> None:
 
 
 def test_a_window_at_an_edge_is_refused_if_that_takes_too_many_cells(monkeypatch) -> None:
-    monkeypatch.setattr("fecontact.bodies.local.dividing.MOST_CELLS", 150)  # three times its own are divided anyway
+    monkeypatch.setattr("fecontact.bodies.local.remainder.MOST_CELLS", 150)  # three times its own are divided anyway
     local = fc.LocalBody(block(), (0.31, 2.0, 2.0), 0.6, (8, 8))
     with pytest.raises(fc.InputError, match=r"contradicts Betti's theorem .* it would take more than \d+ cells"):
         local.remainder  # noqa: B018

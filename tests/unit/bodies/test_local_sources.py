@@ -4,8 +4,7 @@ import pytest
 from fecontact import Material
 from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.local.relief import fit
-from fecontact.bodies.local.sources import own_part, sources
-from fecontact.bodies.local.window import Window
+from fecontact.bodies.local.window import Window, own_part, sources
 
 
 def _on_a_ball(half):

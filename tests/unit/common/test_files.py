@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.common.files import replacing, sole_writer, write_atomically
-from fecontact.common.json_lines import append_row, read_rows
+from fecontact.common.files import append_row, read_rows, replacing, sole_writer, write_atomically
 
 FULL = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
 

@@ -8,7 +8,7 @@ from fecontact.contact.coupling.mortar import multiplier_areas, pair_mortar
 from fecontact.contact.coupling.mortar_basis import multiplier_shapes, own_samples, sub_faces
 from fecontact.contact.coupling.segments import clip
 from fecontact.contact.coupling.surface_pair import SurfacePair
-from fecontact.mesh.element.hexahedron import TRIANGLE_NODES, quad_nodes
+from fecontact.mesh.element import TRIANGLE_NODES, quad_nodes
 from fecontact.surfaces.facet_surface import FacetSurface
 
 pytestmark = pytest.mark.rounding(0)

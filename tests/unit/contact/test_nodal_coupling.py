@@ -9,7 +9,7 @@ from fecontact import MeshError
 from fecontact.contact.coupling.nodal import pair
 from fecontact.contact.coupling.surface_pair import SurfacePair, nested
 from fecontact.contact.search import candidates
-from fecontact.mesh.element.hexahedron import quad_nodes
+from fecontact.mesh.element import quad_nodes
 from fecontact.mesh.facets import nodal_areas, tributary_areas
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import components_along, contact_weights

@@ -12,15 +12,13 @@ from fecontact.contact.coupling.nodal import pair
 from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.contact.loads import make_loading
 from fecontact.contact.search import bounding as bounds
-from fecontact.contact.search import radius
 from fecontact.contact.search import region as search
-from fecontact.mesh.element.hexahedron import QUAD_CORNERS
+from fecontact.mesh.element import QUAD_CORNERS
 from fecontact.mesh.facets import facet_shapes
 from fecontact.scene import local_search, search_radius
+from fecontact.surfaces.closest_point import BULGE
 from fecontact.surfaces.facet_surface import FacetSurface
-from fecontact.surfaces.flat_facets import BULGE
-from fecontact.surfaces.line_of_action import project_along
-from fecontact.surfaces.normals import normals_of
+from fecontact.surfaces.normals import normals_of, project_along
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
 
@@ -370,7 +368,7 @@ def test_too_short_a_reach_is_found_and_widened(scene, monkeypatch):
 
     monkeypatch.setattr(local_search, "solved", counted)
     monkeypatch.setattr(
-        "fecontact.scene.local_search.first_radius", lambda contact, loading: radius.SearchRadius(1e-4, 1e-4)
+        "fecontact.scene.local_search.first_radius", lambda contact, loading: search.SearchRadius(1e-4, 1e-4)
     )
     part = now.solve(**loads, search="local")
     assert len(tried) > 1
@@ -383,7 +381,7 @@ def test_loads_that_near_parts_cannot_balance_are_met_by_the_whole_surfaces(monk
     now, loads = knee()
     # with no reach one condyle alone may be in reach and the free tilt unbalanced; the answer is the whole's anyway
     monkeypatch.setattr(
-        "fecontact.scene.local_search.first_radius", lambda contact, loading: radius.SearchRadius(0.0, 0.0)
+        "fecontact.scene.local_search.first_radius", lambda contact, loading: search.SearchRadius(0.0, 0.0)
     )
     same_forces(now.solve(**loads), now.solve(**loads, search="local"))
 

@@ -7,7 +7,7 @@ import pytest
 
 import fecontact as fc
 from fecontact import Mesh
-from fecontact.contact.coupling.tangent_plane import _nearness, degrees, tangent_plane_maps
+from fecontact.contact.coupling.segments import _nearness, degrees, tangent_plane_maps
 from fecontact.mesh.kinds import KINDS
 from fecontact.mesh.tet_to_hex import divided
 from fecontact.surfaces.facet_surface import FacetSurface

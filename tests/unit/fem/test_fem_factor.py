@@ -8,7 +8,7 @@ import scipy.sparse as sp
 
 import fecontact as fc
 from fecontact import FecontactError, MissingPackageError, SolverNotFoundError
-from fecontact.fem import factor, superlu
+from fecontact.fem import factor
 from fecontact.fem.factor import available_backends, condense
 
 # stiffnesses of a few hundred to a few thousand unknowns, condition about 1e4
@@ -20,7 +20,7 @@ def backend(request, monkeypatch):
     name, _, without = request.param.partition(" ")
     if without:
         find = importlib.util.find_spec
-        monkeypatch.setattr(superlu.importlib.util, "find_spec", lambda n: None if n == "pymetis" else find(n))
+        monkeypatch.setattr(factor.importlib.util, "find_spec", lambda n: None if n == "pymetis" else find(n))
     return name
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.fem.node_blocks import sum_of_blocks, whole_blocks
+from fecontact.fem.stiffness import sum_of_blocks, whole_blocks
 
 
 def test_sums_of_blocks_are_those_of_a_dense_matrix():

@@ -8,9 +8,8 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.fem.petsc.messages import receive, send
-from fecontact.fem.petsc.parts import bisected, cells_of, layout
-from fecontact.fem.petsc.shared_cells import block_rows
+from fecontact.fem.petsc.job import receive, send
+from fecontact.fem.petsc.parts import bisected, block_rows, cells_of, layout
 
 STEEL, RUBBER = fc.Material(2.0, 0.3), fc.Material(1.0, 0.4995)
 

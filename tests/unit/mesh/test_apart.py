@@ -8,7 +8,7 @@ import time
 import pytest
 
 import fecontact as fc
-from fecontact.mesh.apart import run_apart
+from fecontact.mesh.gmsh import run_apart
 
 
 def test_results_and_errors_of_the_package_come_back():
@@ -29,7 +29,7 @@ def test_an_interruption_ends_the_process(tmp_path):
     """The child does not outlive the parent, and its folder is removed."""
     # a shell's job in the background ignores interruptions, and what it starts inherits that
     heard = "import signal, time; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    program = f"{heard}; from fecontact.mesh.apart import run_apart; run_apart('sleep', time.sleep, 60)"
+    program = f"{heard}; from fecontact.mesh.gmsh import run_apart; run_apart('sleep', time.sleep, 60)"
     parent = subprocess.Popen(
         [sys.executable, "-c", program], env={**os.environ, "TMPDIR": str(tmp_path)}, stderr=subprocess.PIPE
     )

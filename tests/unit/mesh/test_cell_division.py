@@ -5,7 +5,7 @@ import pytest
 
 from fecontact import MeshError
 from fecontact.mesh.cell_division import HEXAHEDRON, cell_division, divisible, section_division, star
-from fecontact.mesh.element.quadrature import PYRAMID, TETRAHEDRON, WEDGE
+from fecontact.mesh.element import PYRAMID, TETRAHEDRON, WEDGE
 
 ONE_EDGE = tuple(np.where(np.isin(np.arange(20), [2, 9]), 1, np.arange(20)).tolist())
 # shape functions of size one

@@ -3,8 +3,8 @@
 import numpy as np
 
 import fecontact as fc
-from fecontact.mesh.element.hexahedron import FACES
-from fecontact.mesh.entities import cells_at_faces, edge_keys, face_keys, found
+from fecontact.mesh.element import FACES
+from fecontact.mesh.facets import cells_at_faces, edge_keys, face_keys, found
 
 
 def test_edges_are_told_by_their_ends_in_either_order():

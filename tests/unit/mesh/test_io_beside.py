@@ -146,7 +146,7 @@ def test_separate_parts_of_different_order_become_quadratic(file):
 
 
 def test_a_quadratic_neighbour_gives_its_nodes():
-    from fecontact.mesh.orders import same_order
+    from fecontact.mesh.build import same_order
 
     box = fc.shapes.block((2.0, 1.0, 1.0), (2, 1, 1)).mapped(lambda x: x + 0.02 * np.sin(9 * x[:, ::-1]))
     points, cells, _ = same_order(box.points, [box.cells[:1], box.cells[1:, :8]])

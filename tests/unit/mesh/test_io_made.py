@@ -9,8 +9,8 @@ import fecontact as fc
 from fecontact import merge
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
-from fecontact.mesh.crossing import crossing_triangles
-from fecontact.mesh.gmsh_session import load_gmsh
+from fecontact.mesh.gmsh import load_gmsh
+from fecontact.mesh.orient import crossing_triangles
 
 ROUNDING = 1e-12
 

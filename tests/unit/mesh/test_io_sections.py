@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.mesh.element.hexahedron import quad_quadrature, quad_shapes
+from fecontact.mesh.element import quad_quadrature, quad_shapes
 from fecontact.mesh.section_mesh import jacobian_2d, line_integrals
 
 ROUNDING = 1e-12

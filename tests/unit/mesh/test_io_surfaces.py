@@ -10,8 +10,8 @@ import pytest
 
 import fecontact as fc
 from fecontact import SurfaceMesh
+from fecontact.mesh.mending import cut
 from fecontact.mesh.orient import oriented, signed_volume
-from fecontact.mesh.polygons import cut
 from fecontact.mesh.surface_mesh import joined
 from fecontact.surfaces import Facets
 

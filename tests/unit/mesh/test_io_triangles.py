@@ -4,9 +4,17 @@ import numpy as np
 import pytest
 
 from fecontact.fem.loads import moments_of_volume
-from fecontact.mesh.element.degenerate import element_basis, node_positions
-from fecontact.mesh.element.hexahedron import FACES, TRIANGLE_NODES, triangle_shapes
-from fecontact.mesh.element.quadrature import PYRAMID, TETRAHEDRON, WEDGE, element_quadrature
+from fecontact.mesh.element import (
+    FACES,
+    PYRAMID,
+    TETRAHEDRON,
+    TRIANGLE_NODES,
+    WEDGE,
+    element_basis,
+    element_quadrature,
+    node_positions,
+    triangle_shapes,
+)
 from fecontact.mesh.facets import facet_integrals, nodal_areas, shapes_on_square
 from fecontact.mesh.tet_to_hex import divided
 from fecontact.surfaces.facet_surface import FacetSurface

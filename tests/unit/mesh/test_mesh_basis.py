@@ -8,9 +8,8 @@ import pytest
 from fecontact import Mesh
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.stiffness import batches
-from fecontact.mesh.element import degenerate as basis
-from fecontact.mesh.element.degenerate import element_basis, triangular_faces
-from fecontact.mesh.element.hexahedron import hex_nodes, hex_shapes
+from fecontact.mesh import element as basis
+from fecontact.mesh.element import element_basis, hex_nodes, hex_shapes, triangular_faces
 from fecontact.mesh.facets import nodal_areas
 
 # sums of some twenty products of size one

@@ -7,7 +7,7 @@ import fecontact as fc
 from fecontact import InputError, Mesh, MeshError, merge
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
-from fecontact.mesh.element.hexahedron import FACES, hex_nodes
+from fecontact.mesh.element import FACES, hex_nodes
 
 # sums of a few hundred volumes of size one
 ROUNDING = 1e-13

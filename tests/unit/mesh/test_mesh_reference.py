@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fecontact.mesh.element.degenerate import element_basis
-from fecontact.mesh.element.hexahedron import (
+from fecontact.mesh.element import (
     FACES,
+    element_basis,
     hex_nodes,
     hex_quadrature,
     hex_shapes,

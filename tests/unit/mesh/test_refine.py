@@ -12,7 +12,7 @@ import fecontact as fc
 from fecontact import InputError, Mesh
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
-from fecontact.mesh.element.hexahedron import EDGES, FACES
+from fecontact.mesh.element import EDGES, FACES
 from fecontact.mesh.facets import facet_integrals, nodal_areas
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.pick import neighbouring_sides

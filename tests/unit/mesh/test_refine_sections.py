@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from refine_cases import near, refined_near
 
 import fecontact as fc
-from fecontact.fem.section_element import SectionElement
+from fecontact.fem.section_model import SectionElement
 from fecontact.mesh.refine import refined, touching
 from fecontact.mesh.section_mesh import Extent
 

@@ -5,7 +5,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.mesh.check import check_mesh, least_jacobians
-from fecontact.mesh.thinning import LEAST, SLOPE
+from fecontact.mesh.layer import LEAST, SLOPE
 
 
 def sheet(height, n=(48, 6), size=(8.0, 1.0)):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.mesh.renderer import VIEWS, Camera, draw_facets, subdivided
+from fecontact.mesh.picture import VIEWS, Camera, draw_facets, subdivided
 from fecontact.results.pictures.bodies import plot_bodies, plot_solids, show
 from fecontact.results.pictures.solids import Solid, chosen, cut, solids_of_file, solids_of_result
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.results.edge_quadrature import edge_points
+from fecontact.results.edge_functions import edge_points
 from fecontact.results.outline import Mirror, Outline, ellipse_of_moments
 from fecontact.surfaces import Paraboloid
 

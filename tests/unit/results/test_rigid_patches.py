@@ -4,7 +4,7 @@ import numpy as np
 
 import fecontact as fc
 from fecontact.results.pictures.bodies import plot_bodies
-from fecontact.results.pictures.rigid_patches import rigid_patches
+from fecontact.results.pictures.solids import rigid_patches
 
 SOFT = fc.Material(E=1.0, nu=0.3)
 

@@ -10,10 +10,9 @@ from fecontact.bodies import AxisymmetricBody, PlaneBody
 from fecontact.mesh import section_shapes
 from fecontact.results.error_estimate import nodal_pressure
 from fecontact.results.field_map import scale_top
-from fecontact.results.rough_corner import rough_eigenvalue
-from fecontact.results.singular import wedge_eigenvalue
+from fecontact.results.singular import rough_eigenvalue, wedge_eigenvalue
 from fecontact.surfaces import FlatPunch, FunctionSurface
-from fecontact.surfaces.rigid.tip import sharpest
+from fecontact.surfaces.rigid.shapes import sharpest
 
 SOLID = fc.Material(E=1.0, nu=0.3)
 #: Distances from an edge, halved down to 0.3 %.

@@ -10,7 +10,7 @@ import pytest
 import fecontact as fc
 from fecontact import read_scene
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly
-from fecontact.contact.lay import Lay
+from fecontact.contact.contact import Lay
 
 MU = (0.1, 0.3)
 PRESSED = (0.0, 0.0, -0.01)

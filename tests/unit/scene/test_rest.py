@@ -7,7 +7,7 @@ import pytest
 
 import fecontact as fc
 from fecontact import SupportError
-from fecontact.scene.rest import LARGEST_SHIFT, LARGEST_TURN, check_rest
+from fecontact.scene.finite_rotation import LARGEST_SHIFT, LARGEST_TURN, check_rest
 
 STEEL = fc.Material(E=210e3, nu=0.3)
 

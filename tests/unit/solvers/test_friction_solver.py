@@ -21,9 +21,8 @@ from fecontact.solvers import (
     solve,
     solve_friction,
 )
-from fecontact.solvers.friction_balance import least_friction, unbalanced_motion
-from fecontact.solvers.friction_newton import DIVERGED, FrictionRows, friction_newton
-from fecontact.solvers.friction_sweeps import friction_sweeps
+from fecontact.solvers.friction_newton import DIVERGED, FrictionRows, friction_newton, friction_sweeps
+from fecontact.solvers.friction_slide import least_friction, unbalanced_motion
 from fecontact.solvers.scaling import scale
 
 

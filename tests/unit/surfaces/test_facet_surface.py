@@ -5,7 +5,7 @@ import pytest
 
 import fecontact as fc
 from fecontact import MeshError
-from fecontact.mesh.element.hexahedron import quad_nodes
+from fecontact.mesh.element import quad_nodes
 from fecontact.surfaces.closest_point import FacetPolynomials
 from fecontact.surfaces.facet_surface import FacetSurface
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from fecontact.surfaces.closest_point import FlatFacets
 from fecontact.surfaces.facet_surface import FacetSurface
-from fecontact.surfaces.flat_facets import FlatFacets
 
 pytestmark = pytest.mark.rounding
 

@@ -9,8 +9,7 @@ from fecontact.contact.coupling.mortar import pair_mortar
 from fecontact.contact.coupling.nodal import pair
 from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.surfaces.facet_surface import FacetSurface
-from fecontact.surfaces.line_of_action import FACING, project_along
-from fecontact.surfaces.normals import normals_of, opposing
+from fecontact.surfaces.normals import FACING, normals_of, opposing, project_along
 from fecontact.surfaces.section_curve import CurveSurface
 
 pytestmark = pytest.mark.rounding(0)

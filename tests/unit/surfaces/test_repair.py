@@ -8,8 +8,7 @@ import pytest
 from test_solid import geodesic, surface, turned, volume_of_triangles
 
 import fecontact as fc
-from fecontact.mesh.fairing import BACK, TOWARDS, smoothed
-from fecontact.mesh.mending import SLIVER, _measured, without_slivers
+from fecontact.mesh.mending import BACK, SLIVER, TOWARDS, _measured, smoothed, without_slivers
 
 
 def faulty_ball():

@@ -9,9 +9,7 @@ import pytest
 import fecontact as fc
 from fecontact.fem.loads import moments_of_volume
 from fecontact.mesh.check import check_mesh
-from fecontact.mesh.crossing import crossing_triangles
-from fecontact.mesh.orient import oriented
-from fecontact.mesh.shells import shells_of
+from fecontact.mesh.orient import crossing_triangles, oriented, shells_of
 from fecontact.surfaces.changes import enclosed_volume, triangulated
 
 

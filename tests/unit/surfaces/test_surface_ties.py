@@ -8,10 +8,9 @@ from hanging_meshes import SPATIAL, boxed, part, stairs, step
 import fecontact as fc
 from fecontact import MeshError
 from fecontact.contact.coupling.mortar import multiplier_areas
-from fecontact.contact.coupling.mortar_basis import multiplier_shapes
+from fecontact.contact.coupling.mortar_basis import multiplier_shapes, tied_multipliers
 from fecontact.contact.coupling.nodal import pair
 from fecontact.contact.coupling.surface_pair import SurfacePair
-from fecontact.contact.coupling.tied_multipliers import tied_multipliers
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import contact_weights, facet_weights

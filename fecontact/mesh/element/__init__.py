@@ -1,1 +1,0 @@
-"""The reference elements: shape functions, quadrature, degenerate hexahedra."""
