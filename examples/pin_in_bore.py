@@ -28,7 +28,7 @@ def main(size: float = 4.0, accuracy: float = 0.1, out: str | Path = "out") -> f
     scene = fc.Scene([bracket, pin], [fc.Contact(bracket, pin)], units=("mm", "N", "MPa"))
     result = scene.solve(forces={pin: (0, -FORCE, 0)}, free={pin: "x"}, accuracy=accuracy)
     print(result)
-    exact = fc.analytic.hertz_line.line((-BORE, PIN), (ALUMINIUM, None), force=FORCE / THICK)
+    exact = fc.analytic.hertz.line((-BORE, PIN), (ALUMINIUM, None), force=FORCE / THICK)
     print(f"peak {result.contacts[0].max_pressure:.1f} MPa; of a pin in a half-space's groove {exact.p0:.1f} MPa")
     Path(out).mkdir(parents=True, exist_ok=True)
     result.plot("pressure", Path(out) / "pin_in_bore.png")

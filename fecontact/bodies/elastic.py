@@ -70,7 +70,7 @@ class ElasticBody(Placed):
     condensation : {'auto', 'schur', 'columns', 'operator', 'gram-schmidt'}
         Route to the compliance of the candidates: from the Schur complement on their nodes, their columns alone, or
         as an operator with one solve per product. 'auto' decides by the number of candidates and the free memory, see
-        `fem.condensation`. 'gram-schmidt' is the source report's route with dense matrices, see `fem.separation`.
+        `fem.condensation`. 'gram-schmidt' is the source report's route with dense matrices, see `fem.rigid`.
     geometry : 'auto', 'plain', a shape, or a mapping of contact boundary to one of these, optional
         What the nodes of contact faces are placed on, now and when cells are divided: a smooth surface fitted to the
         mesh where its faces are curved ('auto'), a rigid shape such as ``fc.Sphere(10.0)``, as it stands or posed as a

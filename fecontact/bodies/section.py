@@ -1,6 +1,6 @@
 """Plane and axisymmetric elastic bodies: sections in the x-z plane, at about a hundredth of the cost of a solid model.
 
-Both are elastic bodies with y held (`fem.section_element`) and are used in scenes like solids. A plane body has the
+Both are elastic bodies with y held (`fem.section_model`) and are used in scenes like solids. A plane body has the
 rigid motions x, z and ry; forces are those on its thickness. A body of revolution (x is the radius, z the axis) has the
 axial motion, with torsion also the rotation about its axis; forces, areas and resultants are those of the whole ring.
 """

@@ -112,8 +112,8 @@ class Contact:
         'auto': nodal where faces match or nest and on rigid surfaces, mortar elsewhere.
     friction : float or (float, float)
         Coulomb's coefficient of friction, from 0 (the default, frictionless) to inf (rough: what touches sticks); or
-        two, along `friction_axis` and across (orthotropic, see `contact.lay`). Friction depends on the order of loads,
-        see `Scene.solve_path`; `Scene.solve` is one step from the unloaded state.
+        two, along `friction_axis` and across (orthotropic, see `contact.contact`). Friction depends on the order of
+        loads, see `Scene.solve_path`; `Scene.solve` is one step from the unloaded state.
     friction_axis : (3,) array, optional
         Direction of the first of two coefficients, such as that of grooves, in the axes of a body, with which it turns.
         Points take its projection on their tangent planes.

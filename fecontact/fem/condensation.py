@@ -8,7 +8,7 @@ columns     plain factor and the dense S of n^2 only: with PARDISO the Schur com
 operator    plain factor; S x = C K^-1 (C^T x) by one forward and one backward step; nothing dense
 ==========  =========================================================================================================
 
-A fourth, `gram-schmidt`, is the source report's own (`fem.separation`), for comparison.
+A fourth, `gram-schmidt`, is the source report's own (`fem.rigid`), for comparison.
 
 A plain factor does not depend on the candidates: `operator` factorises once; `columns` with PARDISO once for each set
 of rows. Times are measured in `docs/figures/scale.md`; `fem.route` decides by them and by the free memory.

@@ -7,7 +7,7 @@ Of displacements u and rigid motions q with G u + d + B^T q = 0, find those with
 With weights W and L = W G^T (G W G^T)^-1, every such u is u_0 + P v - L B^T q, where P = I - L G projects on G v = 0.
 Conjugate gradients run on T^T K T, T = [P, -L B^T], with the preconditioner P V P^T for an approximation V of K^-1: a
 projected preconditioned method (N. I. M. Gould, M. E. Hribar, J. Nocedal, SIAM J. Sci. Comput. 23 (2001) 1376). Only
-G W G^T is factorised (`fem.held_rows`). The forces are l = L^T K u, and the residual K u - G^T l = P^T K u.
+G W G^T is factorised. The forces are l = L^T K u, and the residual K u - G^T l = P^T K u.
 
 A node on a rigid surface is the simplest case: its row has one entry along the normal, P removes that component, and
 the conditions are those of Dirichlet on one turned degree of freedom per node.
@@ -39,7 +39,7 @@ Product = Callable[[Array], Array]
 
 
 class Rows(Protocol):
-    """Rows G (a, n), their lift L and the projection P, see `fem.held_rows`."""
+    """Rows G (a, n), their lift L and the projection P, see `fem.constrained_cg`."""
 
     def gap(self, u: Array) -> Array:
         """G u."""

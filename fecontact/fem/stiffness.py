@@ -270,7 +270,7 @@ class Batch:
 def batches(mesh: Mesh, size: int = BATCH, reduced: bool = False) -> Iterator[Batch]:
     """Iterate over the cells of a checked mesh in batches of one kind of element.
 
-    With `reduced` the points are those of the reduced rule, see `mesh.element.quadrature.reduced_quadrature`, and the
+    With `reduced` the points are those of the reduced rule, see `mesh.element.reduced_quadrature`, and the
     gradients have the means of the full one.
     """
     for group in mesh.cell_groups:

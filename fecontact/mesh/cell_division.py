@@ -357,7 +357,7 @@ def cell_division(pattern: Pattern, diagonal: int = 0) -> CellDivision:
     Parameters
     ----------
     pattern : tuple of int
-        As in `mesh.element.degenerate`, of 8, 20 or 27 places.
+        As in `mesh.element`, of 8, 20 or 27 places.
     diagonal : int
         For a tetrahedron, which of `DIAGONALS` is the inner diagonal.
 

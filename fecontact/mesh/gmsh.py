@@ -10,7 +10,7 @@ closest point of their face, or of the edge at which faces meet (`gmsh.model.get
 
 Meshes of CAD files by gmsh: all hexahedra or tetrahedra, refined where contact is expected.
 
-gmsh runs in a process of its own for each call (`mesh.apart`): an abort ends that process alone, and an open gmsh
+gmsh runs in a process of its own for each call: an abort ends that process alone, and an open gmsh
 session of the caller stays as it is.
 
 Surfaces of triangles whose facets gmsh replaces by others of a wanted size, and tetrahedra within closed ones.

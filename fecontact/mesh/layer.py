@@ -228,7 +228,7 @@ def extrude(
     names : three names
         Boundaries on the surface, opposite to it and along its rim (none where the surface is closed).
     strict : bool
-        Whether a layer that folds is refused. Otherwise its thickness yields near concave edges (`mesh.thinning`),
+        Whether a layer that folds is refused. Otherwise its thickness yields near concave edges,
         and a note tells where and by how much.
 
     Returns

@@ -1,7 +1,7 @@
 """Read meshes from files of all formats, with checks; names are kept.
 
 Wedges, pyramids and tetrahedra become degenerate 20-node hexahedra, with exact quadratic functions (see
-`mesh.element.degenerate`) and pass the patch tests; a 4-node tetrahedron or 6-node wedge becomes a degenerate 8-node
+`mesh.element`) and pass the patch tests; a 4-node tetrahedron or 6-node wedge becomes a degenerate 8-node
 hexahedron. The order of mid-edge and face nodes differs between programs, so it is found from their positions.
 """
 

@@ -9,7 +9,7 @@ and those of both bodies add up to none: c1(phi) + c2(pi) = 0 with the smallest 
 singularities resulting from various boundary conditions in angular corners of plates in extension*; Dundurs & Lee 1972,
 *Stress concentration at a sharp edge in contact problems*). For a right-angled end lambda is 1/2 if it is rigid, 0.774
 on a body of its own material, 1 on a rigid one. Ends are taken as right-angled. With friction it is that of
-`results.rough_corner`, by what most of the force at the edge does: stick or slide.
+`results.singular`, by what most of the force at the edge does: stick or slide.
 
 Order of the pressure at the edge of a body pressed on another with friction, a wedge on a half-plane.
 

@@ -47,7 +47,7 @@ class LoadPath:
     cuts : tuple of int
         Parts in which every step was solved.
     loads : tuple of dict
-        Loads at the end of every step by name, see `scene.case_given`.
+        Loads at the end of every step by name, see `scene.sweep_case`.
     """
 
     steps: tuple[ContactResult, ...]

@@ -85,7 +85,7 @@ def run_sweep(
         name with another fingerprint is refused.
     processes : int
         Number of concurrent cases. More than one are solved by worker processes on this machine, which are sent the
-        scene with its condensed compliance (`scene.workers`, `scene.sending`). Objects defined in the main script, such
+        scene with its condensed compliance (`scene.workers`, `scene.workers`). Objects defined in the main script, such
         as a lambda for a rigid surface, are therefore refused. No ``__main__`` guard is needed.
     executor : concurrent.futures.Executor, optional
         Executor that solves the cases: a pool of the standard library (without fork), of loky, of

@@ -9,7 +9,7 @@ residuals are recomputed from the problem, and only a solution within the tolera
 ``projected-cg``   matrix products only: large n, S may be a `scipy.sparse.linalg.LinearOperator`
 ``nnls``           Lawson and Hanson's method with equality rows: any semidefinite S, finite
 others             back-ends of `qpsolvers` that are installed
-a function         of the user, see `solvers.custom`
+a function         of the user, see `solvers.qp`
 =================  ====================================================================================
 
 Polish an answer on its active set, so that all solvers agree to rounding.

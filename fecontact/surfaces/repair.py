@@ -39,7 +39,7 @@ def repair_surface(
     holes : int
         Holes of up to so many sides are filled with flat facets.
     smoothing : int
-        Steps of Taubin's filter, which does not shrink (`mesh.fairing`): 10 take out the noise of single facets, 100
+        Steps of Taubin's filter, which does not shrink (`mesh.mending`): 10 take out the noise of single facets, 100
         what is a few facets wide. Edges are rounded off; rims stay.
     size : float, optional
         Side length of facets that replace the old ones (by gmsh), on the smooth surface through the old corners; edges

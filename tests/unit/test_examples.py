@@ -48,7 +48,7 @@ def test_pin_in_bore(tmp_path):
     result = example.main(size=6.0, accuracy=0.2, out=tmp_path)
     (contact,) = result.contacts
     assert np.abs(contact.force - [0, -example.FORCE, 0]).max() < 1e-9 * example.FORCE
-    exact = fc.analytic.hertz_line.line(
+    exact = fc.analytic.hertz.line(
         (-example.BORE, example.PIN), (example.ALUMINIUM, None), force=example.FORCE / example.THICK
     )
     # a flange is no half-space: 3 percent on fine meshes, and the accuracy asked for

@@ -29,7 +29,7 @@ def quarter_block(along, material):
 def test_hertz_in_a_large_block(row):
     """A paraboloid on a block of 40 x 40 x 20 contact radii: stresses on the axis and off it.
 
-    Source: Huber's stresses of Hertz's contact (`analytic.hertz_circle`).
+    Source: Huber's stresses of Hertz's contact (`analytic.hertz`).
     """
     material, side = fc.Material(E=1.0, nu=0.3), 20.0
     hertz = fc.hertz.spheres((50.0, np.inf), (material, None), force=0.03)

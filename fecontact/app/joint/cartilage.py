@@ -33,7 +33,7 @@ def cartilage_body(
     bone : SurfaceMesh
         Its outside is where the cartilage is.
     thickness : float, (n_points,) array, callable or SurfaceMesh
-        As `mesh.extrude.extrude` takes it; or the free surface of the cartilage, see `thickness_between`.
+        As `mesh.layer.extrude` takes it; or the free surface of the cartilage, see `thickness_between`.
     material : Material
     layers : int
         Elements through the thickness.

@@ -1,6 +1,6 @@
 """Pairs of contact points: each slave node with its closest point on the master, and a common line of action.
 
-The line lies between both normals, weighted towards that of the stiffer body (`surfaces.line_of_action`). Both bodies
+The line lies between both normals, weighted towards that of the stiffer body (`surfaces.normals`). Both bodies
 get opposite forces along it, so that forces and moments balance exactly.
 """
 

@@ -1,6 +1,6 @@
 """Segments of two surfaces, in which one slave facet meets one master facet, and quadrature on them.
 
-Segments are found in the plane of the slave facet (`contact.coupling.tangent_plane`): the master facet's outline is
+Segments are found in the plane of the slave facet: the master facet's outline is
 mapped there and clipped to the convex outlines of the sub-faces on which the slave's multipliers are smooth (Sutherland
 & Hodgman 1974), so that segments tile the common area of both surfaces. They are divided into triangles, each with a
 rule whose degree follows the taper of both facets over it.
@@ -298,7 +298,7 @@ def _outlines(
     A triangle's outline repeats its last corner, for its sides of zero length.
 
     Every vertex has one image in the plane of a slave facet, so neighbouring master facets keep their common sides and
-    tile the slave facet. The image is the intersection of the vertex's line of action (`surfaces.line_of_action`) with
+    tile the slave facet. The image is the intersection of the vertex's line of action (`surfaces.normals`) with
     the slave facet; where there is none within the extended facet before its fold, the intersection with the tangent
     plane at its centre. For parallel flat facets both are the projection.
     """

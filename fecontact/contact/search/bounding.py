@@ -28,7 +28,7 @@ class Bounds:
     """Bounds of all facets of a surface, in the surface's axes.
 
     A facet is x = L + sum N_a d_a, L interpolating its corners linearly and d_a the offsets of the other nodes from L,
-    so that it lies within `bulge` of the hull of its corners, see `surfaces.flat_facets`.
+    so that it lies within `bulge` of the hull of its corners, see `surfaces.closest_point`.
 
     Attributes
     ----------

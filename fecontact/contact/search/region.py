@@ -4,7 +4,7 @@ Parts and bounds are those of `contact.search.bounding`. Proof that an omitted p
 of its distance from a facet of the master, r the rigid motion of the slave relative to the master, and e, f the largest
 elastic displacements of part and facet. A gap g along a line of action n changes by n . r(x) + n . (e - f), as the
 master's rotation moves point and closest point equally along n. The line lies between both normals
-(`surfaces.line_of_action`), n = v / |v| with v a weighted mean of n1 and n2. With the normals of each in a cone round
+(`surfaces.normals`), n = v / |v| with v a weighted mean of n1 and n2. With the normals of each in a cone round
 an axis, n_i . r is no less than b_i = |r| cos(angle to the axis + half angle of the cone), and v . r no less than the
 smaller b. Where that is negative, division by |v| < 1 lowers it: |v| >= cos(half the angle between n1 and n2), with the
 angle bounded by the cones and by the limit for lines between normals. So if d + min n . r - e - f > 0 for all facets of

@@ -63,7 +63,7 @@ class Sums:
 
 
 class Rows:
-    """Rows G of an active set, see `fem.held_rows`: every process has its columns, and all forces.
+    """Rows G of an active set, see `fem.constrained_cg`: every process has its columns, and all forces.
 
     Attributes
     ----------

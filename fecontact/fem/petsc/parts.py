@@ -1,7 +1,7 @@
 """What the processes of a job read: meshes, supports and materials, with nodes numbered by process.
 
 Nodes are divided by recursive bisection of coordinates (M. J. Berger, S. H. Bokhari, IEEE Trans. Comput. C-36 (1987)
-570). No stiffness is written: every process integrates its own cells, see `fem.petsc.shared_cells`.
+570). No stiffness is written: every process integrates its own cells, see `fem.petsc.parts`.
 
 Block rows of a stiffness that one process owns, from the cells that touch its nodes.
 

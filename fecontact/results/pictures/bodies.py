@@ -1,6 +1,6 @@
 """Pictures of bodies: deformed shape with stress, displacement or contact pressure on the outer faces, or on a section.
 
-Files are drawn without a screen by `mesh.renderer` and matplotlib; windows need pyvista.
+Files are drawn without a screen by `mesh.picture` and matplotlib; windows need pyvista.
 """
 
 from __future__ import annotations
