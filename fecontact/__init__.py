@@ -17,7 +17,7 @@ from fecontact.common.version import VERSION
 if TYPE_CHECKING:
     from fecontact import surfaces
     from fecontact.analytic import hertz
-    from fecontact.ancf.body import AncfBody
+    from fecontact.ancf.bricks.body import AncfBody
     from fecontact.app.joint.joint import Joint
     from fecontact.app.joint.knee_angles import GroodSuntay
     from fecontact.app.joint.motion_file import read_motion
@@ -135,7 +135,7 @@ __version__ = VERSION
 
 #: Module of each public name, imported on first use (PEP 562), so that numerical packages are not imported before.
 _PLACES = {
-    "AncfBody": "fecontact.ancf.body:AncfBody",
+    "AncfBody": "fecontact.ancf.bricks.body:AncfBody",
     "AssembledBody": "fecontact.bodies:AssembledBody",
     "AxisymmetricBody": "fecontact.bodies:AxisymmetricBody",
     "Body": "fecontact.bodies:Body",

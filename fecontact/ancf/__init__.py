@@ -44,12 +44,9 @@ Examples
 True
 """
 
-from fecontact.ancf.assembly import Assembly
-from fecontact.ancf.dynamics import Motion, move
-from fecontact.ancf.hexahedron import ElementHexAncf, gauss, shapes
-from fecontact.ancf.joints import Joints, Supports, hold
-from fecontact.ancf.laws import InvertedError, Law, NeoHookean, Response, StVenantKirchhoff
-from fecontact.ancf.loads import (
+from fecontact.ancf.bricks.hexahedron import ElementHexAncf, gauss, shapes
+from fecontact.ancf.bricks.laws import InvertedError, Law, NeoHookean, Response, StVenantKirchhoff
+from fecontact.ancf.bricks.loads import (
     Follower,
     FollowerPressure,
     Moment,
@@ -63,14 +60,17 @@ from fecontact.ancf.loads import (
     traction,
     weight,
 )
+from fecontact.ancf.bricks.release import reentrant_points, released_at, sides_by_label
+from fecontact.ancf.bricks.solid import AncfSolid
+from fecontact.ancf.bricks.space import AncfSpace
+from fecontact.ancf.bricks.viscosity import Viscosity
 from fecontact.ancf.picture import save_motion
-from fecontact.ancf.release import reentrant_points, released_at, sides_by_label
-from fecontact.ancf.schemes import EnergyMomentum, GeneralisedAlpha
-from fecontact.ancf.solid import AncfSolid
-from fecontact.ancf.space import AncfSpace
-from fecontact.ancf.stage import Stage
-from fecontact.ancf.statics import Path, State, equilibrium
-from fecontact.ancf.viscosity import Viscosity
+from fecontact.ancf.system.assembly import Assembly
+from fecontact.ancf.system.dynamics import Motion, move
+from fecontact.ancf.system.joints import Joints, Supports, hold
+from fecontact.ancf.system.schemes import EnergyMomentum, GeneralisedAlpha
+from fecontact.ancf.system.stage import Stage
+from fecontact.ancf.system.statics import Path, State, equilibrium
 
 __all__ = [
     "AncfSolid",

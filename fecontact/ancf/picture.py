@@ -18,11 +18,11 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 
-from fecontact.ancf.assembly import Assembly
-from fecontact.ancf.faces import PLACES, TRIANGLES, Faces
-from fecontact.ancf.hexahedron import face_points
-from fecontact.ancf.solid import AncfSolid
-from fecontact.ancf.space import AncfSpace
+from fecontact.ancf.bricks.faces import PLACES, TRIANGLES, Faces
+from fecontact.ancf.bricks.hexahedron import face_points
+from fecontact.ancf.bricks.solid import AncfSolid
+from fecontact.ancf.bricks.space import AncfSpace
+from fecontact.ancf.system.assembly import Assembly
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, replacing, write_collection

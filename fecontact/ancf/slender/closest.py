@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
-from fecontact.ancf.faces import SAME, TRIED, first_of_each
+from fecontact.ancf.bricks.faces import SAME, TRIED, first_of_each
 from fecontact.ancf.slender.structure import Structure
 from fecontact.common.arrays import Array, IntArray, Mask
 

@@ -22,8 +22,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.ancf.member import Drawing
 from fecontact.ancf.slender.structure import BETWEEN, Nodal, axes_of
+from fecontact.ancf.system.member import Drawing
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, lengths
 from fecontact.common.errors import InputError

@@ -30,7 +30,7 @@ import scipy.sparse as sp
 from fecontact.ancf.slender.closest import Middle, closest_pairs
 from fecontact.ancf.slender.structure import Structure
 from fecontact.ancf.slender.trace import Trace, chosen_elements, skin
-from fecontact.ancf.touch import ContactConstraints, ContactGaps, Master
+from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps, Master
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import number

@@ -20,9 +20,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.ancf.member import Drawing
 from fecontact.ancf.slender.shapes import Order, Shape
 from fecontact.ancf.slender.strains import Measure
+from fecontact.ancf.system.member import Drawing
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 

@@ -32,7 +32,7 @@ import scipy.sparse as sp
 
 from fecontact.ancf.slender.closest import Middle
 from fecontact.ancf.slender.structure import Structure
-from fecontact.ancf.touch import ContactConstraints, ContactGaps, RigidMaster
+from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps, RigidMaster
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array, IntArray

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.ancf.body import AncfBody
+from fecontact.ancf.bricks.body import AncfBody
 from fecontact.app.spheres.case import CASES, Spheres
 from fecontact.app.spheres.figures import SpheresFigures, moment_radius
 from fecontact.app.spheres.options import ELEMENTS, MODELS, PRESSURES

@@ -8,7 +8,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace
-from fecontact.ancf.model import AncfModel
+from fecontact.ancf.bricks.model import AncfModel
 
 STEEL = fc.Material(E=200.0, nu=0.3, density=2.0)
 
@@ -189,7 +189,7 @@ def test_selective_integration_is_chosen_by_poissons_ratio():
 @pytest.mark.parametrize("kept", [True, False])
 def test_linear_dilatation_holds_affine_states_and_adds_no_mechanism(kept, monkeypatch):
     if not kept:
-        monkeypatch.setattr("fecontact.ancf.solid.KEPT_BYTES", 0)  # shape functions are made anew for each rule
+        monkeypatch.setattr("fecontact.ancf.bricks.solid.KEPT_BYTES", 0)  # shape functions are made anew for each rule
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 1, 1), element="hex8").mapped(
         lambda x: x + 0.1 * np.sin(3 * x[:, ::-1])
     )

@@ -5,7 +5,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly, NeoHookean, Stage, equilibrium
-from fecontact.ancf.slip import initial_friction, slips
+from fecontact.ancf.system.slip import initial_friction, slips
 
 MU = 0.3
 FLOOR = fc.RigidBody(fc.Plane(), name="floor")

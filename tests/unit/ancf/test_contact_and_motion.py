@@ -22,9 +22,9 @@ from fecontact.ancf import (
     save_motion,
     traction,
 )
-from fecontact.ancf.faces import Faces, multiplier_rule
-from fecontact.ancf.newton import UnstableError, contact_step
-from fecontact.ancf.solid import forces_between
+from fecontact.ancf.bricks.faces import Faces, multiplier_rule
+from fecontact.ancf.bricks.solid import forces_between
+from fecontact.ancf.system.newton import UnstableError, contact_step
 
 SOFT = fc.Material(E=1.0, nu=0.3, density=1.0)
 FLOOR = fc.RigidBody(fc.Plane())

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 import fecontact as fc
 from fecontact import InputError
 from fecontact.ancf import AncfSolid, AncfSpace
-from fecontact.ancf.faces import Faces
+from fecontact.ancf.bricks.faces import Faces
 from fecontact.ancf.picture import draw_side, edges, multiplier_pressure
 
 SOFT = fc.Material(E=1.0, nu=0.0)

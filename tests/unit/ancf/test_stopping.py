@@ -5,7 +5,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly
-from fecontact.ancf.slip import initial_friction, slips, stopped
+from fecontact.ancf.system.slip import initial_friction, slips, stopped
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from fecontact.ancf import (
     move,
     traction,
 )
-from fecontact.ancf.viscosity import relaxed, viscous_step
+from fecontact.ancf.bricks.viscosity import relaxed, viscous_step
 
 SMALL, E = 1e-4, 10.0
 SERIES = Viscosity(prony=[(0.5, 0.3), (0.25, 2.0)])

@@ -29,12 +29,12 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.ancf.assembly import Assembly
-from fecontact.ancf.banded import BandFactor, BandOrder
-from fecontact.ancf.newton import Ties, UnstableError, contact_step, tied_step
-from fecontact.ancf.slip import Slips, SlipStart, slips, stopped
-from fecontact.ancf.stage import Stage, StageAt, Start, rate
-from fecontact.ancf.viscosity import ViscousStep
+from fecontact.ancf.bricks.viscosity import ViscousStep
+from fecontact.ancf.system.assembly import Assembly
+from fecontact.ancf.system.banded import BandFactor, BandOrder
+from fecontact.ancf.system.newton import Ties, UnstableError, contact_step, tied_step
+from fecontact.ancf.system.slip import Slips, SlipStart, slips, stopped
+from fecontact.ancf.system.stage import Stage, StageAt, Start, rate
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 

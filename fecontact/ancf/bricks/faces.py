@@ -17,8 +17,8 @@ from scipy.spatial import cKDTree
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
-from fecontact.ancf.hexahedron import face_points
-from fecontact.ancf.space import AncfSpace
+from fecontact.ancf.bricks.hexahedron import face_points
+from fecontact.ancf.bricks.space import AncfSpace
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.element import FACES
 from fecontact.surfaces.closest_point import FacetPolynomials

@@ -14,7 +14,7 @@ import scipy.linalg
 import scipy.sparse as sp
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from fecontact.ancf.tangents import with_data
+from fecontact.ancf.bricks.tangents import with_data
 from fecontact.common.arrays import Array, IntArray
 
 #: Operations of a factor above which a sparse one is faster.

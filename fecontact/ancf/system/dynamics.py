@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from tqdm import tqdm
 
-from fecontact.ancf.assembly import Assembly
-from fecontact.ancf.laws import InvertedError
-from fecontact.ancf.newton import UnstableError
-from fecontact.ancf.schemes import RATE, GeneralisedAlpha, Instant, Scheme, acting
-from fecontact.ancf.stage import Stage, StageAt, Start, rate
-from fecontact.ancf.statics import State
-from fecontact.ancf.touch import NEAR
+from fecontact.ancf.bricks.laws import InvertedError
+from fecontact.ancf.system.assembly import Assembly
+from fecontact.ancf.system.moving_contact import NEAR
+from fecontact.ancf.system.newton import UnstableError
+from fecontact.ancf.system.schemes import RATE, GeneralisedAlpha, Instant, Scheme, acting
+from fecontact.ancf.system.stage import Stage, StageAt, Start, rate
+from fecontact.ancf.system.statics import State
 from fecontact.common.arrays import Array
 from fecontact.common.checks import lengths
 from fecontact.common.errors import InputError, SolverError

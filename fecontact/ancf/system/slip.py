@@ -34,9 +34,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.ancf.assembly import Assembly
-from fecontact.ancf.newton import TangentialRows
-from fecontact.ancf.touch import ContactConstraints, ContactGaps
+from fecontact.ancf.system.assembly import Assembly
+from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps
+from fecontact.ancf.system.newton import TangentialRows
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.renamed import renamed

@@ -32,7 +32,7 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.ancf.space import AncfSpace
+from fecontact.ancf.bricks.space import AncfSpace
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.fem.support import SAME_DIRECTION, Support, support_directions

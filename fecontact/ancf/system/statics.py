@@ -25,12 +25,12 @@ import numpy as np
 import scipy.sparse as sp
 from tqdm import tqdm
 
-from fecontact.ancf.assembly import Assembly, Conditions
-from fecontact.ancf.free_motion import check_supports, free_motions
-from fecontact.ancf.laws import InvertedError
-from fecontact.ancf.newton import UnstableError, contact_step, is_symmetric, tied_step, unsymmetric_step
-from fecontact.ancf.slip import FrictionEnd, Slips, SlipStart, initial_friction, slips
-from fecontact.ancf.stage import Stage, Start
+from fecontact.ancf.bricks.laws import InvertedError
+from fecontact.ancf.system.assembly import Assembly, Conditions
+from fecontact.ancf.system.free_motion import check_supports, free_motions
+from fecontact.ancf.system.newton import UnstableError, contact_step, is_symmetric, tied_step, unsymmetric_step
+from fecontact.ancf.system.slip import FrictionEnd, Slips, SlipStart, initial_friction, slips
+from fecontact.ancf.system.stage import Stage, Start
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import share
 from fecontact.common.errors import InputError, SolverError

@@ -9,8 +9,8 @@ from typing import ClassVar, Self
 
 import scipy.sparse as sp
 
-from fecontact.ancf.model import AncfModel, twenty_nodes
-from fecontact.ancf.space import check_bricks
+from fecontact.ancf.bricks.model import AncfModel, twenty_nodes
+from fecontact.ancf.bricks.space import check_bricks
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.one_line import one_line

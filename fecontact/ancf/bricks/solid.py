@@ -33,12 +33,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.ancf.hexahedron import gauss
-from fecontact.ancf.laws import Dilatation, InvertedError, Law, Response, StVenantKirchhoff
-from fecontact.ancf.member import Drawing
-from fecontact.ancf.space import AncfSpace, GradientBatch, deformation_gradients
-from fecontact.ancf.tangents import PAIRS, Pattern, element_tangents
-from fecontact.ancf.viscosity import Viscosity, viscous_response
+from fecontact.ancf.bricks.hexahedron import gauss
+from fecontact.ancf.bricks.laws import Dilatation, InvertedError, Law, Response, StVenantKirchhoff
+from fecontact.ancf.bricks.space import AncfSpace, GradientBatch, deformation_gradients
+from fecontact.ancf.bricks.tangents import PAIRS, Pattern, element_tangents
+from fecontact.ancf.bricks.viscosity import Viscosity, viscous_response
+from fecontact.ancf.system.member import Drawing
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material

@@ -21,7 +21,7 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.ancf.faces import Faces
+from fecontact.ancf.bricks.faces import Faces
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array, IntArray

@@ -12,13 +12,13 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.ancf.hexahedron import gauss
-from fecontact.ancf.joints import hold
-from fecontact.ancf.loads import body_force
-from fecontact.ancf.loads import traction as surface_traction
-from fecontact.ancf.release import sides_by_label
-from fecontact.ancf.solid import AncfSolid, linear_functions
-from fecontact.ancf.space import AncfSpace
+from fecontact.ancf.bricks.hexahedron import gauss
+from fecontact.ancf.bricks.loads import body_force
+from fecontact.ancf.bricks.loads import traction as surface_traction
+from fecontact.ancf.bricks.release import sides_by_label
+from fecontact.ancf.bricks.solid import AncfSolid, linear_functions
+from fecontact.ancf.bricks.space import AncfSpace
+from fecontact.ancf.system.joints import hold
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.material import Material
 from fecontact.fem.coordinates import Coordinates

@@ -11,8 +11,8 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.ancf.laws import Response
-from fecontact.ancf.space import BATCH, GradientBatch
+from fecontact.ancf.bricks.laws import Response
+from fecontact.ancf.bricks.space import BATCH, GradientBatch
 from fecontact.common.arrays import Array, IntArray
 
 #: Pairs (i, j) of components, i <= j, that tell a symmetric tangent, and the place of every (i, j) among them.

@@ -22,8 +22,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.ancf.hexahedron import N_FUNCTIONS, face_points, gauss, shapes
-from fecontact.ancf.release import Numbering, number
+from fecontact.ancf.bricks.hexahedron import N_FUNCTIONS, face_points, gauss, shapes
+from fecontact.ancf.bricks.release import Numbering, number
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MeshError
 from fecontact.fem.stiffness import determinant_3x3, inverse_3x3, jacobians

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.ancf.newton import Ties
+from fecontact.ancf.system.newton import Ties
 from fecontact.common.arrays import Array, IntArray
 
 #: The strains i <= j, and the factor of their work.

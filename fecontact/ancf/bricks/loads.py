@@ -30,9 +30,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.ancf.hexahedron import gauss
-from fecontact.ancf.solid import AncfSolid
-from fecontact.ancf.space import AncfSpace
+from fecontact.ancf.bricks.hexahedron import gauss
+from fecontact.ancf.bricks.solid import AncfSolid
+from fecontact.ancf.bricks.space import AncfSpace
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import number, vector
 from fecontact.common.errors import InputError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fecontact.ancf.assembly import Assembly
+from fecontact.ancf.system.assembly import Assembly
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 

@@ -29,7 +29,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from scipy.sparse.csgraph import connected_components
 
-from fecontact.ancf.banded import BandFactor, BandOrder
+from fecontact.ancf.system.banded import BandFactor, BandOrder
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import FecontactError
 from fecontact.fem.factor import condense

@@ -24,8 +24,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.ancf.laws import Response
-from fecontact.ancf.space import AncfSpace, GradientBatch, deformation_gradients
+from fecontact.ancf.bricks.laws import Response
+from fecontact.ancf.bricks.space import AncfSpace, GradientBatch, deformation_gradients
 from fecontact.common.arrays import Array
 from fecontact.common.checks import array_of
 from fecontact.common.errors import InputError

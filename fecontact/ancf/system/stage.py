@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.ancf.assembly import Assembly
-from fecontact.ancf.loads import Follower
-from fecontact.ancf.space import AncfSpace
+from fecontact.ancf.bricks.loads import Follower
+from fecontact.ancf.bricks.space import AncfSpace
+from fecontact.ancf.system.assembly import Assembly
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 

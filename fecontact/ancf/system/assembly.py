@@ -11,17 +11,17 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from fecontact.ancf.banded import BandOrder, Reduction
-from fecontact.ancf.faces import Faces
-from fecontact.ancf.hubs import Hubs
-from fecontact.ancf.joints import affine_modes, hold
-from fecontact.ancf.laws import InvertedError
-from fecontact.ancf.member import Member
-from fecontact.ancf.newton import DEPENDENT
-from fecontact.ancf.solid import AncfSolid
-from fecontact.ancf.tangents import Places, has_pattern, with_data
-from fecontact.ancf.touch import ContactConstraints, ContactGaps, FacesMaster, Master, RigidMaster
-from fecontact.ancf.viscosity import ViscousStep, relaxed, viscous_step
+from fecontact.ancf.bricks.faces import Faces
+from fecontact.ancf.bricks.laws import InvertedError
+from fecontact.ancf.bricks.solid import AncfSolid
+from fecontact.ancf.bricks.tangents import Places, has_pattern, with_data
+from fecontact.ancf.bricks.viscosity import ViscousStep, relaxed, viscous_step
+from fecontact.ancf.system.banded import BandOrder, Reduction
+from fecontact.ancf.system.hubs import Hubs
+from fecontact.ancf.system.joints import affine_modes, hold
+from fecontact.ancf.system.member import Member
+from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps, FacesMaster, Master, RigidMaster
+from fecontact.ancf.system.newton import DEPENDENT
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, shown
