@@ -117,7 +117,7 @@ forces and approaches, and results say so.
 it: the root of the interpolated squares of the nodal pressures, and squares recovered from the nodes around each face.
 Kinks between faces and the elements below the contact have terms of their own (`fecontact.results.error_estimate`). On
 half-spaces it is made from the last two pressures of each row at the edge and from the next coarser grid
-(`fecontact.bodies.halfspace.grid_error`). `result.response_error` is that of forces and motions
+(`fecontact.halfspace.grid_error`). `result.response_error` is that of forces and motions
 (`fecontact.results.response_error`). Estimates know the mesh only: not whether the model, its loads, its material or
 its shape are right. A pressure applied to a boundary that does not end where the load does is a different load. Their
 factors were chosen with most of these runs in view.

@@ -16,8 +16,8 @@ from fecontact.app.friction.figures import draw_tractions
 from fecontact.app.friction.studies import run
 from fecontact.app.indentation.closed_forms import Wave
 from fecontact.app.indentation.indentation import Ground, Indentation, IndentationLoad, indent
-from fecontact.bodies.halfspace.pictures import draw_stick_slip
 from fecontact.common.units import Units
+from fecontact.halfspace.pictures import draw_stick_slip
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid
 
 HERE = Path(__file__).parent

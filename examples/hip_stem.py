@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import fecontact as fc
-from fecontact.fem.stress import von_mises
+from fecontact.common.material import von_mises
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.shapes import Level, lattice
 

@@ -15,8 +15,8 @@ import scipy.sparse as sp
 from matplotlib.figure import Figure
 
 import fecontact as fc
-from fecontact.bodies.halfspace.operator import CellModel
 from fecontact.common.files import save_figure
+from fecontact.halfspace.operator import CellModel
 from fecontact.solvers import ComplementarityProblem, solve
 
 STEEL = fc.Material(E=2.0e6, nu=0.3)  # kgf/cm2

@@ -28,17 +28,11 @@ if TYPE_CHECKING:
         Body,
         ElasticBody,
         ElasticLayer,
-        FrictionContact,
-        FrictionPath,
         HalfSpace,
-        HalfSpaceContact,
-        Layer,
-        LoadCurve,
         LocalBody,
         Plane,
         PlaneBody,
         Pose,
-        PressStep,
         RigidBody,
         Sphere,
         WindowedBody,
@@ -56,6 +50,7 @@ if TYPE_CHECKING:
     from fecontact.common.material import Material
     from fecontact.contact.contact import Contact
     from fecontact.contact.springs import Spring
+    from fecontact.halfspace import FrictionContact, FrictionPath, HalfSpaceContact, Layer, LoadCurve, PressStep
     from fecontact.mesh import pick, shapes
     from fecontact.mesh import section_shapes as sections
     from fecontact.mesh.layer import extrude
@@ -146,15 +141,15 @@ _PLACES = {
     "ElasticBody": "fecontact.bodies:ElasticBody",
     "ElasticLayer": "fecontact.bodies:ElasticLayer",
     "FecontactError": "fecontact.common.errors:FecontactError",
-    "FrictionContact": "fecontact.bodies:FrictionContact",
-    "FrictionPath": "fecontact.bodies:FrictionPath",
+    "FrictionContact": "fecontact.halfspace:FrictionContact",
+    "FrictionPath": "fecontact.halfspace:FrictionPath",
     "GroodSuntay": "fecontact.app.joint.knee_angles:GroodSuntay",
     "HalfSpace": "fecontact.bodies:HalfSpace",
-    "HalfSpaceContact": "fecontact.bodies:HalfSpaceContact",
+    "HalfSpaceContact": "fecontact.halfspace:HalfSpaceContact",
     "InputError": "fecontact.common.errors:InputError",
     "Joint": "fecontact.app.joint.joint:Joint",
-    "Layer": "fecontact.bodies:Layer",
-    "LoadCurve": "fecontact.bodies:LoadCurve",
+    "Layer": "fecontact.halfspace:Layer",
+    "LoadCurve": "fecontact.halfspace:LoadCurve",
     "LocalBody": "fecontact.bodies:LocalBody",
     "WindowedBody": "fecontact.bodies:WindowedBody",
     "Material": "fecontact.common.material:Material",
@@ -164,7 +159,7 @@ _PLACES = {
     "Plane": "fecontact.bodies:Plane",
     "PlaneBody": "fecontact.bodies:PlaneBody",
     "Pose": "fecontact.bodies:Pose",
-    "PressStep": "fecontact.bodies:PressStep",
+    "PressStep": "fecontact.halfspace:PressStep",
     "RigidBody": "fecontact.bodies:RigidBody",
     "Scene": "fecontact.scene.scene:Scene",
     "SectionMesh": "fecontact.mesh.section_mesh:SectionMesh",

@@ -26,7 +26,7 @@ from fecontact.ancf.system.assembly import Assembly
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, replacing, write_collection
-from fecontact.fem.stress import von_mises
+from fecontact.common.material import von_mises
 from fecontact.mesh.element import CORNERS, EDGES, FACES
 
 #: Points along each edge of a picture.

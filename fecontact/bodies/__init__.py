@@ -2,15 +2,7 @@
 
 from fecontact.bodies.assembled import AssembledBody
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.halfspace import (
-    FrictionContact,
-    FrictionPath,
-    HalfSpace,
-    HalfSpaceContact,
-    Layer,
-    LoadCurve,
-    PressStep,
-)
+from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.layer import ElasticLayer
 from fecontact.bodies.local.body import LocalBody
 from fecontact.bodies.local.several import WindowedBody
@@ -26,17 +18,11 @@ __all__ = [
     "Body",
     "ElasticBody",
     "ElasticLayer",
-    "FrictionContact",
-    "FrictionPath",
     "HalfSpace",
-    "HalfSpaceContact",
-    "Layer",
-    "LoadCurve",
     "LocalBody",
     "Plane",
     "PlaneBody",
     "Pose",
-    "PressStep",
     "RigidBody",
     "Sphere",
     "SurfaceBody",

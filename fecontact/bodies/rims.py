@@ -14,11 +14,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.halfspace.halfspace import HalfSpace
-from fecontact.bodies.halfspace.surface import GridSurface
+from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.layer import ElasticLayer
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.halfspace.surface import GridSurface
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.pick import neighbouring_sides
 from fecontact.mesh.section_mesh import SectionMesh, line_shapes

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from fecontact.common.arrays import Array
 from fecontact.common.checks import number, positive, reckonable
 from fecontact.common.errors import InputError, shown
 
@@ -61,3 +64,9 @@ class Material:
     def plane_strain_modulus(self) -> float:
         """E / (1 - nu^2), the indentation modulus of a half-space."""
         return self.E / (1 - self.nu**2)
+
+
+def von_mises(stress: Array) -> Array:
+    """Equivalent stress (...) of components (..., 6)."""
+    xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
+    return np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * (xy**2 + yz**2 + xz**2))

@@ -130,9 +130,3 @@ def to_nodes(mesh: Mesh, values: Array, cells: IntArray | None = None, complete:
 def components(tensors: Array) -> Array:
     """Components (..., 6), in the order of `VOIGT`, of symmetric tensors (..., 3, 3)."""
     return np.stack([tensors[..., i, j] for i, j in _PAIRS], axis=-1)
-
-
-def von_mises(stress: Array) -> Array:
-    """Equivalent stress (...) of components (..., 6)."""
-    xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
-    return np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * (xy**2 + yz**2 + xz**2))

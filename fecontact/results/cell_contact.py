@@ -7,10 +7,10 @@ from typing import cast
 
 import numpy as np
 
-from fecontact.bodies.halfspace.grid_error import LEAST_SHARE, EdgeCells, edge_cells, grid_error_estimate, pressed_ends
-from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.error_estimate import ErrorEstimate
+from fecontact.halfspace.grid_error import LEAST_SHARE, EdgeCells, edge_cells, grid_error_estimate, pressed_ends
+from fecontact.halfspace.surface import GridSurface
 from fecontact.results.edge_level import PressureAndGap
 from fecontact.results.error_estimate import AT_KINKS
 from fecontact.surfaces.facet_surface import Surface, has_cells

@@ -16,14 +16,14 @@ import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.bodies.protocol import Body
 from fecontact.common.arguments import file_path
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, replacing, save_json, write_collection
+from fecontact.common.material import von_mises
 from fecontact.contact.interface import Interface
-from fecontact.fem.stress import von_mises
+from fecontact.halfspace.surface import GridSurface
 from fecontact.mesh.formats.generic import teach_meshio
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.solved_scene import SolvedScene

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
-from fecontact.bodies.halfspace.validity import validity_warnings
 from fecontact.common.error_estimate import LARGEST_ERROR, percent
+from fecontact.halfspace.validity import validity_warnings
 from fecontact.results.checks.linearisation import BEARABLE, linearisation_error
 from fecontact.results.checks.overlaps import undeclared_overlaps
 from fecontact.results.checks.resolution import coarse_pressures, overlap_between_nodes, overlap_left, springs_at_nodes

@@ -16,7 +16,7 @@ from fecontact.surfaces import Paraboloid, self_affine
 UNIT = fc.Material(E=1.0, nu=0.0)
 
 
-def judged(contact: fc.bodies.HalfSpaceContact, known: np.ndarray) -> Judged:
+def judged(contact: fc.HalfSpaceContact, known: np.ndarray) -> Judged:
     error = float(np.linalg.norm(contact.pressure - known) / np.linalg.norm(known))
     return Judged(contact.grid.n_cells, {"mean": (error, contact.error_estimate.pressure)})
 
@@ -42,7 +42,7 @@ def in_a_scene(n: int) -> Judged:
 
 def on_layer(n: int, thickness: float, nu: float) -> Judged:
     material = fc.Material(1.0, nu)
-    half = fc.HalfSpace(None, size=(3.0, 3.0), shape=(n, n), layers=[fc.bodies.Layer(material, thickness)])
+    half = fc.HalfSpace(None, size=(3.0, 3.0), shape=(n, n), layers=[fc.Layer(material, thickness)])
     exact = layer.paraboloid(radius=10.0, thickness=thickness, material=material, a=1.0)
     r = np.hypot(half.grid.x[:, None], half.grid.y[None, :])
     at = np.linspace(0, 1, 400)[:-1]

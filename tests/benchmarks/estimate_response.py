@@ -239,7 +239,7 @@ def on_half_space(n: int, compared: str, radii: tuple[float, float] = (10.0, 10.
 
 
 def of_cells(
-    contact: fc.bodies.HalfSpaceContact, known: np.ndarray, peak: float, area: float, force: float, approach: float
+    contact: fc.HalfSpaceContact, known: np.ndarray, peak: float, area: float, force: float, approach: float
 ) -> Judged:
     """Errors of a half-space's figures, the pressure in the centres of its cells."""
     told = contact.error_estimate
@@ -267,7 +267,7 @@ def power(n: int, exponent: float, compared: str) -> Judged:
 def on_layer(n: int, thickness: float, compared: str) -> Judged:
     """A bonded layer on a rigid base, by its integral equation."""
     exact = layer.paraboloid(radius=10.0, thickness=thickness, material=SOFT, a=1.0)
-    half = fc.HalfSpace(None, size=(3.0, 3.0), shape=(n, n), layers=[fc.bodies.Layer(SOFT, thickness)])
+    half = fc.HalfSpace(None, size=(3.0, 3.0), shape=(n, n), layers=[fc.Layer(SOFT, thickness)])
     r = np.hypot(half.grid.x[:, None], half.grid.y[None, :])
     load = {"approach": exact.approach} if compared == "force" else {"force": exact.force}
     at = np.linspace(0, 1, 400)[:-1]

@@ -13,7 +13,7 @@ PARTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
             "results/test_*error*.py",
             "results/test_resolution.py",
             "fem/test_energy_error.py",
-            "bodies/test_halfspace_error.py",
+            "halfspace/test_halfspace_error.py",
         ),
     ),
     "refinement": (
@@ -21,12 +21,12 @@ PARTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ("scene/test_marking.py", "scene/test_to_an_accuracy.py", "results/test_geometry_error.py"),
     ),
     "edge pressure": (
-        ("results.edge_*", "results.*outline", "bodies.halfspace.edge"),
-        ("results/test_edge_*.py", "results/test_*outline*.py", "bodies/test_halfspace_error.py"),
+        ("results.edge_*", "results.*outline", "halfspace.edge"),
+        ("results/test_edge_*.py", "results/test_*outline*.py", "halfspace/test_halfspace_error.py"),
     ),
     "between nodes": (
         ("*.between_nodes", "*.between_cells"),
-        ("results/test_between_nodes.py", "results/test_geometry_error.py", "bodies/test_halfspace_error.py"),
+        ("results/test_between_nodes.py", "results/test_geometry_error.py", "halfspace/test_halfspace_error.py"),
     ),
     "unbounded places": (
         ("results.singular", "results.rough_corner", "surfaces.rigid.tip"),
@@ -44,7 +44,7 @@ PARTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "solvers": (("solvers.*",), ("solvers",)),
     "hanging nodes": (("mesh.hanging_nodes",), ("mesh/test_hanging_nodes.py", "mesh/test_refine_*.py")),
     "local bodies": (("bodies.local.*",), ("bodies/test_local_*.py",)),
-    "half-spaces": (("bodies.halfspace.*",), ("bodies/test_halfspace_*.py",)),
+    "half-spaces": (("halfspace.*", "bodies.halfspace"), ("halfspace",)),
     "decks": (("app.decks.*",), ("app/test_decks*.py",)),
     "slender members": (("ancf.slender.*",), ("ancf/test_slender*.py", "ancf/test_corotational.py")),
     "pairing": (("contact.search.*", "contact.first_candidates"), ("contact", "scene/test_scene.py")),

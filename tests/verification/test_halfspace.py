@@ -6,7 +6,7 @@ import scipy.sparse as sp
 
 import fecontact as fc
 from fecontact.analytic import rectangle
-from fecontact.bodies.halfspace.operator import CellModel
+from fecontact.halfspace.operator import CellModel
 from fecontact.solvers import ComplementarityProblem, solve
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid, self_affine
 

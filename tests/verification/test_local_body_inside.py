@@ -6,7 +6,7 @@ import pytest
 import fecontact as fc
 from fecontact.analytic import layer as layers
 from fecontact.app.spheres.spheres import Spheres, solve_spheres
-from fecontact.fem.stress import von_mises
+from fecontact.common.material import von_mises
 from fecontact.mesh.shapes import Level
 from fecontact.surfaces import Paraboloid
 

@@ -14,10 +14,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fecontact.analytic.friction import RoundSlip
-from fecontact.bodies import FrictionPath
-from fecontact.bodies.halfspace.pictures import draw_stick_slip
 from fecontact.common.files import save_figure
 from fecontact.common.units import Units
+from fecontact.halfspace import FrictionPath
+from fecontact.halfspace.pictures import draw_stick_slip
 
 
 @dataclass(frozen=True, eq=False)

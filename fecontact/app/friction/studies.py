@@ -13,11 +13,12 @@ import numpy as np
 from fecontact.analytic import friction, hertz
 from fecontact.app.friction.block import BlockStudy, block_study
 from fecontact.app.friction.figures import HalfSpaceFigures
-from fecontact.bodies import FrictionPath, HalfSpace, PressStep
+from fecontact.bodies import HalfSpace
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.halfspace import FrictionPath, PressStep
 from fecontact.surfaces import Paraboloid
 
 BOX = 2.4

@@ -12,10 +12,11 @@ import numpy as np
 from fecontact.app.indentation.closed_forms import Wave
 from fecontact.app.indentation.indentation import Curve, Ground, Indentation, IndentationLoad, curve, indent
 from fecontact.app.indentation.options import OWN
-from fecontact.bodies import Layer, Sphere
-from fecontact.bodies.halfspace.grid import Grid
+from fecontact.bodies import Sphere
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.halfspace import Layer
+from fecontact.halfspace.grid import Grid
 from fecontact.mesh.read_surface import READERS, read_surface
 from fecontact.surfaces import (
     Cone,

@@ -15,11 +15,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fecontact.app.indentation.closed_forms import Exact
-from fecontact.bodies import HalfSpace, HalfSpaceContact
-from fecontact.bodies.halfspace.pictures import plot_over_force, plot_pressed
+from fecontact.bodies import HalfSpace
 from fecontact.common.arrays import Array
 from fecontact.common.files import save_figure
 from fecontact.common.units import Units
+from fecontact.halfspace import HalfSpaceContact
+from fecontact.halfspace.pictures import plot_over_force, plot_pressed
 from fecontact.results.report import peak_memory
 
 FIGURES = (

@@ -15,10 +15,11 @@ import numpy as np
 
 from fecontact.app.indentation.closed_forms import asked, closed_form
 from fecontact.app.indentation.figures import CURVE, CurveFigures, IndentationFigures
-from fecontact.bodies import HalfSpace, HalfSpaceContact, Layer
+from fecontact.bodies import HalfSpace
 from fecontact.common.errors import InputError
 from fecontact.common.files import save_rows
 from fecontact.common.material import Material
+from fecontact.halfspace import HalfSpaceContact, Layer
 
 
 @dataclass(frozen=True)

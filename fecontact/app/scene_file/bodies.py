@@ -30,7 +30,6 @@ from fecontact.bodies import (
     ElasticBody,
     ElasticLayer,
     HalfSpace,
-    Layer,
     LocalBody,
     Plane,
     PlaneBody,
@@ -48,6 +47,7 @@ from fecontact.common.material import Material
 from fecontact.fem.condensation import ROUTES
 from fecontact.fem.factor import DIRECT
 from fecontact.fem.support import Support, checked_support
+from fecontact.halfspace import Layer
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.surfaces.rigid.rough import TRENDS

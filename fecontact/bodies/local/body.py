@@ -13,10 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.halfspace.compliance import Bend, SurfaceCompliance
-from fecontact.bodies.halfspace.halfspace import HalfSpace
-from fecontact.bodies.halfspace.kernels import SELF_TERM_RATIO
-from fecontact.bodies.halfspace.operator import CellModel
+from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.local.factored import Factored
 from fecontact.bodies.local.known import Known
 from fecontact.bodies.local.on_mesh import OnMesh
@@ -36,6 +33,9 @@ from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import symmetry_planes
+from fecontact.halfspace.compliance import Bend, SurfaceCompliance
+from fecontact.halfspace.kernels import SELF_TERM_RATIO
+from fecontact.halfspace.operator import CellModel
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import components_along
 

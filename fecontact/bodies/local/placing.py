@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.halfspace.grid import Even, Grid
 from fecontact.bodies.local.relief import Relief, fit
 from fecontact.bodies.local.window import Window
 from fecontact.bodies.pose import Pose
@@ -21,6 +20,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
 from fecontact.fem.support import symmetry_planes
+from fecontact.halfspace.grid import Even, Grid
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.placement import Placement
 from fecontact.surfaces.facet_surface import FacetSurface, Surface

@@ -19,13 +19,13 @@ import numpy as np
 
 from fecontact.analytic import rectangle, sheared_rectangle
 from fecontact.analytic.face_loads import FaceLoads, displacements, stresses, tangent_axes
-from fecontact.bodies.halfspace.inside import mean_distance
 from fecontact.bodies.local.relief import interpolation, nodes
 from fecontact.bodies.local.remainder import Remainder
 from fecontact.bodies.local.window import Window
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.material import Material
 from fecontact.fem.stress import components, strain_of
+from fecontact.halfspace.inside import mean_distance
 
 ORDER = 4
 """Nodes along a side of a block."""
@@ -102,7 +102,7 @@ class Pressed:
 
     Examples
     --------
-    >>> from fecontact.bodies.halfspace.grid import Grid
+    >>> from fecontact.halfspace.grid import Grid
     >>> window = Window(np.zeros(3), np.eye(3), Grid((2.0, 2.0), (16, 16)), (False, False))
     >>> below = Pressed.of(window, np.ones((16, 16)), Material(E=1.0, nu=0.25))
     >>> below.stress(np.array([[0.0, 0.0, 0.0]])).diagonal(axis1=1, axis2=2).round(3)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import chebyshev as series
 
-from fecontact.bodies.halfspace.grid import Even
 from fecontact.common.arrays import Array, Mask
+from fecontact.halfspace.grid import Even
 
 
 def nodes(half: float, order: int, mirrored: bool) -> Array:

@@ -24,7 +24,6 @@ from scipy.spatial import cKDTree
 
 from fecontact.analytic.face_loads import FaceLoads, displacements, stresses
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.halfspace.smooth import SmoothTerm
 from fecontact.bodies.local.factored import Factored
 from fecontact.bodies.local.relief import coefficients, interpolation
 from fecontact.bodies.local.stack import Stack, contrast_loads, stack_below
@@ -32,6 +31,7 @@ from fecontact.bodies.local.window import Window, facing, own_part, singular_par
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.halfspace.smooth import SmoothTerm
 from fecontact.mesh.facets import facet_integrals
 from fecontact.mesh.mesh import Mesh
 from fecontact.surfaces.facet_surface import FacetSurface

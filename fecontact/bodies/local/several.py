@@ -21,10 +21,6 @@ from scipy.spatial import cKDTree
 
 from fecontact.analytic.face_loads import displacements
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.halfspace.cg import GridProblem, solve_on_grid
-from fecontact.bodies.halfspace.fft import Tally
-from fecontact.bodies.halfspace.nested import GridLevel, preconditioner
-from fecontact.bodies.halfspace.operator import DENSE_LIMIT, CellModel
 from fecontact.bodies.local.body import LocalBody, pressures
 from fecontact.bodies.local.factored import Factored
 from fecontact.bodies.local.on_mesh import OnMesh
@@ -38,6 +34,10 @@ from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
+from fecontact.halfspace.cg import GridProblem, solve_on_grid
+from fecontact.halfspace.fft import Tally
+from fecontact.halfspace.nested import GridLevel, preconditioner
+from fecontact.halfspace.operator import DENSE_LIMIT, CellModel
 from fecontact.solvers import ComplementarityProblem, Status
 from fecontact.solvers.problem import Outcome
 from fecontact.surfaces.nodal_weights import components_along
@@ -69,7 +69,7 @@ def solve_together(
     displacements: Callable[[Array], Array],
     tolerance: float,
 ) -> Outcome:
-    """Solve a problem whose rows are cells of windows, see `bodies.halfspace.cg`.
+    """Solve a problem whose rows are cells of windows, see `halfspace.cg`.
 
     Parameters
     ----------

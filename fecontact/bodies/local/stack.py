@@ -5,7 +5,7 @@ thickness; the kernel of the layered half-space takes that part, whose differenc
 
     D(r) = int (k C(k) - 2/E') J_0(k r) dk/(2 pi),
 
-is known (`bodies.halfspace.layered`). What is left at the nodes, R - D, is smooth at the distance of edges and
+is known (`halfspace.layered`). What is left at the nodes, R - D, is smooth at the distance of edges and
 supports, and the sum of kernel and remainder is the same whatever the layers are taken to be: they need not be plane
 or parallel, only nearly so.
 
@@ -21,7 +21,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from fecontact.analytic.face_loads import FaceLoads, stresses
-from fecontact.bodies.halfspace.layered import Layer, point_difference
 from fecontact.bodies.local.factored import Factored
 from fecontact.bodies.local.window import Window, facing
 from fecontact.common.arrays import Array, IntArray, Mask
@@ -29,6 +28,7 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.fem.model import Model
 from fecontact.fem.stiffness import Batch, batches
+from fecontact.halfspace.layered import Layer, point_difference
 from fecontact.mesh.element import FACES
 from fecontact.mesh.facets import cells_at_faces, face_keys
 from fecontact.mesh.mesh import Mesh

@@ -11,15 +11,15 @@ from typing import Self
 
 import numpy as np
 
-from fecontact.bodies.halfspace.halfspace import HalfSpace
-from fecontact.bodies.halfspace.operator import CellModel
-from fecontact.bodies.halfspace.surface import GridSurface, between_cells
+from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.local.placing import STEEPEST
 from fecontact.bodies.local.relief import fit
 from fecontact.bodies.local.window import OPPOSITE, Window, inclined
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import InputError
+from fecontact.halfspace.operator import CellModel
+from fecontact.halfspace.surface import GridSurface, between_cells
 from fecontact.surfaces.facet_surface import Projection
 
 

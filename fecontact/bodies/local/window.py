@@ -15,12 +15,12 @@ import numpy as np
 
 from fecontact.analytic import curved_kernel
 from fecontact.analytic.face_loads import FaceLoads, displacements
-from fecontact.bodies.halfspace.grid import Even, Grid, part_of
-from fecontact.bodies.halfspace.inclined import InclinedTerm
 from fecontact.bodies.local.relief import Relief, nodes
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.material import Material
+from fecontact.halfspace.grid import Even, Grid, part_of
+from fecontact.halfspace.inclined import InclinedTerm
 from fecontact.mesh.mesh import Mesh
 
 OPPOSITE = 1e-10

@@ -7,10 +7,10 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.bodies.halfspace.surface import GridSurface
 from fecontact.common.arrays import Array
 from fecontact.contact.coupling.nodal import Pairing, nodal_pairing
 from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.halfspace.surface import GridSurface
 from fecontact.surfaces.facet_surface import Projection, Surface
 from fecontact.surfaces.rigid.shapes import heights_of
 from fecontact.surfaces.section_curve import along_line

@@ -8,7 +8,7 @@ import pytest
 from fecontact import InputError
 from fecontact.app.cli import main
 from fecontact.app.friction.studies import run
-from fecontact.bodies.halfspace.pictures import plot_dragged
+from fecontact.halfspace.pictures import plot_dragged
 
 PLAIN = {"radius": 10.0, "E": 2.0, "nu": 0.0, "force": 1e-3, "friction": 0.3}
 

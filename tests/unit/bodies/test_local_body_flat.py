@@ -5,10 +5,10 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.bodies.halfspace.smooth import SmoothTerm
 from fecontact.bodies.local.relief import coefficients, interpolation, nodes
 from fecontact.bodies.local.remainder import _divided, remainder
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.halfspace.smooth import SmoothTerm
 
 SOLID = fc.Material(E=2.0, nu=0.3)
 SIDES = np.array([4.0, 4.0, 2.0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.bodies.halfspace.operator import CellModel
+from fecontact.halfspace.operator import CellModel
 from fecontact.mesh.shapes import Level
 from fecontact.surfaces import Paraboloid
 

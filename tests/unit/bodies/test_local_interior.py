@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.local.pressed import Pressed
 from fecontact.bodies.local.window import Window
 from fecontact.fem.stress import components
+from fecontact.halfspace.grid import Grid
 
 SOLID = fc.Material(E=2.0, nu=0.3)
 FORCE = 0.006

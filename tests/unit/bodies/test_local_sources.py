@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from fecontact import Material
-from fecontact.bodies.halfspace.grid import Grid
 from fecontact.bodies.local.relief import fit
 from fecontact.bodies.local.window import Window, own_part, sources
+from fecontact.halfspace.grid import Grid
 
 
 def _on_a_ball(half):

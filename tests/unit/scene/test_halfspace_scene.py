@@ -5,9 +5,9 @@ import pytest
 
 import fecontact as fc
 from fecontact import InputError
-from fecontact.bodies.halfspace.surface import grid_surface
 from fecontact.bodies.layer import foundation_modulus
 from fecontact.contact.coupling.grid import straight_above
+from fecontact.halfspace.surface import grid_surface
 from fecontact.surfaces import Paraboloid
 
 STEEL = fc.Material(210e3, 0.3)

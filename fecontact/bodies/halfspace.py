@@ -1,0 +1,499 @@
+"""Elastic half-space."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import ClassVar, Protocol, TypeVar, cast, overload
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+
+from fecontact.bodies.pose import Pose
+from fecontact.bodies.protocol import Reduced
+from fecontact.bodies.surface_body import SurfaceBody
+from fecontact.common.arguments import flag, instance, items, text
+from fecontact.common.arrays import Array
+from fecontact.common.checks import number_array, positive
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+from fecontact.common.one_line import one_line
+from fecontact.common.stopwatch import Stopwatch
+from fecontact.halfspace import kernels
+from fecontact.halfspace.between_cells import overlap_between_cells
+from fecontact.halfspace.compliance import SurfaceCompliance
+from fecontact.halfspace.contact import HalfSpaceContact
+from fecontact.halfspace.fft import array_module
+from fecontact.halfspace.friction import CERTIFIED, PressStep
+from fecontact.halfspace.friction_contact import FrictionContact
+from fecontact.halfspace.friction_path import FrictionPath, solve_path
+from fecontact.halfspace.grid import Grid
+from fecontact.halfspace.layered import Layer
+from fecontact.halfspace.load_curve import LoadCurve, load_curve
+from fecontact.halfspace.operator import CellModel
+from fecontact.halfspace.pressing import Load, check_settings, press
+from fecontact.halfspace.surface import GridSurface, grid_surface
+from fecontact.surfaces.rigid.heightmap import HeightMap
+from fecontact.surfaces.rigid.shapes import heights_of
+
+C = TypeVar("C", bound=HalfSpaceContact)
+
+
+class HeightSurface(Protocol):
+    """A rigid surface over the plane z = 0, with its lowest point on it."""
+
+    def heights(self, x: Array, y: Array) -> Array:
+        """Heights at coordinates that broadcast together; infinite where there is no surface."""
+
+
+@one_line
+@dataclass(frozen=True, eq=False, init=False)
+class HalfSpace(SurfaceBody):
+    """An elastic half-space z <= 0 with a grid of cells on its surface, centred on the origin.
+
+    Parameters
+    ----------
+    material : Material or None
+        None with layers: a rigid base.
+    size : (float, float)
+        Sides of the grid along x and y.
+    shape : (int, int)
+        Cells along x and y.
+    periodic : bool
+        Whether the surface repeats beyond the grid. Its approach is then relative to the mean plane of the surface.
+    layers : sequence of Layer
+        Layers from the surface downwards.
+    against : Material, optional
+        Material of a counter-body that is elastic too: its compliance as a half-space is added, which is exact for two
+        smooth frictionless half-spaces. Without it the counter-body is rigid.
+    pressure : {'uniform', 'bilinear', 'point'}
+        Pressure over a cell; 'point' is the report's version, a force at its centre (Elangovan 1978 after Conry &
+        Seireg 1971).
+    self_ratio : float
+        With 'point': displacement under the force over that at the nearest neighbour.
+    arrays : str, optional
+        Module of another array library whose transforms are used, 'cupy' or 'array_api_compat.torch' for one: all that
+        follows the array API standard. The whole grid is then modelled, whatever its symmetry. None: numpy's.
+    name : str, optional
+
+    Attributes
+    ----------
+    grid : Grid
+        Cells of the surface.
+    compliance : SurfaceCompliance
+        Compliance of the surface.
+
+    Raises
+    ------
+    InputError
+        If sizes, numbers of cells or options are invalid.
+
+    Examples
+    --------
+    A steel sphere of radius 10 mm against a steel plane:
+
+    >>> import fecontact as fc
+    >>> steel = fc.Material(E=210e3, nu=0.3)
+    >>> half = fc.HalfSpace(steel, size=(0.6, 0.6), shape=(64, 64), against=steel)
+    >>> contact = half.press(fc.Sphere(10.0), force=100.0)
+    >>> hertz = fc.hertz.spheres((10.0, float("inf")), (steel, steel), force=100.0)
+    >>> abs(contact.approach / hertz.approach - 1) < 2e-4, abs(contact.max_pressure / hertz.p0 - 1) < 2e-3
+    (True, True)
+    """
+
+    required: ClassVar = ("facets",)
+
+    material: Material | None
+    grid: Grid
+    periodic: bool
+    layers: tuple[Layer, ...]
+    against: Material | None
+    pressure: str
+    self_ratio: float
+    arrays: str | None
+    name: str
+    pose: Pose
+    compliance: SurfaceCompliance = field(repr=False)
+
+    def __init__(
+        self,
+        material: Material | None,
+        size: tuple[float, float] = (4.0, 4.0),
+        shape: tuple[int, int] = (256, 256),
+        periodic: bool = False,
+        *,
+        layers: Sequence[Layer] = (),
+        against: Material | None = None,
+        pressure: str = "uniform",
+        self_ratio: float = kernels.SELF_TERM_RATIO,
+        arrays: str | None = None,
+        name: str = "half-space",
+    ) -> None:
+        for what, given in (("material", material), ("counter-body's material", against)):
+            instance(f"the {what} of a half-space", given, (Material, type(None)))
+        for layer in items("the layers of a half-space", layers, "Layer objects"):
+            instance("each of the layers of a half-space", layer, Layer)
+        if arrays is not None:
+            array_module(text("arrays, the name of a module,", arrays))
+        fields = {
+            "arrays": arrays,
+            "material": material,
+            "grid": Grid(size, shape),
+            "periodic": flag("periodic", periodic),
+            "layers": tuple(layers),
+            "against": against,
+            "pressure": pressure,
+            "self_ratio": positive("self_ratio", self_ratio),
+            "name": text("the name of a half-space", name),
+            "pose": Pose(),
+        }
+        for key, value in fields.items():
+            object.__setattr__(self, key, value)
+        object.__setattr__(
+            self,
+            "compliance",
+            SurfaceCompliance(
+                self.grid, material, self.layers, against, pressure, self_ratio, self.periodic, arrays=arrays
+            ),
+        )
+
+    @overload
+    def press(
+        self,
+        surface: HeightSurface | ArrayLike,
+        *,
+        force: float | None = None,
+        approach: float | None = None,
+        load_point: tuple[float, float] | None = None,
+        friction: None = None,
+        tolerance: float = 1e-8,
+        symmetry: bool = True,
+        workers: int | None = None,
+    ) -> HalfSpaceContact: ...
+
+    @overload
+    def press(
+        self,
+        surface: HeightSurface | ArrayLike,
+        *,
+        force: float | None = None,
+        approach: float | None = None,
+        friction: float,
+        tangential: tuple[float, float] | None = None,
+        shift: tuple[float, float] | None = None,
+        tolerance: float = CERTIFIED,
+        symmetry: bool = True,
+        workers: int | None = None,
+    ) -> FrictionContact: ...
+
+    def press(
+        self,
+        surface: HeightSurface | ArrayLike,
+        *,
+        force: float | None = None,
+        approach: float | None = None,
+        load_point: tuple[float, float] | None = None,
+        friction: float | None = None,
+        tangential: tuple[float, float] | None = None,
+        shift: tuple[float, float] | None = None,
+        tolerance: float | None = None,
+        symmetry: bool = True,
+        workers: int | None = None,
+    ) -> HalfSpaceContact:
+        """Press a rigid surface down on the half-space, without friction or with it.
+
+        With friction it is one step from the unloaded state, in which all loads grow together; for others see
+        `press_path`.
+
+        Parameters
+        ----------
+        surface : shape with `heights`, or (nx, ny) array_like
+            Heights above the plane z = 0 at the cell centres; infinite where there is no surface.
+        force : float, optional
+            Total force (on the grid, or on one period), positive.
+        approach : float, optional
+            Downward displacement of the surface from the given heights. Exactly one of the two.
+        load_point : (float, float), optional
+            Point of action of the force; the surface is then free to tilt. Without it there is no tilt.
+        friction : float, optional
+            Coulomb's mu, zero or positive; infinite: what touches sticks. Without it the surface is frictionless.
+        tangential : (float, float), optional
+            With friction: force on the surface along x and y; zero unless this or the shift is given.
+        shift : (float, float), optional
+            With friction: displacement of the surface along x and y.
+        tolerance : float
+            Relative tolerance of the certificate, see `solvers.Residuals`; 1e-8 unless given, with friction 1e-10.
+        symmetry : bool
+            Whether to solve on a half or quarter of a surface that is symmetric about the axes of the grid.
+        workers : int, optional
+            Threads of the transforms.
+
+        Returns
+        -------
+        HalfSpaceContact
+            A `FrictionContact` with friction.
+
+        Raises
+        ------
+        InputError
+            If loads or heights are invalid, or the grid is smaller than the contact; the message gives the size needed.
+        SolverError
+            If no certified solution was found.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(1.0, 1.0), shape=(32, 32), periodic=True)
+        >>> waves = 0.01 * np.cos(2 * np.pi * half.grid.x)[:, None] * np.ones(32)
+        >>> contact = half.press(waves, force=0.1)
+        >>> contact.area_fraction, round(contact.force, 12)
+        (1.0, 0.1)
+
+        A ball dragged by 0.6 of what friction holds sticks within a radius of 0.74 of the contact's:
+
+        >>> plain = fc.Material(E=1.0, nu=0.0)
+        >>> half = fc.HalfSpace(plain, size=(3.0, 3.0), shape=(64, 64), against=plain)
+        >>> dragged = half.press(fc.surfaces.Paraboloid(1.0), force=2 / 3, friction=0.5, tangential=(0.2, 0.0))
+        >>> round((dragged.stick_area / dragged.area) ** 0.5, 2), round(dragged.tangential[0], 9)
+        (0.74, 0.2)
+        """
+        if friction is not None:
+            step = PressStep(force, approach, tangential, shift, load_point=load_point)
+            within = CERTIFIED if tolerance is None else tolerance
+            return self.press_path(surface, [step], friction, within, symmetry, workers).contacts[0]
+        if tangential is not None or shift is not None:
+            raise InputError("A tangential force or a shift needs friction: give friction=, Coulomb's mu.")
+        tolerance = 1e-8 if tolerance is None else tolerance
+        check_settings(tolerance, symmetry, workers)
+        load = Load(force, approach, load_point)
+        z = self.heights_of(surface)
+        return self._between_cells(press(self.compliance, z, load, tolerance, symmetry, workers), surface)
+
+    def _between_cells(
+        self, contact: C, surface: HeightSurface | ArrayLike, position: tuple[float, float] = (0.0, 0.0)
+    ) -> C:
+        """The contact, with a warning where a shape reaches below the surface between its cells."""
+        # of a map nothing is known between its points
+        if (heights := heights_of(surface)) is None or isinstance(surface, HeightMap):
+            return contact
+        x, y = position
+        told = overlap_between_cells(contact, lambda s, t: heights(s - x, t - y), self.compliance.modulus)
+        return replace(contact, between=told) if told else contact
+
+    def curve(
+        self,
+        surface: HeightSurface | ArrayLike,
+        forces: ArrayLike,
+        *,
+        load_point: tuple[float, float] | None = None,
+        tolerance: float = 1e-8,
+        symmetry: bool = True,
+        workers: int | None = None,
+        progress: bool | None = None,
+    ) -> LoadCurve:
+        """Press a rigid surface with several forces: approach, area and pressures over the force.
+
+        Every load starts from coarser grids, which give its error estimate too: half the time of a start from the
+        neighbouring load at 128 x 128 cells goes into them, at 384 x 384 nothing. Pressures are not kept.
+
+        Parameters
+        ----------
+        surface : shape with `heights`, or (nx, ny) array_like
+            As in `press`.
+        forces : (n,) array_like
+            Positive, in any order.
+        load_point, tolerance, symmetry, workers
+            As in `press`.
+        progress : bool, optional
+            Whether to show the loads on standard error; by default where that is a terminal.
+
+        Raises
+        ------
+        InputError, SolverError
+            As from `press`.
+
+        Examples
+        --------
+        A paraboloid of radius 1, as Hertz's sphere: the approach grows with the power 2/3 of the force.
+
+        >>> import numpy as np
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(64, 64))
+        >>> curve = half.curve(fc.surfaces.Paraboloid(1.0), np.array([0.25, 0.5, 1.0]))
+        >>> bool(np.abs(np.diff(np.log(curve.approach)) / np.diff(np.log(curve.force)) - 2 / 3).max() < 2e-3)
+        True
+        """
+        values = number_array("the forces of a curve", forces)
+        if values.ndim != 1 or not values.size:
+            raise InputError(f"The forces of a curve must be numbers (n,), one or more; found shape {values.shape}.")
+        check_settings(tolerance, symmetry, workers)
+        z = self.heights_of(surface)
+        loads = [Load(float(force), None, load_point) for force in values]
+        return load_curve(loads, lambda load: press(self.compliance, z, load, tolerance, symmetry, workers), progress)
+
+    def press_path(
+        self,
+        surface: HeightSurface | ArrayLike,
+        steps: Sequence[PressStep],
+        friction: float,
+        tolerance: float = CERTIFIED,
+        symmetry: bool = True,
+        workers: int | None = None,
+    ) -> FrictionPath:
+        """Press and drag a rigid surface with friction along a path of loads, from the unloaded state.
+
+        With friction the answer depends on the order of the loads. In a step they change together; slip is counted
+        from the end of the step before.
+
+        Parameters
+        ----------
+        surface : shape with `heights`, or (nx, ny) array_like
+            As in `press`; steps at other positions need a shape.
+        steps : sequence of PressStep
+            Loads at the ends of the steps.
+        friction : float
+            Coulomb's mu, zero or positive; infinite: what touches sticks.
+        tolerance, symmetry, workers
+            As in `press`; symmetry concerns the pressures.
+
+        Returns
+        -------
+        FrictionPath
+
+        Raises
+        ------
+        InputError
+            If steps, friction or heights are invalid, layers are not bonded, or the loads exceed what friction holds;
+            the message names the step and the friction needed.
+        SolverError
+            If no certified solution was found.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> plain = fc.Material(E=1.0, nu=0.0)
+        >>> half = fc.HalfSpace(plain, size=(3.0, 3.0), shape=(32, 32), against=plain)
+        >>> pull = [fc.PressStep(force=2 / 3, tangential=(q, 0.0)) for q in (0.0, 0.2, -0.2, 0.2)]
+        >>> path = half.press_path(fc.surfaces.Paraboloid(1.0), pull, friction=0.5)
+        >>> path.shift[:, 0].round(3)
+        array([ 0.   ,  0.229, -0.229,  0.229])
+        """
+        check_settings(tolerance, symmetry, workers)
+        path = solve_path(self.compliance, self._heights_at(surface), steps, friction, tolerance, symmetry, workers)
+        return replace(path, contacts=tuple(self._between_cells(c, surface, c.position) for c in path.contacts))
+
+    def _heights_at(self, surface: HeightSurface | ArrayLike) -> Callable[[tuple[float, float]], Array]:
+        """Heights (nx, ny) of a surface by its position."""
+        shape, grid = heights_of(surface), self.grid
+
+        def heights(position: tuple[float, float]) -> Array:
+            if tuple(position) == (0.0, 0.0):
+                return self.heights_of(surface)
+            if not shape:
+                raise InputError(
+                    "Heights given as an array cannot be moved to a position: give a shape with `heights`."
+                )
+            z = shape(grid.x[:, None] - position[0], grid.y[None, :] - position[1])
+            return np.broadcast_to(np.asarray(z, dtype=float), grid.shape)
+
+        return heights
+
+    def stiffness(self, contact: HalfSpaceContact) -> float:
+        """Slope of force over approach at a contact with this half-space, without tilt.
+
+        An increment of approach displaces all cells in contact equally: the slope is the force per approach of a flat
+        punch with the contact's outline (Barber, Proc. R. Soc. A 459 (2003) 53). Infinite for a periodic surface in
+        full contact, whose mean plane is not displaced.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(64, 64))
+        >>> ball = half.press(fc.surfaces.Paraboloid(1.0), force=4 / 3)  # radius 1: 2 E* a
+        >>> abs(half.stiffness(ball) / 2.0 - 1) < 0.01
+        True
+        """
+        instance("the contact", contact, HalfSpaceContact)
+        if not contact.active.any():
+            return 0.0
+        if self.periodic and self.compliance.mean_is_stiff and contact.active.all():
+            return math.inf
+        outline = np.where(contact.active, 0.0, np.inf)
+        load = Load(contact.force, None, None)
+        return contact.force / press(self.compliance, outline, load, 1e-8, True, None, boxed=False).approach
+
+    def heights_of(self, surface: HeightSurface | ArrayLike) -> Array:
+        """Heights (nx, ny) of a surface at the cell centres."""
+        if heights := heights_of(surface):
+            z = heights(self.grid.x[:, None], self.grid.y[None, :])
+            return np.broadcast_to(np.asarray(z, dtype=float), self.grid.shape)
+        return number_array("the heights", surface)
+
+    def met_by(self, partner: object) -> HalfSpace:
+        """The half-space with cells opposite those of a local body; itself for other partners."""
+        faced = getattr(partner, "half_space_opposite", None)
+        return self if faced is None else cast(HalfSpace, faced(self))
+
+    @property
+    def matrix_free(self) -> bool:
+        """Its compliance is applied by Fourier transforms."""
+        return True
+
+    def size_lines(self, twin: str = "") -> list[str]:
+        """Report lines."""
+        return [f"{self.name}: a half-space, of which only the surface is cut"]
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the grid."""
+        return math.hypot(*self.grid.size)
+
+    @property
+    def reference_point(self) -> Array:
+        """The origin of its axes."""
+        return np.zeros(3)
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* of the bodies that it represents."""
+        return self.compliance.modulus
+
+    @cached_property
+    def _cells(self) -> CellModel:
+        return CellModel(self.compliance)
+
+    @cached_property
+    def facets(self) -> GridSurface:  # type: ignore[override]
+        """Its surface: cell centres and quadrilaterals between them."""
+        return grid_surface(self.grid, "surface", self.periodic, self.compliance.pressure == "point")
+
+    def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
+        """Compliance along rows: a matrix, or an operator for many rows of one cell each."""
+        with timer("condense"):
+            return Reduced(self._cells.along(_along(rows, self.facets.normal)), np.zeros(rows.shape[0]))
+
+    def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
+        """Elastic displacements (n_dofs,) under forces along rows."""
+        cells, normal = self._cells, self.facets.normal
+        outward = np.asarray(_along(rows, normal).T @ forces).reshape(cells.shape)
+        if not outward.any():
+            return np.zeros(self.n_dofs)
+        u = cells.product.apply(outward / self.grid.area)
+        return np.asarray((u.reshape(-1, 1) * normal).ravel())
+
+    def describe(self) -> str:
+        """One-line description of the model."""
+        kind = "periodic" if self.periodic else "free"
+        stack = f", {len(self.layers)} layer(s)" if self.layers else ""
+        return f"{self.name}: {kind} half-space, {self.grid.shape[0]} x {self.grid.shape[1]} cells{stack}"
+
+
+def _along(rows: sp.csr_matrix, normal: Array) -> sp.csr_matrix:
+    """Parts (n, n_cells) of rows (n, 3 n_cells) for displacements along a normal (3,)."""
+    part = sp.csr_matrix(rows @ sp.kron(sp.eye_array(rows.shape[1] // 3), normal[:, None], format="csr"))
+    part.eliminate_zeros()
+    return part

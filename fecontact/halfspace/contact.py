@@ -1,0 +1,457 @@
+"""Result of pressing a rigid surface on a half-space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.ndimage
+import scipy.sparse
+import scipy.sparse.csgraph
+from numpy.typing import ArrayLike
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.checks import number_array, whole
+from fecontact.common.error_estimate import (
+    LARGEST_ERROR,
+    OF_CELLS,
+    OF_LAYERS,
+    ErrorEstimate,
+    ResponseError,
+    UnboundedPeak,
+)
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+from fecontact.common.one_line import one_line
+from fecontact.common.renamed import redefined, renamed
+from fecontact.common.units import Units
+from fecontact.halfspace import inside
+from fecontact.halfspace.grid import Grid, part_of
+from fecontact.halfspace.grid_error import (
+    EdgeCells,
+    edge_area,
+    edge_cells,
+    grid_error_estimate,
+    peak_of,
+    pressed_ends,
+)
+from fecontact.halfspace.layered import STRESSED, Layer, thin_layers
+from fecontact.halfspace.pictures import save_fields
+from fecontact.halfspace.validity import validity_warnings
+from fecontact.solvers import Residuals
+
+PUNCH = 0.5
+"""Exponent of the inverse distance with which the pressure grows towards the end of a counter-surface."""
+
+SAME = 1e-9
+"""Difference of both areas, relative, up to which they are the same."""
+
+TOUCHING = np.ones((3, 3), int)
+"""Cells that share a side or a corner belong to one region."""
+
+
+@dataclass(frozen=True)
+class SolverReport:
+    """Solver statistics.
+
+    Attributes
+    ----------
+    nit : int
+        Conjugate gradient steps on the finest grid.
+    rounds : int
+        Active sets on the finest grid.
+    levels : int
+        Number of grids.
+    products : int
+        Products with a compliance, on all grids.
+    transforms : float
+        Forward and backward real transforms on all grids, including those of preconditioner and certificate, in units
+        of one of the padded whole grid.
+    symmetric : (bool, bool)
+        Axes of symmetry, of which a half was modelled.
+    seconds : float
+    history : tuple of float
+        Relative gap or penetration after each round.
+    """
+
+    nit: int
+    rounds: int
+    levels: int
+    products: int
+    transforms: float
+    symmetric: tuple[bool, bool]
+    seconds: float
+    history: tuple[float, ...]
+
+
+@one_line
+@dataclass(frozen=True, eq=False)
+class HalfSpaceContact:
+    """Contact of a half-space with a rigid surface; made by `HalfSpace.press`.
+
+    Attributes
+    ----------
+    grid : Grid
+    periodic : bool
+    material : Material or None
+        Material of the half-space, or of the base under its layers; None for layers on a rigid base.
+    layers : tuple of Layer
+    pressure : (nx, ny) array
+        Uniform over each cell (bilinear: at the nodes), compression positive.
+    pressure_kind : {'uniform', 'bilinear', 'point'}
+    displacement : (nx, ny) array
+        Displacement of the surface into the body; of both bodies together with a counter-material.
+    gap : (nx, ny) array
+        Gap after deformation; infinite where there is no counter-surface.
+    approach : float
+        Rigid displacement of the counter-surface into the body, at the origin of the grid: from the undisturbed
+        surface, or from the mean plane of a periodic one.
+    tilt : (float, float)
+        Tilt of the counter-surface: slopes along x and y, rising positive.
+    residuals : Residuals
+        Recomputed from the problem, relative.
+    status : str
+        'solved' or 'no-contact'.
+    solver : SolverReport
+    coarse : (mx, my) array or None
+        Pressure on cells twice as large, over the modelled part; None if there was no coarser grid.
+    between : str
+        Warning of an overlap between the middles of the cells, see `between_cells`; empty without one.
+    given : {'force', 'approach'}
+        Which of the two was prescribed.
+    """
+
+    grid: Grid
+    periodic: bool
+    material: Material | None
+    layers: tuple[Layer, ...]
+    pressure: Array
+    pressure_kind: str
+    displacement: Array
+    gap: Array
+    approach: float
+    tilt: tuple[float, float]
+    residuals: Residuals
+    status: str
+    solver: SolverReport
+    coarse: Array | None
+    between: str = field(default="", kw_only=True, repr=False)
+    given: str = field(default="force", kw_only=True, repr=False)
+
+    @property
+    def active(self) -> Mask:
+        """Cells (nx, ny) that carry pressure."""
+        return self.pressure > 0
+
+    @cached_property
+    def force(self) -> float:
+        """Total force."""
+        return float(self.pressure.sum()) * self.grid.area
+
+    @property
+    def area(self) -> float:
+        """Area with the edge located within its cells, see `edge`; several times more accurate for smooth surfaces."""
+        return self._redefined("area", "the area with its edge within the cells, as it is printed", "point_area")
+
+    @property
+    def point_area(self) -> float:
+        """Area of the cells that carry pressure; error of first order in the cell size."""
+        return int(self.active.sum()) * self.grid.area
+
+    edge_area = renamed("edge_area", "area", lambda contact: contact.figures["area"])
+
+    @cached_property
+    def figures(self) -> dict[str, float]:
+        """Figures by name: what objects, prints, files, tables and pictures show."""
+        area = edge_area(self._edge, int(self.active.sum()))[0] * self.grid.area
+        return {
+            "force": self.force,
+            "approach": self.approach,
+            "area": area,
+            "point_area": self.point_area,
+            "area_fraction": area / (self.grid.n_cells * self.grid.area),
+            "max_pressure": self.max_pressure,
+            "mean_pressure": self.force / area if area > 0 else 0.0,
+            "mean_gap": self.mean_gap,
+        }
+
+    def _redefined(self, name: str, meaning: str, former: str) -> float:
+        """A figure that had another value before, with a warning where it has."""
+        if abs(self.figures["area"] - self.point_area) > SAME * self.point_area:
+            redefined(name, meaning, former)
+        return self.figures[name]
+
+    @cached_property
+    def _edge(self) -> EdgeCells:
+        return edge_cells(self.pressure, self.gap, self.periodic)
+
+    @cached_property
+    def error_estimate(self) -> ErrorEstimate:
+        """Estimated discretisation errors, see `grid_error`.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(64, 64))
+        >>> print(half.press(fc.surfaces.Paraboloid(1.0), force=4 / 3).error_estimate)
+        pressure: about 0.9 % (peak 0.2 %, area 0.3 %), resolved by 44 faces across
+        """
+        part = part_of(self.grid.shape, self.solver.symmetric)
+        points = self.pressure_kind == "point"
+        ends = pressed_ends(self.pressure, np.isfinite(self.gap))
+        found = grid_error_estimate(self.pressure, self.coarse, part, self._edge, points, ends)
+        if ends.any():
+            at, order = np.where(ends, self.pressure, 0.0), PUNCH
+        elif self.active.any() and peak_of(self.pressure).unbounded:
+            at, order = self.pressure, 0.0
+        else:
+            return found
+        i, j = np.unravel_index(np.argmax(at), at.shape)
+        place = (float(self.grid.x[i]), float(self.grid.y[j]), 0.0)
+        return replace(found, peak=np.inf, unbounded=UnboundedPeak("counter-surface", place, order))
+
+    @cached_property
+    def response_error(self) -> ResponseError:
+        """Estimated error of the approach under a given force, or of the force at a given approach.
+
+        The energy is off by the square of the pressure's error, times `OF_CELLS`; see `results.response_error`.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(24, 24))
+        >>> ball = half.press(fc.surfaces.Paraboloid(1.0), force=4 / 3)
+        >>> print(ball.response_error, "; true:", round(abs(ball.approach - 1), 4))
+        approach about 0.1 % ; true: 0.0011
+        """
+        error, energy = self.error_estimate.pressure, float(np.vdot(self.pressure, self.displacement))
+        if not (np.isfinite(error) and energy > 0):
+            return ResponseError()
+        least = OF_LAYERS / self.error_estimate.faces_across**2 if self.layers else 0.0
+        force = OF_CELLS * min(1.0, max(error**2, least))
+        if self.given == "approach":
+            return ResponseError(force=force)
+        growth = 2 * (self.approach * float(self.pressure.sum()) / energy - 1)
+        return ResponseError(approach=force / (1 + min(max(growth, 0.0), 1.0)))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of overlaps, large errors, contacts not resolved, and strains and slopes that are not small."""
+        between = (self.between,) if self.between else ()
+        limits = validity_warnings(self, self.pressure, self.gap, self.displacement)
+        return (*between, *self._error_warnings, *limits)
+
+    @property
+    def _error_warnings(self) -> tuple[str, ...]:
+        """Warning of a contact not resolved, or of an estimated error of pressure, peak or area above a tenth."""
+        estimate = self.error_estimate
+        if not estimate.largest > LARGEST_ERROR:
+            return ()
+        if not estimate.resolved:
+            return (
+                f"The contact is {estimate.faces_across:.2g} cells across: its peak and area are not resolved, and its "
+                f"pressure may be off by about {estimate.amount}. Take more cells, or a smaller grid around it.",
+            )
+        return (
+            f"The pressure may be off by about {estimate.amount}: the contact is resolved by "
+            f"{estimate.faces_across:.2g} cells across. Take more cells, or a smaller grid around it.",
+        )
+
+    @property
+    def area_fraction(self) -> float:
+        """Contact area over the area of the grid."""
+        return self._redefined("area_fraction", "that of the area with its edge within the cells", "active.mean()")
+
+    @property
+    def max_pressure(self) -> float:
+        """Largest pressure."""
+        return float(self.pressure.max())
+
+    @property
+    def mean_pressure(self) -> float:
+        """Force over contact area; zero without contact."""
+        return self._redefined("mean_pressure", "over the area with its edge within the cells", "force / point_area")
+
+    @cached_property
+    def centre_of_pressure(self) -> tuple[float, float]:
+        """Mean position weighted by pressure; NaN without contact."""
+        total = self.pressure.sum()
+        if total == 0:
+            return (np.nan, np.nan)
+        x, y = self.pressure.sum(axis=1) @ self.grid.x / total, self.pressure.sum(axis=0) @ self.grid.y / total
+        return float(x), float(y)
+
+    @property
+    def mean_gap(self) -> float:
+        """Mean gap over the cells that have a counter-surface."""
+        return float(self.gap[np.isfinite(self.gap)].mean())
+
+    @cached_property
+    def regions(self) -> IntArray:
+        """Number (nx, ny) of the connected part of the contact that a cell belongs to, from 1; 0 without contact."""
+        label, count = scipy.ndimage.label(self.active, TOUCHING)
+        if self.periodic and count:
+            pairs = [(label[0], np.roll(label[-1], s)) for s in (-1, 0, 1)]
+            pairs += [(label[:, 0], np.roll(label[:, -1], s)) for s in (-1, 0, 1)]
+            a, b = np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
+            both = (a > 0) & (b > 0)
+            joined = scipy.sparse.coo_matrix((np.ones(both.sum()), (a[both], b[both])), (count + 1, count + 1))
+            number = scipy.sparse.csgraph.connected_components(joined, directed=False)[1]
+            label = number[label]
+        return np.asarray(label, dtype=np.int64)
+
+    @property
+    def n_regions(self) -> int:
+        """Number of connected parts of the contact."""
+        return int(self.regions.max())
+
+    def moment_radius(self) -> float:
+        """Contact radius of a Hertz pressure from its second moment, a^2 = (5/2) sum(p r^2)/sum(p)."""
+        x, y = self.centre_of_pressure
+        r2 = ((self.grid.x - x) ** 2)[:, None] + ((self.grid.y - y) ** 2)[None, :]
+        return float(np.sqrt(2.5 * (self.pressure * r2).sum() / self.pressure.sum()))
+
+    def stress(self, points: ArrayLike, chunk: int = 200_000) -> Array:
+        """Stress inside the half-space.
+
+        By Love's rectangles for a free homogeneous half-space, by transforms for a layered or periodic one, see
+        `inside`.
+
+        Parameters
+        ----------
+        points : (n, 3) array_like
+            Points with z <= 0. On an interface between layers the stress of the upper one is given; on an edge or a
+            corner of a cell, on the surface, the mean of the limits from all sides, where the pressure jumps. There, at
+            corners, xy is infinite as a logarithm times the mixed difference of the four pressures: its mean over a
+            cell is taken.
+        chunk : int
+            Pairs of point and cell per batch.
+
+        Returns
+        -------
+        (n, 6) array
+            Components xx, yy, zz, xy, yz, xz, tension positive. For a periodic half-space the mean in-plane strain is
+            zero.
+
+        Raises
+        ------
+        InputError
+            If a point lies outside, or in a rigid base, or layers at the top of a free one are thinner than half
+            a cell.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(3.0, 3.0), shape=(32, 32))
+        >>> contact = half.press(fc.Sphere(10.0), force=0.1)
+        >>> contact.stress([[0.0, 0.0, -0.5]]).shape
+        (1, 6)
+        """
+        where = number_array("points inside the half-space", points)
+        whole("chunk", chunk)
+        if where.ndim != 2 or where.shape[1] != 3 or not np.isfinite(where).all() or (where[:, 2] > 0).any():
+            raise InputError("Points inside the half-space must be an array (n, 3) of finite numbers with z <= 0.")
+        if len(where) == 0:
+            return np.zeros((0, 6))
+        if not self.periodic and (thin := thin_layers(self.layers, STRESSED * max(self.grid.cell))):
+            raise InputError(
+                f"The stress inside varies within a cell, {max(self.grid.cell):g} wide, over the {thin} thin layer(s) "
+                "at the top. Take cells no wider than twice the top layer's thickness, or leave such layers out to see "
+                "what is below."
+            )
+        downwards = where * np.array([1.0, 1.0, -1.0])
+        loaded = inside.Loaded(self.grid, self.pressure, self.material, self.layers)
+        stress = loaded.periodic(downwards) if self.periodic else loaded.free(downwards, chunk)
+        return np.asarray(stress * inside.OUTWARDS)
+
+    def plot(self, path: str | Path | None = None, *, length: str = "", force: str = "", stress: str = "") -> Any:
+        """Picture of pressure, gap, displacement and the von Mises stress inside, a matplotlib figure.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            File to write; the suffix decides the format.
+        length, force, stress : str
+            Names of units, for labels.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written, or a name is no text.
+        """
+        from fecontact.halfspace.pictures import plot_pressed
+
+        return plot_pressed(self, path, Units(length, force, stress))
+
+    def summary(self) -> dict[str, Any]:
+        """Figures for scripts, ready for JSON."""
+        return {
+            "status": self.status,
+            "periodic": self.periodic,
+            "cells": list(self.grid.shape),
+            "size": list(self.grid.size),
+            **self.figures,
+            "tilt": list(self.tilt),
+            "regions": self.n_regions,
+            "error_estimate": self.error_estimate.summary(),
+            "response_error": self.response_error.summary(),
+            "warnings": list(self.warnings),
+            "residuals": vars(self.residuals),
+        }
+
+    def columns(self) -> dict[str, Array]:
+        """Fields (nx, ny) on the cells by name."""
+        return {"pressure": self.pressure, "gap": self.gap, "displacement": self.displacement}
+
+    def save(self, path: str | Path) -> Path:
+        """Write the contact; the suffix decides: .json (summary), .csv (a row per cell), .npz (arrays for numpy).
+
+        Raises
+        ------
+        InputError
+            For another suffix, or a file that cannot be written.
+
+        Examples
+        --------
+        >>> import tempfile
+        >>> from pathlib import Path
+        >>> import numpy as np
+        >>> import fecontact as fc
+        >>> contact = fc.HalfSpace(fc.Material(E=1.0, nu=0.3)).press(fc.Sphere(10.0), force=0.02)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     saved = np.load(contact.save(Path(folder) / "ball.npz"))
+        ...     float((saved["pressure"] * contact.grid.area).sum().round(12))
+        0.02
+        """
+        return save_fields(path, self.grid, self.columns(), self.summary())
+
+    def __str__(self) -> str:
+        r, s = self.residuals, self.solver
+        kind = "periodic" if self.periodic else "free"
+        modelled = {0: "whole", 1: "half", 2: "quarter"}[sum(s.symmetric)]
+        rows = [
+            ("force", self.force),
+            ("approach", self.approach),
+            ("area", self.figures["area"]),
+            ("area of its cells", self.point_area),
+            ("maximum pressure", self.max_pressure),
+            ("mean pressure", self.figures["mean_pressure"]),
+            ("mean gap", self.mean_gap),
+        ]
+        return "\n".join(
+            [
+                f"Half-space, {kind}, {self.grid.shape[0]} x {self.grid.shape[1]} cells ({modelled} modelled): "
+                f"{self.status}",
+                *(f"  {name:19}{value:>14.6g}" for name, value in rows),
+                f"  {'regions':19}{self.n_regions:>14d}",
+                f"  {s.nit} iterations in {s.rounds} rounds on the finest of {s.levels} grids; {s.products} products, "
+                f"{s.transforms:.1f} transforms of the padded grid, {s.seconds:.3f} s",
+                f"  residuals: {r}",
+                f"  error of {self.error_estimate}",
+                *([f"  error of the {self.response_error}"] if str(self.response_error) else []),
+                *(f"  Warning: {text}" for text in self.warnings),
+            ]
+        )

@@ -1,0 +1,425 @@
+"""Contact of a half-space with friction: steps of a load path, pressures and tractions in turn.
+
+Pressures are found under the normal displacements by the tractions, then tractions under the limits and tangential
+displacements by the pressures, until both certificates hold. Bodies of equal materials (more exactly, of Dundurs' beta
+= 0) need one turn, for there the two problems are not coupled.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from fecontact.common import checks
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError, SolverError
+from fecontact.common.one_line import one_line
+from fecontact.halfspace.compliance import SurfaceCompliance
+from fecontact.halfspace.contact import HalfSpaceContact
+from fecontact.halfspace.fft import VectorConvolution
+from fecontact.halfspace.friction_contact import FrictionContact, TangentialReport
+from fecontact.halfspace.grid import Grid
+from fecontact.halfspace.pressing import Load, normal_residuals, press
+from fecontact.halfspace.tangential import (
+    Box,
+    Elasticity,
+    TangentialCompliance,
+    is_coupled,
+    tangential_compliance,
+)
+from fecontact.halfspace.tresca import TrescaProblem, onto_discs, solve_nested_tresca, solve_tresca
+from fecontact.solvers import FrictionResiduals
+
+MOST_TURNS = 40
+"""Turns of pressures and tractions; each reduces the error by about the product of mu and Dundurs' beta."""
+
+FIRST_TURN = 1e-3
+PER_TURN = 0.03
+"""Tolerance of the first turn; of others, relative to what the turn before left."""
+
+CERTIFIED = 1e-10
+"""Tolerance of the certificate unless another is given; a quarter dearer than 1e-8."""
+
+SLIDING = 1 - 1e-9
+"""Share of the limit of friction from which a contact is taken to slide as a whole."""
+
+NO_WORK = 0.1
+"""Share of the work of a slip as large as the normal displacement, below which that of friction is not relative."""
+
+QUANTUM = 8
+"""Cells to whose multiples the box round the contact is enlarged, so that tables serve several steps."""
+
+
+@one_line
+@dataclass(frozen=True)
+class PressStep:
+    """Loads on the counter-surface at the end of a step: normal, tangential and about the normal.
+
+    Parameters
+    ----------
+    force, approach : float, optional
+        Exactly one: the total normal force, positive, or the downward displacement from the given heights.
+    tangential : (float, float), optional
+        Force along x and y on the counter-surface; zero unless this or the shift is given.
+    shift : (float, float), optional
+        Displacement of the counter-surface along x and y since the unloaded state.
+    torque : float, optional
+        Torque on it about the normal through `position`, counter-clockwise seen from above.
+    twist : float, optional
+        Its rotation about the normal since the unloaded state; held at zero unless this or the torque is given.
+    position : (float, float)
+        Where the counter-surface's own origin is; for a shape that rolls or is set down anew. Rolling moves no
+        surface against the other: the shift is not changed by it.
+    load_point : (float, float), optional
+        Point of action (x, y) of the normal force on a counter-surface that may tilt; without it, it does not tilt.
+        Tangential forces act in the surface.
+
+    Raises
+    ------
+    InputError
+        If not exactly one of each pair is given, or a number is not finite.
+
+    Examples
+    --------
+    >>> PressStep(force=10.0, tangential=(1.0, 0.0)).tangential
+    (1.0, 0.0)
+    """
+
+    force: float | None = None
+    approach: float | None = None
+    tangential: tuple[float, float] | None = None
+    shift: tuple[float, float] | None = None
+    torque: float | None = None
+    twist: float | None = None
+    position: tuple[float, float] = (0.0, 0.0)
+    load_point: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        Load(self.force, self.approach, self.load_point)
+        for one, other in (("tangential", "shift"), ("torque", "twist")):
+            if getattr(self, one) is not None and getattr(self, other) is not None:
+                raise InputError(f"Give one of {one} and {other}; found both. The other one follows from it.")
+        checks.vector("the position", self.position, 2)
+        for name in ("tangential", "shift"):
+            if (value := getattr(self, name)) is not None:
+                checks.vector(f"the {name}", value, 2)
+        for name in ("torque", "twist"):
+            if (value := getattr(self, name)) is not None:
+                checks.finite(f"the {name}", value)
+
+    @property
+    def loads(self) -> tuple[float | None, float | None, float | None]:
+        """Loads along x, y and about the normal; None where the motion is prescribed."""
+        x, y = (self.tangential or (0.0, 0.0)) if self.shift is None else (None, None)
+        return x, y, self.torque
+
+    @property
+    def motions(self) -> tuple[float | None, float | None, float | None]:
+        """Motions along x, y and about the normal; None where the load is prescribed."""
+        x, y = self.shift or (None, None)
+        return x, y, None if self.torque is not None else (self.twist or 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Friction:
+    """A half-space, its counter-surface's friction, and the compliances made so far.
+
+    Parameters
+    ----------
+    body : SurfaceCompliance
+    mu : float
+    tolerance : float
+    workers : int, optional
+    """
+
+    body: SurfaceCompliance
+    mu: float
+    tolerance: float
+    workers: int | None = None
+    _made: dict[tuple[int, tuple[int, int]], TangentialCompliance] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def constants(self) -> Elasticity:
+        """Elastic constants of the surface."""
+        return Elasticity.of(self.body)
+
+    @cached_property
+    def coupled(self) -> bool:
+        """Whether pressures and tractions are coupled."""
+        return is_coupled(self.body)
+
+    def compliance(self, level: int, shape: tuple[int, int]) -> TangentialCompliance:
+        """Compliance among as many cells of the grid coarsened `level` times by two."""
+        if (level, shape) not in self._made:
+            cell = (self.body.grid.cell[0] * 2**level, self.body.grid.cell[1] * 2**level)
+            counts = (max(shape[0], 2), max(shape[1], 2))
+            grid = Grid((cell[0] * counts[0], cell[1] * counts[1]), counts)
+            box = (slice(0, shape[0]), slice(0, shape[1]))
+            self._made[level, shape] = tangential_compliance(replace(self.body, grid=grid), box, self.workers)
+        return self._made[level, shape]
+
+    @cached_property
+    def lift(self) -> VectorConvolution | None:
+        """Normal displacements of the whole grid by tractions on it; None without coupling."""
+        whole = (slice(0, self.body.grid.shape[0]), slice(0, self.body.grid.shape[1]))
+        return tangential_compliance(self.body, whole, self.workers).lift if self.coupled else None
+
+    def box(self, *pressures: Array) -> Box:
+        """Part of the grid with all cells that touch; the whole if it is periodic."""
+        shape = self.body.grid.shape
+        if self.body.periodic:
+            return slice(0, shape[0]), slice(0, shape[1])
+        touching = np.logical_or.reduce([p > 0 for p in pressures])
+        out = []
+        for axis in (0, 1):
+            hit = np.flatnonzero(touching.any(axis=1 - axis))
+            count = min(-(-(int(hit[-1]) + 1 - int(hit[0])) // QUANTUM) * QUANTUM, shape[axis])
+            first = min(int(hit[0]), shape[axis] - count)
+            out.append(slice(first, first + count))
+        return out[0], out[1]
+
+
+def press_step(
+    friction: Friction, heights: Array, step: PressStep, last: FrictionContact | None, symmetry: bool = True
+) -> FrictionContact:
+    """Press and drag a surface of heights (nx, ny), from the state at the end of the last step or unloaded.
+
+    Raises
+    ------
+    InputError
+        If the loads make the contact slide as a whole, with the friction that would hold them.
+    SolverError
+        If no certified solution was found.
+    """
+    began = time.perf_counter()
+    load = Load(step.force, step.approach, step.load_point)
+    bent, turns, newton, nit = np.zeros(heights.shape), 0, 0, 0
+    start: tuple[Array, Array | None] | None = None if last is None else (last.traction, None)
+    normal, several = None, friction.coupled and friction.mu > 0
+    tolerance = max(FIRST_TURN, friction.tolerance) if several else friction.tolerance
+    while True:
+        normal = press(friction.body, heights + bent, load, tolerance, symmetry, friction.workers, start=normal)
+        if not normal.active.any():
+            raise InputError(
+                "Nothing is pressed: no middle of a cell touches at this approach. Increase it, or take smaller cells."
+            )
+        _check_holds(friction, normal, step)
+        turn = _Turn(friction, normal, step, last)
+        at = turn.solve(heights, load, start, tolerance)
+        turns, newton, nit = turns + 1, newton + at.newton, nit + at.nit
+        start = turn.spread(at.q), at.m
+        contact = turn.contact(heights, load, at.q, at.m)
+        if contact.friction_residuals.within(friction.tolerance):
+            report = TangentialReport(turns, newton, nit, time.perf_counter() - began)
+            return replace(contact, tangential_solver=report)
+        if not several or turns == MOST_TURNS or contact.friction_residuals.slip > tolerance:
+            raise SolverError(
+                f"No certified answer with friction after {turns} turns of pressures and tractions and {newton} Newton "
+                f"steps ({contact.friction_residuals}; tolerance {friction.tolerance:.0e}). Take smaller steps, or "
+                "prescribe the shift instead of a force near sliding."
+            )
+        bent = turn.lift(at.q)
+        tolerance = max(friction.tolerance, min(tolerance, PER_TURN * contact.friction_residuals.worst))
+
+
+def _check_holds(friction: Friction, normal: HalfSpaceContact, step: PressStep) -> None:
+    """Refuse loads beyond the limit of friction: necessary conditions, each load alone."""
+    x, y, torque = step.loads
+    grid, force = normal.grid, normal.force
+    drag = math.hypot(x or 0.0, y or 0.0)
+    if drag > 0 and drag >= SLIDING * friction.mu * force:
+        along = f"({(x or 0.0) / drag:.3g}, {(y or 0.0) / drag:.3g})"
+        raise InputError(
+            f"The contact slides along {along}: to hold a tangential force of {drag:g} under a normal force of "
+            f"{force:g} it needs a friction above {drag / force:.4g}; found {friction.mu:g}. Prescribe the shift to "
+            "let it slide."
+        )
+    if torque:
+        arms = np.hypot(grid.x[:, None] - step.position[0], grid.y[None, :] - step.position[1])
+        most = float((normal.pressure * arms).sum()) * grid.area
+        if abs(torque) >= SLIDING * friction.mu * most:
+            raise InputError(
+                f"The contact slides round its normal: to hold a torque of {abs(torque):g} it needs a friction above "
+                f"{abs(torque) / most:.4g}; found {friction.mu:g}. Prescribe the twist to let it slide."
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class _Turn:
+    """Tractions under fixed pressures."""
+
+    friction: Friction
+    normal: HalfSpaceContact
+    step: PressStep
+    last: FrictionContact | None
+
+    @cached_property
+    def box(self) -> Box:
+        """Part of the grid with the cells that touch now or did before."""
+        before = () if self.last is None else (self.last.pressure,)
+        return self.friction.box(self.normal.pressure, *before)
+
+    @cached_property
+    def compliance(self) -> TangentialCompliance:
+        """Compliance among the cells of the box."""
+        x, y = self.box
+        return self.friction.compliance(0, (x.stop - x.start, y.stop - y.start))
+
+    @cached_property
+    def rows(self) -> Array:
+        """Displacements (3, 2, bx, by) by unit motions along x, y and about the normal."""
+        grid = self.normal.grid
+        x = (grid.x - self.step.position[0])[self.box[0], None]
+        y = (grid.y - self.step.position[1])[None, self.box[1]]
+        rows = np.zeros((3, 2, *self.compliance.shape))
+        rows[0, 0], rows[1, 1], rows[2, 0], rows[2, 1] = 1.0, 1.0, -y, x
+        return rows
+
+    @property
+    def before(self) -> Array:
+        """Motions (3,) at the end of the last step."""
+        return np.zeros(3) if self.last is None else np.array([*self.last.shift, self.last.twist])
+
+    @cached_property
+    def free(self) -> list[int]:
+        """Motions whose load is prescribed, and that anything resists."""
+        return [j for j, value in enumerate(self.step.loads) if value is not None] if self.friction.mu > 0 else []
+
+    @cached_property
+    def problem(self) -> TrescaProblem:
+        """The problem of the tractions; motions are those since the last step."""
+        p = self.normal.pressure[self.box]
+        limit = np.multiply(self.friction.mu, p, out=np.zeros(p.shape), where=p > 0)
+        c = self.compliance.of_pressure(p)
+        if self.last is not None:
+            c -= self.compliance.of_pressure(self.last.pressure[self.box])
+            c -= self.compliance.apply(self.last.traction[:, *self.box])
+        for j, value in enumerate(self.step.motions):
+            if value is not None:
+                c -= (value - self.before[j]) * self.rows[j]
+        loads = np.array([self.step.loads[j] for j in self.free], dtype=float).reshape(-1)
+        return TrescaProblem(self.compliance, limit, c, self.rows[self.free], loads / self.normal.grid.area)
+
+    def lift(self, q: Array) -> Array:
+        """Normal displacements (nx, ny) by tractions on the box."""
+        lift = self.friction.lift
+        return np.zeros(self.normal.grid.shape) if lift is None else lift.apply(self.spread(q))[0]
+
+    def solve(self, heights: Array, load: Load, start: tuple[Array, Array | None] | None, tolerance: float) -> _Solved:
+        """Tractions and motions, from tractions (2, nx, ny) and motions, or by superposition where it applies."""
+        friction, m = self.friction, np.zeros(len(self.free))
+        q = np.zeros((2, *self.compliance.shape))
+        if friction.mu == 0:
+            return _Solved(q, m, 0, 0)
+        if start is not None:
+            q, m = start[0][:, *self.box], m if start[1] is None else start[1]
+        elif not self.step.torque and not self.step.twist and math.isfinite(friction.mu):
+            q, m = self.superposed(heights, load)
+            if friction.constants.poisson == 0 and not friction.coupled:
+                exact = self.contact(heights, load, q, m)
+                if exact.friction_residuals.within(friction.tolerance):
+                    return _Solved(q, m, 0, 0)
+        if start is not None and start[1] is not None:  # of the turn before: near, however fine the cells
+            at = solve_tresca(self.problem, q, m, 0.1 * tolerance)
+        else:
+            at = solve_nested_tresca(self.problem, friction.compliance, q, m, 0.1 * tolerance)
+        return _Solved(at.q, at.m, at.newton, at.nit)
+
+    def superposed(self, heights: Array, load: Load) -> tuple[Array, Array]:
+        """Tractions mu (p - p') by the pressures p' of a smaller load, and motions.
+
+        Exact for one step from the unloaded state if nu = 0 and nothing is coupled, for then tractions displace the
+        surface along themselves as pressures do along the normal; a start otherwise.
+
+        References
+        ----------
+        M. Ciavarella, J. Appl. Mech. 65 (1998) 998; J. Jaeger, Arch. Appl. Mech. 65 (1995) 478.
+        """
+        mu, p = self.friction.mu, self.normal.pressure[self.box]
+        driven = self.step.shift is None
+        along = np.array(self.step.tangential or (0.0, 0.0)) if driven else np.array(self.step.shift)
+        size = float(np.hypot(*along))
+        m = np.zeros(len(self.free))
+        if size == 0:
+            return np.zeros((2, *p.shape)), m
+        constants = self.friction.constants
+        softer = 1 + constants.poisson / (2 * constants.direct)
+        if driven:
+            inner = Load(self.normal.force - size / mu, None, None)
+        else:
+            rest = self.normal.approach - size / (mu * softer)
+            inner = Load(None, rest, None)
+        less = press(self.friction.body, heights, inner, self.friction.tolerance, True, self.friction.workers)
+        q = mu * (p - less.pressure[self.box])
+        if driven:
+            m[:2] = mu * softer * (self.normal.approach - less.approach) * along / size
+        return q * (along / size)[:, None, None], m
+
+    def spread(self, q: Array) -> Array:
+        """Values (2, nx, ny) of the grid from values of the box, zero outside."""
+        whole = np.zeros((2, *self.normal.grid.shape))
+        whole[:, *self.box] = q
+        return whole
+
+    def contact(self, heights: Array, load: Load, q: Array, m: Array) -> FrictionContact:
+        """The contact with tractions q on the box and motions m since the last step, and its certificate."""
+        slip = np.where(self.normal.active[self.box], self.problem.slip(q, m), 0.0)
+        motion = np.array(
+            [b if value is None else value for b, value in zip(self.before, self.step.motions, strict=True)]
+        )
+        motion[self.free] += m
+        normal = self.normal
+        if self.friction.coupled:
+            bent = self.lift(q)
+            residuals = normal_residuals(self.friction.body, heights + bent, load, normal)
+            normal = replace(normal, displacement=normal.displacement + bent, residuals=residuals)
+        known = {name: getattr(normal, name) for name in normal.__dataclass_fields__}
+        return FrictionContact(
+            **known,
+            friction=self.friction.mu,
+            traction=self.spread(q),
+            slip=self.spread(slip),
+            shift=(float(motion[0]), float(motion[1])),
+            twist=float(motion[2]),
+            position=self.step.position,
+            friction_residuals=_residuals(normal, self.problem, q, slip, m),
+            tangential_solver=TangentialReport(0, 0, 0, 0.0),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """Tractions on the box, motions since the last step, and numbers of iterations."""
+
+    q: Array
+    m: Array
+    newton: int
+    nit: int
+
+
+def _residuals(normal: HalfSpaceContact, problem: TrescaProblem, q: Array, slip: Array, m: Array) -> FrictionResiduals:
+    """Certificate of friction, recomputed; scales are the largest pressure and the largest normal displacement."""
+    pressure, depth = float(normal.pressure.max()), float(np.abs(normal.displacement).max())
+    touching = problem.touching
+    moved = np.where(touching, onto_discs(q - pressure / depth * slip, problem.limit) - q, q)
+    size, slipped = np.hypot(q[0], q[1]), np.hypot(slip[0], slip[1])
+    excess = size - np.where(np.isinf(problem.limit), size, problem.limit)
+    spent = np.where(np.isinf(problem.limit), 0.0, problem.limit) * slipped
+    given = np.where(np.isinf(problem.limit), 0.0, (q * slip).sum(axis=0))
+    held = float(np.where(np.isinf(problem.limit), 0.0, problem.limit).sum()) + 1e-300
+    missing = np.abs(problem.F - np.tensordot(problem.B, q, 3))
+    reach = np.abs(problem.B * touching).max(axis=(1, 2, 3), initial=0.0)
+    balance = float((missing / (reach * float(normal.pressure.sum()))).max(initial=0.0))
+    return FrictionResiduals(
+        normal.residuals.penetration,
+        normal.residuals.tension,
+        normal.residuals.complementarity,
+        max(normal.residuals.equilibrium, balance),
+        cone=max(float(excess.max(initial=0.0)), 0.0) / pressure,
+        slip=float(np.abs(moved).max(initial=0.0)) / pressure,
+        dissipation=float(abs((spent + given).sum()) / max(float(spent.sum()), NO_WORK * held * depth)),
+    )

@@ -1,0 +1,217 @@
+"""A path of loads on a half-space with friction: its steps, the work of friction, wear."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fecontact.common import checks
+from fecontact.common.arguments import instance, items
+from fecontact.common.arrays import Array
+from fecontact.common.errors import FecontactError, InputError
+from fecontact.common.files import save_rows
+from fecontact.common.one_line import one_line
+from fecontact.common.renamed import RenamedKeys, renamed, warn
+from fecontact.halfspace.compliance import SurfaceCompliance
+from fecontact.halfspace.friction import Friction, PressStep, press_step
+from fecontact.halfspace.friction_contact import FrictionContact
+from fecontact.halfspace.layered import thin_layers
+
+COLUMNS = (
+    "force",
+    "approach",
+    "tangential_x",
+    "tangential_y",
+    "torque",
+    "shift_x",
+    "shift_y",
+    "twist",
+    "area",
+    "stick_area",
+    "slip_area",
+    "friction_work",
+    "worst_residual",
+)
+
+
+@one_line
+@dataclass(frozen=True, eq=False)
+class FrictionPath:
+    """Contacts at the ends of the steps of a load path; made by `HalfSpace.press_path`.
+
+    Attributes
+    ----------
+    contacts : tuple of FrictionContact
+    """
+
+    contacts: tuple[FrictionContact, ...]
+
+    @property
+    def last(self) -> FrictionContact:
+        """The contact at the end of the path."""
+        return self.contacts[-1]
+
+    @cached_property
+    def force(self) -> Array:
+        """Normal force (n,) at the ends of the steps."""
+        return np.array([contact.force for contact in self.contacts])
+
+    @cached_property
+    def tangential(self) -> Array:
+        """Tangential force (n, 2) on the half-space by the counter-surface, which is the one on that from outside."""
+        return np.array([contact.tangential for contact in self.contacts])
+
+    @cached_property
+    def torque(self) -> Array:
+        """Torque (n,) about the normal."""
+        return np.array([contact.torque for contact in self.contacts])
+
+    @cached_property
+    def shift(self) -> Array:
+        """Displacement (n, 2) of the counter-surface since the unloaded state."""
+        return np.array([contact.shift for contact in self.contacts])
+
+    @cached_property
+    def twist(self) -> Array:
+        """Rotation (n,) of the counter-surface since the unloaded state."""
+        return np.array([contact.twist for contact in self.contacts])
+
+    @cached_property
+    def friction_work(self) -> Array:
+        """Work of friction (n,) in each step, not negative."""
+        return np.array([contact.friction_work for contact in self.contacts])
+
+    @cached_property
+    def work_density(self) -> Array:
+        """Work of friction per area (nx, ny) in all steps."""
+        return np.asarray(sum(contact.work_density for contact in self.contacts))
+
+    dissipated, work = renamed("dissipated", "friction_work"), renamed("work", "work_density")
+
+    def wear_depth(self, coefficient: float) -> Array:
+        """Wear depth (nx, ny) in all steps by Archard's law, h = k int p |ds|, not fed back into the shape.
+
+        Parameters
+        ----------
+        coefficient : float
+            Archard's k, as of `LoadPath.wear_depth`: volume per force and distance, one over pressure. Worn volume per
+            work of friction is k over mu (Fouvry, Kapsa & Vincent, Wear 200 (1996) 186).
+
+        Raises
+        ------
+        InputError
+            If the coefficient is not positive, or friction is infinite.
+
+        References
+        ----------
+        J. F. Archard, J. Appl. Phys. 24 (1953) 981.
+        """
+        k = checks.positive("the coefficient of wear", coefficient)
+        return np.asarray(sum(k * contact.sliding_integral for contact in self.contacts))
+
+    def wear(self, coefficient: float) -> Array:
+        """Former `wear_depth`, with worn volume per work of friction as its coefficient: k over mu. It warns."""
+        now = "wear(coefficient) is now wear_depth(coefficient * mu), by Archard's k; the old name will be removed."
+        warn(f"FrictionPath.{now}", stacklevel=3)
+        return checks.positive("the coefficient of wear", coefficient) * self.work_density
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of the contacts, each with the first step that it concerns."""
+        first: dict[str, int] = {}
+        for k, contact in enumerate(self.contacts, 1):
+            for text in contact.warnings:
+                first.setdefault(text, k)
+        return tuple(f"Step {k}: {text}" for text, k in first.items())
+
+    def rows(self) -> list[dict[str, float]]:
+        """Figures of each step by name."""
+        return [RenamedKeys(zip(COLUMNS, _row(contact), strict=True)) for contact in self.contacts]
+
+    def as_dict(self) -> dict[str, Any]:
+        """All figures for scripts."""
+        first = self.contacts[0]
+        return {
+            "cells": list(first.grid.shape),
+            "size": list(first.grid.size),
+            "friction": first.friction,
+            "steps": self.rows(),
+            "warnings": list(self.warnings),
+        }
+
+    def save(self, path: str | Path) -> Path:
+        """Write a CSV file, one row per step."""
+        return save_rows(path, COLUMNS, map(_row, self.contacts))
+
+    def __str__(self) -> str:
+        shown = ("force", "tangential_x", "tangential_y", "shift_x", "shift_y", "stick_area", "friction_work")
+        lines = ["".join(f"{row[name]:>15.6g}" for name in shown) for row in self.rows()]
+        worst = max(contact.friction_residuals.worst for contact in self.contacts)
+        return "\n".join(
+            [
+                f"Half-space with friction {self.last.friction:g}, {len(self.contacts)} steps",
+                "".join(f"{name:>15}" for name in shown),
+                *lines,
+                f"work of friction {self.friction_work.sum():.6g}, worst residual {worst:.1e}",
+                *(f"Warning: {text}" for text in self.warnings),
+            ]
+        )
+
+
+def _row(contact: FrictionContact) -> tuple[float, ...]:
+    return (
+        contact.force,
+        contact.approach,
+        *contact.tangential,
+        contact.torque,
+        *contact.shift,
+        contact.twist,
+        contact.figures["area"],
+        contact.stick_area,
+        contact.slip_area,
+        contact.friction_work,
+        contact.friction_residuals.worst,
+    )
+
+
+def solve_path(
+    body: SurfaceCompliance,
+    heights: Callable[[tuple[float, float]], Array],
+    steps: Sequence[PressStep],
+    mu: float,
+    tolerance: float,
+    symmetry: bool = True,
+    workers: int | None = None,
+) -> FrictionPath:
+    """Solve the steps of a path one after the other, see `HalfSpace.press_path`."""
+    friction = Friction(body, checks.friction(mu, infinite=True), tolerance, workers)
+    steps = items("the steps of a path", steps, "PressStep objects")
+    if not body.periodic and thin_layers(body.layers, max(body.grid.cell)):
+        raise InputError(
+            f"With friction, the top layer's thickness must be no less than a cell's width, {max(body.grid.cell):g}; "
+            f"found {body.layers[0].thickness:g}. Take smaller cells, or leave out a layer that is so thin."
+        )
+    for k, step in enumerate(steps, 1):
+        instance(f"step {k} of the path", step, PressStep)
+        if body.periodic and (step.torque or step.twist):
+            raise InputError(
+                f"Step {k} twists the surface, which then would not repeat: leave out torque and twist, or make the "
+                "half-space free."
+            )
+    if not steps:
+        raise InputError("A path needs at least one step; found none. Give a PressStep.")
+    contacts: list[FrictionContact] = []
+    for k, step in enumerate(steps, 1):
+        last = contacts[-1] if contacts else None
+        try:
+            contacts.append(press_step(friction, heights(step.position), step, last, symmetry))
+        except FecontactError as error:
+            if len(steps) == 1:
+                raise
+            raise type(error)(f"Step {k} of {len(steps)}: {error}") from error
+    return FrictionPath(tuple(contacts))

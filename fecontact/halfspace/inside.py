@@ -1,0 +1,361 @@
+"""Stresses inside a half-space under the pressures and tractions of a contact: free, layered, periodic.
+
+Free and homogeneous: Love's rectangles, and those of Cerruti's potentials for tangential tractions. Free and layered:
+in the top layer Love's rectangles of its material plus the smooth difference due to the layers, below it the whole
+field, both from Hankel transforms of a point force's field, summed over the cells by a Gauss rule. Periodic: the
+Fourier series of the pressures, each wave with its field. Here z points into the body; in results it points out of the
+body.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.interpolate
+import scipy.signal
+import scipy.special
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fecontact.analytic import rectangle, sheared_rectangle
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.material import Material
+from fecontact.halfspace.grid import Grid
+from fecontact.halfspace.layered import ON_INTERFACE, Layer, wave_stress
+
+Field = Callable[[Array, Array, Array], Array]
+
+DEEPEST_WAVE = 40.0
+"""Wave number times depth beyond which a wave is negligible: exp(-40) = 4e-18."""
+
+GAUSS_WEIGHTS = np.outer([5 / 18, 8 / 18, 5 / 18], [5 / 18, 8 / 18, 5 / 18]).ravel()
+"""Weights of the Gauss rule with three points in each direction of a cell."""
+
+NEARBY = 4.0
+"""Distance in cells within which Love's closed form replaces that rule, whose error is 1e-6 of the cell beyond."""
+
+CORE = 0.1
+"""Distance in cells within which the point force is omitted: subtracting it later would leave rounding."""
+
+ON_EDGE = 1e-9
+"""Distance in cells from a cell edge or from the surface that counts as rounding of the coordinates."""
+
+ALONE = np.pad(np.ones((1, 1)), 1)
+LINE = 1_000_000
+"""Pressures of one cell alone, and pairs of points and cells at a time below a line."""
+
+OUTWARDS = np.array([1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
+"""Signs of xx, yy, zz, xy, yz, xz under reversal of z."""
+
+
+@dataclass(frozen=True, eq=False)
+class Loaded:
+    """A half-space under pressures on the cells of a grid.
+
+    Attributes
+    ----------
+    grid : Grid
+    pressure : (nx, ny) array
+    material : Material or None
+        Material below the layers; None: rigid.
+    layers : sequence of Layer
+    """
+
+    grid: Grid
+    pressure: Array
+    material: Material | None
+    layers: Sequence[Layer]
+
+    def free(self, points: Array, chunk: int, waves: _Hankel | None = None) -> Array:
+        """Stress (n, 6) at points (n, 3), z into the body, under a surface that is free outside the grid.
+
+        By a table of transforms for layers, where one is at hand.
+        """
+        top = self.layers[0] if self.layers else None
+        if top is None:
+            assert self.material is not None
+            return self._love(points, self.material, chunk)
+        out = np.zeros((len(points), 6))
+        near = points[:, 2] <= top.thickness * (1 + ON_INTERFACE)
+        out[near] = self._love(points[near], top.material, chunk)
+        waves = waves or self._waves(points)
+        for z in np.unique(points[:, 2]):
+            here = points[:, 2] == z
+            spectrum = wave_stress(waves.k, float(z), self.layers, self.material)
+            if z <= top.thickness * (1 + ON_INTERFACE):
+                alone = [Layer(top.material, top.thickness)]
+                spectrum = spectrum - wave_stress(waves.k, float(z), alone, top.material)
+            out[here] += self._summed(waves.field(spectrum), points[here], chunk)
+        return out
+
+    def _waves(self, points: Array) -> _Hankel:
+        reach = math.hypot(*(float(np.ptp(points[:, k])) + self.grid.size[k] for k in (0, 1)))
+        return _Hankel.up_to(reach + float(np.abs(points[:, :2]).max()), self.layers[0].thickness)
+
+    def below(self, y: float, depths: Array) -> Array:
+        """Stress (nx, n, 6) below the middles of the cells on a line, at depths (n,), under a free surface.
+
+        The field of one cell, convolved with the pressures along x.
+        """
+        ix, iy = np.nonzero(self.pressure)
+        box = slice(ix.min(), ix.max() + 1), slice(iy.min(), iy.max() + 1)
+        cell = replace(self, grid=Grid((3 * self.grid.cell[0], 3 * self.grid.cell[1]), (3, 3)), pressure=ALONE)
+        dx = np.arange(1 - box[0].stop, self.grid.shape[0] - box[0].start) * self.grid.cell[0]
+        offsets = np.stack([a.ravel() for a in np.meshgrid(dx, y - self.grid.y[box[1]], 0.0, indexing="ij")], axis=1)
+        waves = cell._waves(offsets) if self.layers else None
+        lines = []
+        for depth in depths:
+            field = cell.free(offsets + np.array([0.0, 0.0, depth]), LINE, waves).reshape(len(dx), -1, 6)
+            lines.append(scipy.signal.fftconvolve(field, self.pressure[box][..., None], "valid", axes=0).sum(axis=1))
+        return np.stack(lines, axis=1)
+
+    def _cells(self, loads: Array) -> tuple[IntArray, Array, Array]:
+        """Numbers (m, 2), centres (m, 3) and loads (m,) of the cells with a load, of loads (nx, ny)."""
+        ix, iy = np.nonzero(loads)
+        centres = np.stack([self.grid.x[ix], self.grid.y[iy], np.zeros(len(ix))], axis=1)
+        return np.stack([ix, iy], axis=1), centres, loads[ix, iy]
+
+    def _love(self, points: Array, material: Material, chunk: int) -> Array:
+        """Stress in a homogeneous half-space by the pressures."""
+        half_sides = (self.grid.cell[0] / 2, self.grid.cell[1] / 2)
+        core, mean = CORE * min(self.grid.cell), mean_distance(*half_sides)
+
+        def point(x: Array, y: Array, z: Array) -> Array:
+            return _point_force(x, y, z, material.nu, core)
+
+        def cell(offsets: Array) -> Array:
+            return rectangle.stress(
+                offsets, half_sides=half_sides, pressure=1.0, material=material, corner_distance=mean
+            )
+
+        return self._homogeneous(self.pressure, point, cell, points, chunk)
+
+    def sheared(self, points: Array, tractions: Array, chunk: int) -> Array:
+        """Stress (n, 6) at points (n, 3), z into the body, by tractions (2, nx, ny) on a homogeneous half-space."""
+        assert self.material is not None
+        material, nu = self.material, self.material.nu
+        half_sides, core = (self.grid.cell[0] / 2, self.grid.cell[1] / 2), CORE * min(self.grid.cell)
+
+        def along_x(x: Array, y: Array, z: Array) -> Array:
+            return _point_shear(x, y, z, nu, core)
+
+        def along_y(x: Array, y: Array, z: Array) -> Array:
+            return _point_shear(y, x, z, nu, core)[..., [1, 0, 2, 3, 5, 4]]
+
+        def cell(along: tuple[float, float]) -> Callable[[Array], Array]:
+            return lambda offsets: sheared_rectangle.stress(
+                offsets, half_sides=half_sides, traction=along, material=material
+            )
+
+        return self._homogeneous(tractions[0], along_x, cell((1.0, 0.0)), points, chunk) + self._homogeneous(
+            tractions[1], along_y, cell((0.0, 1.0)), points, chunk
+        )
+
+    def _homogeneous(
+        self, given: Array, point: Field, cell: Callable[[Array], Array], points: Array, chunk: int
+    ) -> Array:
+        """Stress in a homogeneous half-space: point forces on the cells, rectangles for nearby cells.
+
+        `given` are the loads (nx, ny), `point` is the field of a unit force, `cell` the stresses (n, 3, 3) at offsets
+        (n, 3) from a cell under a unit load.
+        """
+        out = self._summed(point, points, chunk, given)
+        number, centres, loads = self._cells(given)
+        place = self._in_cells(points)
+        depth = np.where(points[:, 2] < ON_EDGE * min(self.grid.cell), 0.0, points[:, 2])
+        near = cKDTree(points).sparse_distance_matrix(
+            cKDTree(centres), NEARBY * max(self.grid.cell), output_type="ndarray"
+        )
+        for first in range(0, len(near), chunk):
+            i, j = near["i"][first : first + chunk], near["j"][first : first + chunk]
+            offsets = np.column_stack([(place[i] - number[j] - 0.5) * self.grid.cell, depth[i]])
+            unit = cell(offsets)
+            better = np.stack([unit[:, a, b] for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))], axis=1)
+            # as in `_summed`, so that both omit the same
+            places = points[i, None, :2] - (centres[j, None, :2] + self._gauss)
+            gauss = point(places[..., 0], places[..., 1], points[i, 2, None])
+            change = better - self.grid.area * np.einsum("nci,c->ni", gauss, GAUSS_WEIGHTS)
+            np.add.at(out, i, change * loads[j, None])
+        return out
+
+    def _in_cells(self, points: Array) -> Array:
+        """Positions (n, 2) in units of cells from the corner of the grid; integers on edges between cells."""
+        place = points[:, :2] / self.grid.cell + np.array(self.grid.shape) / 2
+        edge = np.rint(place)
+        return np.where(np.abs(place - edge) < ON_EDGE, edge, place)
+
+    @property
+    def _gauss(self) -> Array:
+        """Gauss points (9, 2) of a cell."""
+        x = math.sqrt(0.15) * np.array([-1.0, 0.0, 1.0])
+        return np.array([(s, t) for s in x for t in x]) * self.grid.cell
+
+    def _summed(self, field: Field, points: Array, chunk: int, given: Array | None = None) -> Array:
+        """Field of a point force, summed over the cells with nine points each; loads (nx, ny), or the pressures."""
+        _, centres, loads = self._cells(self.pressure if given is None else given)
+        out = np.zeros((len(points), 6))
+        step = max(1, chunk // max(1, 9 * len(points)))
+        z = points[:, None, 2]
+        for first in range(0, len(loads), step):
+            part = slice(first, first + step)
+            sources = (centres[part, None, :2] + self._gauss).reshape(-1, 2)
+            weights = (loads[part, None] * self.grid.area * GAUSS_WEIGHTS).ravel()
+            offsets = points[:, None, :2] - sources
+            out += np.einsum("nci,c->ni", field(offsets[..., 0], offsets[..., 1], z), weights)
+        return out
+
+    def periodic(self, points: Array) -> Array:
+        """Stress (n, 6) at points (n, 3), z into the body, under a periodic surface; the mean strain is zero."""
+        grid = self.grid
+        waves = [
+            np.asarray(2 * math.pi * np.fft.fftfreq(n, s / n), dtype=float)
+            for n, s in zip(grid.shape, grid.size, strict=True)
+        ]
+        amplitude = np.fft.fft2(self.pressure) / grid.n_cells
+        layers = self.layers or [Layer(_some(self.material), max(grid.size))]
+        out = np.empty((len(points), 6))
+        for z in np.unique(points[:, 2]):
+            here = points[:, 2] == z
+            kept = [np.flatnonzero(np.abs(k) * z <= DEEPEST_WAVE) for k in waves]
+            kx, ky = (k[kept_k] for k, kept_k in zip(waves, kept, strict=True))
+            spectra = _wave_field(kx[:, None], ky[None, :], float(z), layers, self.material)
+            spectra *= amplitude[np.ix_(*kept)]
+            ex = np.exp(1j * np.outer(points[here, 0] - grid.x[0], kx))
+            ey = np.exp(1j * np.outer(points[here, 1] - grid.y[0], ky))
+            out[here] = np.stack([((ex @ s) * ey).sum(axis=1).real for s in spectra], axis=1)
+        return out
+
+
+def mean_distance(a: float, b: float) -> float:
+    """Geometric mean of the distance from the middle over a rectangle with half-sides a, b."""
+    return math.hypot(a, b) * math.exp(-1.5 + a / (2 * b) * math.atan(b / a) + b / (2 * a) * math.atan(a / b))
+
+
+def _point_force(x: Array, y: Array, z: Array, nu: float, core: float = 0.0) -> Array:
+    """Stress (..., 6) by a unit force on the surface, into the body (Boussinesq; Johnson 1985, section 3.2).
+
+    Zero within a distance `core` of the force.
+    """
+    r2 = x**2 + y**2
+    rho2 = r2 + z**2
+    deep = rho2 > core**2
+    rho = np.sqrt(np.where(deep, rho2, 1.0))
+    i1 = 1 / rho
+    i3 = i1**3
+    # with f = (1 - z/rho)/r^2 the part of 1 - 2 nu is f I - g (r^2 I - r r^T), without a quotient by r
+    f = i1 / (rho + z)
+    g = f * f * (2 * rho + z) * i1
+    lateral = (1 - 2 * nu) * deep
+    axial = 3 * z * i3 * i1 * i1 * deep
+    xx = lateral * (f - y * y * g) - axial * x * x
+    yy = lateral * (f - x * x * g) - axial * y * y
+    xy = x * y * (lateral * g - axial)
+    return np.stack([xx, yy, -axial * z * z, xy, -axial * y * z, -axial * x * z], axis=-1) / (2 * math.pi)
+
+
+def _point_shear(x: Array, y: Array, z: Array, nu: float, core: float) -> Array:
+    """Stress (..., 6) by a unit force on the surface along x (Cerruti; Johnson 1985, eq. 3.76).
+
+    Zero within a distance `core` of the force.
+    """
+    rho2 = x**2 + y**2 + z**2
+    deep = rho2 > core**2
+    rho = np.sqrt(np.where(deep, rho2, 1.0))
+    i3 = rho**-3
+    s = 1 / (rho + z)
+    g = s * s * (i3 + 2 * s / rho**2)
+    lateral, axial = (1 - 2 * nu) * deep, 3 * x * i3 / rho**2 * deep
+    xx = lateral * x * (i3 - 3 * s * s / rho + x * x * g) - axial * x * x
+    yy = lateral * x * (i3 - s * s / rho + y * y * g) - axial * y * y
+    xy = lateral * y * (x * x * g - s * s / rho) - axial * x * y
+    return np.stack([xx, yy, -axial * z * z, xy, -axial * y * z, -axial * x * z], axis=-1) / (2 * math.pi)
+
+
+def _some(material: Material | None) -> Material:
+    assert material is not None
+    return material
+
+
+def _wave_field(kx: Array, ky: Array, z: float, layers: Sequence[Layer], base: Material | None) -> NDArray:
+    """Factors (6, nx, ny) of e^(i k x) in xx, yy, zz, xy, yz, xz under pressures e^(i k x)."""
+    k = np.hypot(kx, ky)
+    distinct, inverse = np.unique(k.round(12 - int(np.log10(k.max() or 1.0))), return_inverse=True)
+    along, across, normal, shear = wave_stress(distinct, z, layers, base)[inverse.ravel()].T.reshape(4, *k.shape)
+    safe = np.where(k > 0, k, 1.0)
+    c, s = kx / safe, ky / safe
+    out = np.stack(
+        [
+            c**2 * along + s**2 * across,
+            s**2 * along + c**2 * across,
+            normal,
+            c * s * (along - across),
+            -1j * s * shear,
+            -1j * c * shear,
+        ]
+    )
+    nu = _material_at(z, layers, base).nu
+    out[:, k == 0] = -np.array([nu / (1 - nu), nu / (1 - nu), 1.0, 0.0, 0.0, 0.0])[:, None]
+    return out
+
+
+def _material_at(z: float, layers: Sequence[Layer], base: Material | None) -> Material:
+    above = 0.0
+    for layer in layers:
+        above += layer.thickness
+        if z <= above * (1 + ON_INTERFACE):
+            return layer.material
+    return _some(base)
+
+
+@dataclass(frozen=True, eq=False)
+class _Hankel:
+    """Hankel transforms of orders 0, 1 and 2 of spectra with a largest wave number, tabulated in r."""
+
+    k: Array
+    weights: Array
+    length: float
+    s: Array
+    bessel: Array
+
+    @classmethod
+    def up_to(cls, reach: float, length: float) -> _Hankel:
+        """Table for r up to `reach` and fields that vary over `length`."""
+        panels = 8 + math.ceil(DEEPEST_WAVE * reach / length / 20)  # a panel of 24 points integrates a phase of 20
+        nodes, weights = np.polynomial.legendre.leggauss(24)
+        edges = DEEPEST_WAVE / length * np.linspace(0.0, 1.0, panels + 1)
+        width = np.diff(edges)[:, None] / 2
+        k = ((edges[:-1] + edges[1:])[:, None] / 2 + width * nodes).ravel()
+        s = np.linspace(0.0, math.asinh(reach / length), max(24, math.ceil(60 * math.asinh(reach / length))))
+        x = np.outer(length * np.sinh(s), k)
+        j0, j1 = scipy.special.j0(x), scipy.special.j1(x)
+        j2 = np.where(x > 1e-3, 2 * j1 / np.where(x > 0, x, 1.0) - j0, x**2 / 8)
+        return cls(k, (width * weights).ravel() * k / (2 * math.pi), length, s, np.stack([j0, j1, j2]))
+
+    def field(self, spectrum: Array) -> Field:
+        """Stress (..., 6) at offsets x, y from a unit force, from a spectrum (n_k, 4) of `layered.wave_stress`."""
+        along, across, normal, shear = (spectrum * self.weights[:, None]).T
+        half_sum, half_difference = (along + across) / 2, (along - across) / 2
+        table = np.stack(
+            [
+                self.bessel[0] @ half_sum,
+                -self.bessel[2] @ half_difference,
+                self.bessel[0] @ normal,
+                self.bessel[1] @ shear,
+            ],
+            axis=1,
+        )
+        spline = scipy.interpolate.CubicSpline(self.s, table)
+
+        def at(x: Array, y: Array, z: Array) -> Array:
+            r = np.hypot(x, y)
+            mean, difference, normal, shear = np.moveaxis(spline(np.arcsinh(r / self.length)), -1, 0)
+            safe = np.where(r > 0, r, 1.0)
+            c, s = x / safe, y / safe
+            turned = difference * (c**2 - s**2)
+            parts = [mean + turned, mean - turned, normal, 2 * difference * c * s, shear * s, shear * c]
+            return np.stack(parts, axis=-1)
+
+        return at

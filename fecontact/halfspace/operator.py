@@ -1,0 +1,240 @@
+"""Compliance of a half-space along the rows of a scene's problem: a matrix, or an operator with its own solver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import LinearOperator
+
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.errors import InputError
+from fecontact.halfspace.cg import GridIterate
+from fecontact.halfspace.compliance import JointCompliance, SurfaceCompliance
+from fecontact.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
+from fecontact.halfspace.grid import Even, even_axes, part_of, unfold
+from fecontact.halfspace.nested import GridLevel, solve_nested
+from fecontact.halfspace.smooth import Corrected, Product, Term
+from fecontact.solvers import ComplementarityProblem, Status
+from fecontact.solvers.problem import Outcome
+
+MOST_CELLS = 3000
+"""Cells in a scene's rows up to which the compliance among them is formed as a matrix."""
+
+DENSE_LIMIT = 1500
+"""Rows of a scene up to which the compliance is a matrix."""
+
+MOST_SHARES = 20
+"""Largest number of reassignments of cells under several bodies."""
+
+
+@dataclass(frozen=True, eq=False)
+class CellModel:
+    """Compliance among the cells of a grid, or of the half or quarter of it that planes of symmetry leave.
+
+    Attributes
+    ----------
+    body : SurfaceCompliance or JointCompliance
+        With the whole grid.
+    mirrored : (bool, bool)
+        Axes along which only the cells with positive coordinates are modelled; the others have the same pressures.
+    smooth : tuple of Term
+        Additions, over the modelled cells.
+    """
+
+    body: SurfaceCompliance | JointCompliance
+    mirrored: Even = (False, False)
+    smooth: tuple[Term, ...] = ()
+
+    @cached_property
+    def part(self) -> tuple[slice, slice]:
+        """The modelled cells."""
+        return part_of(self.body.grid.shape, self.mirrored)
+
+    @cached_property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of modelled cells along x and y."""
+        return self.part[0].stop - self.part[0].start, self.part[1].stop - self.part[1].start
+
+    @property
+    def n_cells(self) -> int:
+        """Number of modelled cells."""
+        return self.shape[0] * self.shape[1]
+
+    @cached_property
+    def product(self) -> Product:
+        """Displacements of all modelled cells by pressures on them."""
+        grid, spectrum = self.body.grid, self.body.kernel()
+        if not self.body.periodic:
+            spectrum = kernel_spectrum(spectrum, (padded(grid.shape[0]), padded(grid.shape[1])))
+        convolution = Convolution(spectrum, self.shape, self.mirrored, Tally(grid.n_cells), arrays=self.body.arrays)
+        return Corrected(convolution, self.smooth) if self.smooth else convolution
+
+    def plus(self, other: CellModel) -> CellModel | None:
+        """Both together, cell on cell; None unless they have the same cells and are free."""
+        one, two = self.body, other.body
+        if one.grid != two.grid or self.mirrored != other.mirrored or one.periodic or two.periodic:
+            return None
+        return CellModel(JointCompliance((one, two)), self.mirrored, self.smooth + other.smooth)
+
+    def along(self, rows: sp.csr_matrix) -> Array | GridCompliance:
+        """Compliance along rows (n, n_cells): a matrix, or an operator for more than `DENSE_LIMIT` of one cell each."""
+        if rows.shape[0] > DENSE_LIMIT and _is_selection(rows):
+            return GridCompliance(self, rows.indices.astype(np.int64))
+        return self.dense(rows)
+
+    def dense(self, rows: sp.csr_matrix) -> Array:
+        """Displacements along rows (n, n_cells) by unit forces along them, (n, n).
+
+        Few cells: from the table of offsets. Many: by one transform for each row's force.
+        """
+        used = np.unique(rows.indices)
+        if len(used) > MOST_CELLS:
+            columns = [rows @ self.product.apply(row.toarray().reshape(self.shape)).ravel() for row in rows]
+            S = np.stack(columns, axis=1) / self.body.grid.area
+            return np.asarray((S + S.T) / 2)
+        local = rows[:, used]
+        half = local @ self._among(used)
+        return np.asarray((local @ half.T).T)
+
+    def _among(self, cells: IntArray) -> Array:
+        """Displacements (n, n) of cells (n,) by unit forces on them and on their mirror images."""
+        grid = self.body.grid
+        if self.body.periodic:
+            unit = np.zeros(grid.shape)
+            unit[0, 0] = 1.0
+            table = self.product.apply(unit)
+        else:
+            table = self.body.kernel()
+        along = []
+        for index, n, part, even in zip(
+            np.divmod(cells, self.shape[1]), grid.shape, self.part, self.mirrored, strict=True
+        ):
+            place = index + part.start
+            along.append([np.abs(place[:, None] - at) for at in ((place, n - 1 - place) if even else (place,))])
+        among = sum(table[ix, iy] for ix in along[0] for iy in along[1]) / grid.area
+        for term in self.smooth:
+            among = among + term.among(cells)
+        return np.asarray(among)
+
+
+class GridCompliance(LinearOperator):
+    """Compliance operator along rows of one cell each, with the fast solver of the grid.
+
+    Parameters
+    ----------
+    model : CellModel
+    cells : (n,) int array
+        Cell of each row; a cell under several bodies appears several times.
+    """
+
+    def __init__(self, model: CellModel, cells: IntArray) -> None:
+        super().__init__(dtype=np.dtype(float), shape=(len(cells), len(cells)))
+        self.model, self.cells = model, cells
+
+    def _matvec(self, x: Array) -> Array:
+        return self.displacement(self.cells, np.ravel(x))[self.cells]
+
+    def _adjoint(self) -> GridCompliance:
+        return self
+
+    def plus(self, other: LinearOperator) -> GridCompliance | None:
+        """The sum with the compliance of a partner whose cells lie on these; None if they do not."""
+        if not isinstance(other, GridCompliance) or not np.array_equal(self.cells, other.cells):
+            return None
+        both = self.model.plus(other.model)
+        return None if both is None else GridCompliance(both, self.cells)
+
+    def displacement(self, cells: IntArray, forces: Array) -> Array:
+        """Displacements (n_cells,) by forces on cells."""
+        total = np.bincount(cells, weights=forces, minlength=self.model.n_cells).reshape(self.model.shape)
+        return np.asarray(self.model.product.apply(total / self.model.body.grid.area)).ravel()
+
+    solver = "nested-grid"
+
+    def solve_contact(self, problem: ComplementarityProblem, tolerance: float) -> Outcome:
+        """Solve a problem with this compliance, in its own units.
+
+        Cells under several bodies are assigned to the nearest; where another one penetrates in the solution, they are
+        reassigned with the motions found.
+
+        Parameters
+        ----------
+        problem : ComplementarityProblem
+        tolerance : float
+            Tolerance of the certificate.
+
+        Returns
+        -------
+        Outcome
+            Forces and motions in the units of the problem.
+        """
+        q, forces, nit = np.zeros(problem.m), np.zeros(problem.n), 0
+        several = len(np.unique(self.cells)) < problem.n
+        for _ in range(MOST_SHARES if several else 1):
+            owner = self._owners(problem.g + problem.B.T @ q)
+            at, q = _solve(self.model, self.cells[owner], problem, owner, tolerance)
+            nit += at.nit
+            forces = np.zeros(problem.n)
+            forces[owner] = np.maximum(at.p, 0.0).ravel()[self.cells[owner]] * self.model.body.grid.area
+            if not at.converged:
+                break
+            if not several:
+                return Outcome(forces, q, Status.SOLVED, "solved", nit, list(at.history))
+            if problem.residuals(forces, q).within(tolerance):
+                return Outcome(forces, q, Status.SOLVED, "solved", nit, list(at.history))
+        return Outcome(forces, q, Status.ITERATION_LIMIT, "the contact area did not settle", nit, list(at.history))
+
+    def _owners(self, gap: Array) -> IntArray:
+        """Row of least gap of every cell."""
+        order = np.lexsort((gap, self.cells))
+        first = np.concatenate([[True], np.diff(self.cells[order]) > 0])
+        return order[first]
+
+
+def _solve(
+    model: CellModel, cells: IntArray, problem: ComplementarityProblem, owner: IntArray, tolerance: float
+) -> tuple[GridIterate, Array]:
+    """Solve with the given rows only; the pressures are those of all modelled cells."""
+    body, shape = model.body, model.shape
+    allowed = np.zeros(model.n_cells, bool)
+    allowed[cells] = True
+    g = np.zeros(model.n_cells)
+    g[cells] = problem.g[owner]
+    rows = np.zeros((problem.m, model.n_cells))
+    rows[:, cells] = problem.B[:, owner]
+    scale = np.abs(rows).max(axis=1, initial=0.0)
+    scale[scale == 0] = 1.0
+    rows = (rows / scale[:, None]).reshape(problem.m, *shape)
+    allowed, g = allowed.reshape(shape), g.reshape(shape)
+    # a smooth term is symmetric only where planes of symmetry make it so: such a grid is a part already
+    apart = model.smooth or any(model.mirrored) or body.arrays is not None
+    found = (False, False) if apart else even_axes(g, allowed, rows)
+    part = part_of(shape, found)
+    level = GridLevel(
+        kernel=body.kernel(),
+        periodic=body.periodic,
+        g=np.ascontiguousarray(g[part]),
+        allowed=np.ascontiguousarray(allowed[part]),
+        B=np.ascontiguousarray(rows[:, *part]),
+        F=problem.F / scale / body.grid.area / 2 ** sum(found),
+        symmetric=found if any(found) else model.mirrored,
+        smooth=model.smooth,
+        arrays=body.arrays,
+    )
+    if not level.is_bounded:
+        raise InputError(
+            f"The bodies overlap the mean plane of the periodic half-space by {-level.g.mean():.6g} in the mean: their "
+            "force is unbounded. Move them out by more than that, or prescribe the force."
+        )
+    at, *_ = solve_nested(level, body.kernel, tolerance, Tally(4 * body.grid.n_cells))
+    return replace(at, p=unfold(at.p, found)), at.q / scale
+
+
+def _is_selection(rows: sp.csr_matrix) -> bool:
+    """Whether every row has one cell, with the sign of a contact from above."""
+    return rows.nnz == rows.shape[0] and bool(
+        (np.diff(rows.indptr) == 1).all() and (np.abs(rows.data + 1) < 1e-12).all()
+    )

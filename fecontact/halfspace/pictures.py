@@ -1,0 +1,302 @@
+"""Pictures of contacts on half-spaces: pressure, gap, displacement, stress inside, and what sticks and slips.
+
+Files of contacts on half-spaces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.interpolate
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from fecontact.common.arrays import Array
+from fecontact.common.checks import among
+from fecontact.common.files import check_writable, replacing, save_figure, save_json
+from fecontact.common.material import von_mises
+from fecontact.common.units import Units
+from fecontact.halfspace import inside
+from fecontact.halfspace.grid import Grid
+from fecontact.halfspace.layered import STRESSED, thin_layers
+
+#: Cells per side of a free half-space, beyond which they are joined for the section.
+SECTION_CELLS = 512
+#: Least depth of a section over a cell, growth of its depths, and depth over the side of the blocks that count there.
+SHALLOWEST, GROWTH, BLOCK = 0.02, 1.15, 8.0
+#: Depth of the lower side of an interface, over that of the interface.
+BELOW_INTERFACE = 1 + 1e-9
+#: Colours of cells by their state, and arrows along a side of the grid.
+COLOURS = {"open": "#f2f2f2", "sticks": "#9ecae1", "slips": "#fdae6b"}
+ARROWS = 16
+
+
+#: A `HalfSpaceContact`; one with friction, a `FrictionContact`. They draw themselves with this module.
+Pressed = Any
+Dragged = Any
+
+
+def plot_pressed(
+    contact: Pressed, path: str | Path | None = None, units: Units | None = None, name: str = ""
+) -> Figure:
+    """Pressure, gap, displacement of the surface, and the von Mises stress in the plane y = constant below the peak.
+
+    Parameters
+    ----------
+    contact : HalfSpaceContact
+    path : str or Path, optional
+        File to write; the suffix decides the format.
+    units : Units, optional
+        Units for labels.
+    name : str
+        Name of the counter-surface, for the title.
+    """
+    names = units or Units()
+    figure = Figure(figsize=(11.6, 8.6), layout="compressed")
+    (first, second), (third, fourth) = figure.subplots(2, 2)
+    gap = np.where(np.isfinite(contact.gap), contact.gap, np.nan)
+    # limit the scale: the gap of a round shape is large far from the contact
+    limit = float(np.nanquantile(gap, 0.9)) if not contact.periodic else None
+    draw_map(first, contact.grid, contact.pressure, "magma_r", names.after("pressure", "stress"), names)
+    draw_map(second, contact.grid, gap, "viridis", names.after("gap", "length"), names, limit)
+    draw_map(third, contact.grid, contact.displacement, "YlGnBu", names.after("displacement", "length"), names)
+    draw_section(fourth, contact, names)
+    figure.suptitle(
+        f"{name + ': ' if name else ''}force {names.number(contact.force, 'force')}, "
+        f"area {names.number(contact.figures['area'], 'length', '²')}, "
+        f"approach {names.number(contact.approach, 'length')}"
+    )
+    return save_figure(figure, path)
+
+
+def plot_over_force(
+    force: Array,
+    panels: Mapping[str, Mapping[str, Array]],
+    title: str,
+    units: Units,
+    path: str | Path | None = None,
+) -> Figure:
+    """Draw curves over the force, a panel for each quantity.
+
+    Parameters
+    ----------
+    force : (n,) array
+    panels : mapping of label to curves
+        Curves (n,) by their names; one called "exact" is drawn dashed and only where it is finite.
+    title : str
+    units : Units
+    path : str or Path, optional
+        File to write; the suffix decides the format.
+    """
+    figure = Figure(figsize=(10.0, 7.6), layout="constrained")
+    order = np.argsort(force, kind="stable")
+    for axes, (label, curves) in zip(figure.subplots(2, 2).ravel(), panels.items(), strict=True):
+        shown = {name: v for name, v in curves.items() if name != "exact" or np.isfinite(v).any()}
+        for name, values in shown.items():
+            style = {"color": "black", "linestyle": "--", "linewidth": 1.0} if name == "exact" else {"marker": "o"}
+            drawn = np.where(np.isfinite(values), values, np.nan)[order]
+            axes.plot(force[order], drawn, markersize=4, label=name, **style)
+        if len(shown) > 1:
+            axes.legend()
+        axes.set_xlabel(units.after("force", "force"))
+        axes.set_ylabel(label)
+        axes.grid(alpha=0.3)
+    figure.suptitle(title)
+    return save_figure(figure, path)
+
+
+def draw_map(
+    axes: Any,
+    grid: Grid,
+    values: Array,
+    colours: str,
+    label: str,
+    names: Units,
+    limit: float | None = None,
+) -> None:
+    """Draw values (nx, ny) on the cells."""
+    drawn = _draw_cells(axes, grid, values, names, cmap=colours, vmax=limit)
+    axes.figure.colorbar(drawn, ax=axes, label=label, extend="max" if limit is not None else "neither")
+
+
+def _draw_cells(axes: Any, grid: Grid, values: Array, names: Units, **colours: Any) -> Any:
+    """Values (nx, ny) as an image on axes along the grid."""
+    half = (grid.size[0] / 2, grid.size[1] / 2)
+    axes.set_xlabel(names.after("x", "length"))
+    axes.set_ylabel(names.after("y", "length"))
+    return axes.imshow(
+        values.T,
+        origin="lower",
+        extent=(-half[0], half[0], -half[1], half[1]),
+        aspect="equal" if max(half) < 4 * min(half) else "auto",
+        interpolation="nearest",
+        **colours,
+    )
+
+
+def section(contact: Pressed, depth: float | None = None) -> tuple[float, Array, Array, Array]:
+    """Stress in the plane y = constant through the largest pressure, below the middles of the cells along x.
+
+    Depths are half a cell apart at the surface and grow by `GROWTH`; both sides of interfaces are among them. Cells
+    count by blocks whose side is a small share of the depth; by larger ones only beyond `SECTION_CELLS` cells.
+
+    Parameters
+    ----------
+    contact : HalfSpaceContact
+    depth : float, optional
+        Depth of the section; by default half the grid's side (a fifth if periodic) or, on a rigid base, the layers.
+
+    Returns
+    -------
+    y : float
+        Place of the plane.
+    x : (n,) array
+    z : (m,) array
+        Not positive.
+    stress : (n, m, 6) array
+        xx, yy, zz, xy, yz, xz, tension positive.
+    """
+    grid, y = contact.grid, float(contact.grid.y[np.unravel_index(contact.pressure.argmax(), contact.grid.shape)[1]])
+    deepest = grid.size[0] / (5 if contact.periodic else 2) if depth is None else depth
+    interfaces = np.cumsum([layer.thickness for layer in contact.layers])
+    if contact.material is None:
+        deepest, interfaces = min(deepest, interfaces[-1]), interfaces[:-1]
+    coarsest = 0 if contact.periodic else section_blocks(contact)
+    depths = _depths(min(grid.cell) * 2**coarsest, deepest, interfaces)
+    if not contact.active.any():
+        return y, grid.x, -depths, np.zeros((grid.shape[0], len(depths), 6))
+    if contact.periodic:
+        points = np.stack([a.ravel() for a in np.meshgrid(grid.x, y, -depths, indexing="ij")], axis=1)
+        return y, grid.x, -depths, contact.stress(points).reshape(grid.shape[0], len(depths), 6)
+    largest = max(coarsest, int(np.log2(min(grid.shape))) - 2)
+    halvings = np.clip(np.log2(depths / (BLOCK * min(grid.cell))).astype(int), coarsest, largest)
+    missing = [-n % 2 ** int(halvings.max()) for n in grid.shape]
+    pressure = np.pad(contact.pressure, [(0, m) for m in missing])
+    shift = [m * side / 2 for m, side in zip(missing, grid.cell, strict=True)]
+    lines = []
+    for n in np.unique(halvings):
+        means = pressure.reshape(len(pressure) // 2**n, 2**n, -1, 2**n).mean(axis=(1, 3))
+        sides = [side * count for side, count in zip(grid.cell, pressure.shape, strict=True)]
+        loaded = inside.Loaded(Grid((sides[0], sides[1]), means.shape), means, contact.material, contact.layers)
+        stress = loaded.below(y - shift[1], depths[halvings == n]) * inside.OUTWARDS
+        lines.append(scipy.interpolate.make_interp_spline(loaded.grid.x + shift[0], stress, 1)(grid.x))
+    return y, grid.x, -depths, np.concatenate(lines, axis=1)
+
+
+def section_blocks(contact: Pressed) -> int:
+    """How often the cells of a free surface are joined by two for its section, to be no more than `SECTION_CELLS`."""
+    return max(0, int(np.ceil(np.log2(max(contact.grid.shape) / SECTION_CELLS))))
+
+
+def _depths(cell: float, deepest: float, interfaces: Array) -> Array:
+    """Depths of a section, graded to the cell, with both sides of interfaces."""
+    step = cell / 2
+    steady = step * np.arange(1, 1 / (GROWTH - 1))
+    count = max(2, 1 + int(np.log(max(deepest / steady[-1], 1)) / np.log(GROWTH)))
+    inner = np.concatenate([[SHALLOWEST * cell], steady, np.geomspace(steady[-1], max(deepest, steady[-1]), count)])
+    sides = interfaces[:, None] * [1.0, BELOW_INTERFACE]
+    depths = np.unique(np.concatenate([inner, [deepest], sides.ravel()]))
+    return np.asarray(depths[depths <= deepest])
+
+
+def draw_section(axes: Any, contact: Pressed, names: Units) -> None:
+    """Draw the von Mises stress in the plane through the largest pressure."""
+    thin = 0 if contact.periodic else thin_layers(contact.layers, STRESSED * max(contact.grid.cell))
+    contact = replace(contact, layers=contact.layers[thin:])
+    if contact.material is None and not contact.layers:
+        axes.set_title("no section: the layers are thinner than half a cell", fontsize="medium")
+        return axes.set_axis_off()
+    y, x, z, stress = section(contact)
+    values = von_mises(stress.reshape(-1, 6)).reshape(stress.shape[:2])
+    drawn = axes.contourf(x, z, values.T, levels=24, cmap="YlOrRd")
+    axes.figure.colorbar(drawn, ax=axes, label=names.after("von Mises stress", "stress"))
+    depth = 0.0
+    for layer in contact.layers:
+        depth -= layer.thickness
+        if depth > z.min():
+            axes.axhline(depth, color="black", linewidth=0.8)
+    i, k = np.unravel_index(values.argmax(), values.shape)
+    axes.plot(x[i], z[k], "k+")
+    title = (
+        f"y = {names.number(y, 'length')}, below the largest pressure\n"
+        f"largest (+): {names.number(values[i, k], 'stress')}, {names.number(-z[k], 'length')} deep"
+    )
+    if not contact.periodic and (blocks := section_blocks(contact)):
+        title += f", of blocks of {2**blocks} x {2**blocks} cells"
+    if thin:
+        title += f"\nbelow {thin} layer(s) thinner than half a cell"
+    axes.set_title(title, fontsize="medium")
+    axes.set_xlabel(names.after("x", "length"))
+    axes.set_ylabel(names.after("z", "length"))
+    axes.set_aspect("equal" if -z.min() > 0.25 * (x[-1] - x[0]) else "auto")
+
+
+def draw_stick_slip(axes: Any, contact: Dragged, names: Units) -> None:
+    """Draw what sticks, slips and is open, with arrows along the tractions."""
+    grid = contact.grid
+    state = np.where(contact.slipping, 2, np.where(contact.active, 1, 0))
+    shades = ListedColormap(list(COLOURS.values()))
+    _draw_cells(axes, grid, state, names, cmap=shades, vmin=-0.5, vmax=2.5)
+    every = tuple(max(1, n // ARROWS) for n in grid.shape)
+    some = (slice(every[0] // 2, None, every[0]), slice(every[1] // 2, None, every[1]))
+    x, y = np.meshgrid(grid.x[some[0]], grid.y[some[1]], indexing="ij")
+    tx, ty = contact.traction[0][some], contact.traction[1][some]
+    drawn = np.hypot(tx, ty) > 0
+    if drawn.any():
+        axes.quiver(x[drawn], y[drawn], tx[drawn], ty[drawn], color="black", width=0.004)
+    axes.legend(handles=[Patch(color=c, label=n) for n, c in COLOURS.items()], loc="upper right", fontsize="small")
+
+
+def plot_dragged(contact: Dragged, path: str | Path | None = None, units: Units | None = None) -> Figure:
+    """Stick, slip and open cells with the tractions as arrows, and the size of the tractions.
+
+    Parameters
+    ----------
+    contact : FrictionContact
+    path : str or Path, optional
+        File to write; the suffix decides the format.
+    units : Units, optional
+        Units for labels.
+    """
+    names = units or Units()
+    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    draw_stick_slip(left, contact, names)
+    size = np.hypot(contact.traction[0], contact.traction[1])
+    draw_map(right, contact.grid, size, "magma_r", names.after("tangential traction", "stress"), names)
+    return save_figure(figure, path)
+
+
+def save_fields(path: str | Path, grid: Grid, fields: Mapping[str, Array], summary: Mapping[str, Any]) -> Path:
+    """Write fields (nx, ny) on the cells of a grid, or a summary; the suffix decides.
+
+    Parameters
+    ----------
+    path : str or Path
+        .json (the summary), .csv (one row per cell) or .npz (arrays, with x and y of the cells).
+    grid : Grid
+    fields : mapping of name to (nx, ny) array
+    summary : mapping
+
+    Raises
+    ------
+    InputError
+        For another suffix, or a file that cannot be written.
+    """
+    path = check_writable(path)
+    among("suffix of a file of a half-space", suffix := path.suffix.lower(), (".json", ".csv", ".npz"))
+    if suffix == ".json":
+        return save_json(path, dict(summary))
+    with replacing(path) as file:
+        if suffix == ".npz":
+            np.savez_compressed(file, allow_pickle=False, x=grid.x, y=grid.y, **fields)
+        else:
+            x, y = np.meshgrid(grid.x, grid.y, indexing="ij")
+            table = np.column_stack([x.ravel(), y.ravel(), *(values.ravel() for values in fields.values())])
+            np.savetxt(file, table, "%.17g", ",", header=",".join(["x", "y", *fields]), comments="")
+    return path

@@ -1,0 +1,305 @@
+"""Grid problem of a rigid surface and a load, and the contact from its solution."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse.linalg import LinearOperator
+
+from fecontact.common.arguments import flag
+from fecontact.common.arrays import Array, Mask
+from fecontact.common.checks import finite, number_array, share, vector, whole
+from fecontact.common.errors import InputError, SolverError
+from fecontact.common.threads import each
+from fecontact.halfspace.compliance import SurfaceCompliance
+from fecontact.halfspace.contact import HalfSpaceContact, SolverReport
+from fecontact.halfspace.fft import Tally, padded, strips
+from fecontact.halfspace.grid import Even, Grid, even_axes, part_of, unfold
+from fecontact.halfspace.nested import GridLevel, compliance, solve_level, solve_nested
+from fecontact.halfspace.smooth import Product
+from fecontact.solvers import ComplementarityProblem, Residuals
+
+#: Least tolerance of a certificate: rounding of the transforms alone leaves some 1e-15.
+LEAST_TOLERANCE = 1e-14
+
+
+@dataclass(frozen=True)
+class Load:
+    """Force or approach of the counter-surface, and point of action of the force if the surface may tilt.
+
+    Attributes
+    ----------
+    force, approach : float or None
+        Exactly one.
+    point : (float, float) or None
+        None: the surface does not tilt.
+    """
+
+    force: float | None
+    approach: float | None
+    point: tuple[float, float] | None
+
+    def __post_init__(self) -> None:
+        given = [v for v in (self.force, self.approach) if v is not None]
+        if len(given) != 1:
+            raise InputError(
+                f"Give exactly one of force and approach; found force={self.force!r}, approach={self.approach!r}."
+            )
+        finite("the force" if self.force is not None else "the approach", given[0])
+        if self.force is not None and self.force <= 0:
+            raise InputError(
+                f"The force must be positive (compression); found {self.force!r}. A frictionless, non-adhesive contact "
+                "carries no tension, and without force nothing is pressed."
+            )
+        if self.point is not None:
+            if self.force is None:
+                raise InputError(
+                    "A load point goes with a force: with a prescribed approach the surface does not tilt."
+                )
+            vector("the load point (x, y)", self.point, 2)
+
+
+def check_settings(tolerance: float, symmetry: bool, workers: int | None) -> None:
+    """Refuse settings of a solve that are of another kind, or a tolerance that rounding does not reach.
+
+    Raises
+    ------
+    InputError
+    """
+    if share("the tolerance", tolerance) < LEAST_TOLERANCE:
+        raise InputError(f"The tolerance must be at least {LEAST_TOLERANCE:g}, above rounding; found {tolerance!r}.")
+    flag("symmetry", symmetry)
+    if workers is not None:
+        whole("workers", workers, most=10**4)
+
+
+def checked_heights(heights: ArrayLike, grid: Grid) -> tuple[Array, Mask]:
+    """Heights above the lowest (zero where there is no surface), and the mask of the surface.
+
+    Raises
+    ------
+    InputError
+        For a wrong shape, NaN, minus infinity, or no surface at all.
+    """
+    z = number_array("the heights", heights)
+    if z.shape != grid.shape:
+        raise InputError(f"The heights must have the grid's shape {grid.shape}; found {z.shape}.")
+    if math.isfinite(float(z.sum())):
+        return z, np.ones(z.shape, bool)
+    if np.isnan(z).any():
+        raise InputError(
+            f"The heights hold {int(np.isnan(z).sum())} NaN. Fill the holes of a measurement, or use infinity where "
+            "there is no counter-surface."
+        )
+    if (z == -np.inf).any():
+        raise InputError("A height of minus infinity lies inside the body; plus infinity means no counter-surface.")
+    allowed = np.isfinite(z)
+    if not allowed.any():
+        raise InputError("There is no counter-surface: all heights are infinite.")
+    return np.where(allowed, z, 0.0), allowed
+
+
+def press(
+    body: SurfaceCompliance,
+    heights: ArrayLike,
+    load: Load,
+    tolerance: float,
+    symmetry: bool,
+    workers: int | None,
+    boxed: bool = True,
+    start: HalfSpaceContact | None = None,
+) -> HalfSpaceContact:
+    """Solve one contact, see `HalfSpace.press`; without `boxed` contact may reach the border of a free grid.
+
+    It starts from coarser grids, or from a contact nearby of the same symmetry.
+    """
+    began = time.perf_counter()
+    z, allowed = checked_heights(heights, body.grid)
+    level = _level(body, z, allowed, load, symmetry)
+    if not level.is_bounded:
+        most, lowest = float(z.mean()), float(z.min())
+        raise InputError(
+            f"An approach of {load.approach:g} reaches the mean plane of the periodic surface, beyond which its force "
+            f"is unbounded: the approach must be below {most:.6g}, the mean height ({most - lowest:.6g} over the "
+            "lowest point). Prescribe the force instead."
+        )
+    symmetric = level.symmetric
+    tally = Tally(4 * padded(body.grid.shape[0]) * padded(body.grid.shape[1]))
+    if body.periodic:
+        tally = Tally(body.grid.n_cells)
+    if len(level.F):
+        _check_load_point(body.grid, allowed, load.point)
+    if start is not None and start.solver.symmetric == symmetric:
+        part = part_of(body.grid.shape, symmetric)
+        at = solve_level(level, start.pressure[part], start.active[part], tolerance, tally, workers)
+        n_levels, coarse = 1, start.coarse
+    else:
+        at, n_levels, coarse = solve_nested(level, body.kernel, tolerance, tally, workers)
+    if not body.periodic and boxed:
+        _check_box(body.grid, at.active, at.p, symmetric)
+    operator = compliance(level, level.whole, tally, workers)
+    recomputed = at.recomputed and bool((at.p >= 0).all())
+    p = np.maximum(at.p, 0.0, out=at.p)
+    u = at.u if recomputed else operator.apply(p, at.u)
+    residuals = _residuals(level, operator, u, p, at.q)
+    if not (at.converged and residuals.within(tolerance)):
+        raise SolverError(_failure(at.rounds, residuals, tolerance, load))
+    gap = _gap(level, u, at.q, workers)
+    approach, tilt = _motion(body.grid, at.q, load, symmetric)
+    report = SolverReport(
+        at.nit,
+        at.rounds,
+        n_levels,
+        tally.products,
+        tally.transforms,
+        symmetric,
+        time.perf_counter() - began,
+        at.history,
+    )
+    return HalfSpaceContact(
+        grid=body.grid,
+        periodic=body.periodic,
+        material=body.material,
+        layers=tuple(body.layers),
+        pressure=unfold(p, symmetric),
+        pressure_kind=body.pressure,
+        displacement=unfold(u, symmetric),
+        gap=unfold(gap, symmetric),
+        approach=approach,
+        tilt=tilt,
+        residuals=residuals,
+        status="solved" if p.any() else "no-contact",
+        solver=report,
+        coarse=coarse,
+        given="approach" if load.force is None else "force",
+    )
+
+
+def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetry: bool) -> GridLevel:
+    """The finest level: unknowns are pressures, loads are in units of pressure times cells.
+
+    The moment rows are about the load point, in units of half the grid's size. Along an axis of symmetry there is no
+    tilt and no such row.
+    """
+    grid = body.grid
+    point = load.point
+    even = even_axes(z, allowed, np.empty((0, *grid.shape))) if symmetry and body.arrays is None else (False, False)
+    symmetric = (even[0] and not (point and point[0]), even[1] and not (point and point[1]))
+    part = part_of(grid.shape, symmetric)
+    rows = []
+    if load.force is not None:
+        rows.append(np.broadcast_to(1.0, grid.shape))
+        if point is not None:
+            x, y = ((c - p) / (s / 2) for c, p, s in zip((grid.x, grid.y), point, grid.size, strict=True))
+            arms = (np.broadcast_to(x[:, None], grid.shape), np.broadcast_to(y[None, :], grid.shape))
+            rows += [arm for arm, mirrored in zip(arms, symmetric, strict=True) if not mirrored]
+    F = np.zeros(len(rows))
+    if load.force is not None:
+        F[0] = load.force / grid.area / 2 ** sum(symmetric)
+    g = z if load.approach is None else z - load.approach
+    return GridLevel(
+        kernel=body.kernel(),
+        periodic=body.periodic,
+        g=np.ascontiguousarray(g[part]),
+        allowed=np.ascontiguousarray(allowed[part]),
+        # the row of a force alone is no array in memory
+        B=rows[0][None, *part] if len(rows) == 1 else np.array([row[part] for row in rows]).reshape(-1, *z[part].shape),
+        F=F,
+        symmetric=symmetric,
+        arrays=body.arrays,
+    )
+
+
+def _motion(grid: Grid, q: Array, load: Load, symmetric: Even) -> tuple[float, tuple[float, float]]:
+    """Approach at the origin and slopes, from the multipliers."""
+    if load.approach is not None:
+        return load.approach, (0.0, 0.0)
+    slopes, rest = [0.0, 0.0], list(q[1:])
+    if load.point is not None:
+        for axis in (0, 1):
+            if not symmetric[axis]:
+                slopes[axis] = float(rest.pop(0)) / (grid.size[axis] / 2)
+    point = load.point or (0.0, 0.0)
+    lift = float(q[0]) - slopes[0] * point[0] - slopes[1] * point[1]
+    return -lift, (slopes[0], slopes[1])
+
+
+def _gap(level: GridLevel, u: Array, q: Array, workers: int | None) -> Array:
+    """Gaps (nx, ny) under displacements and motions; infinite where there is no counter-surface."""
+    gap = np.empty(u.shape)
+
+    def fill(strip: slice) -> None:
+        np.add(u[strip], level.g[strip], out=gap[strip])
+        gap[strip] += np.einsum("k,kij->ij", q, level.B[:, strip])
+        gap[strip][~level.allowed[strip]] = np.inf
+
+    each(fill, strips(*u.shape), workers)
+    return gap
+
+
+def _residuals(level: GridLevel, operator: Product, u: Array, p: Array, q: Array) -> Residuals:
+    """Residuals of the complementarity problem of all cells with a counter-surface, recomputed; u = A p."""
+    cells = slice(None) if level.allowed.all() else np.flatnonzero(level.allowed.ravel())
+    g, deflection, forces = (field.ravel()[cells] for field in (level.g, u, p))
+
+    def product(x: Array) -> Array:
+        full = np.zeros(level.g.size)
+        full[cells] = x
+        return operator.apply(full.reshape(level.g.shape)).ravel()[cells]
+
+    S = LinearOperator((len(g), len(g)), matvec=product, dtype=float)
+    B = level.B.reshape(len(level.F), level.g.size)[:, cells]
+    return ComplementarityProblem(S, g, B, level.F).residuals(forces, q, deflection=deflection)
+
+
+def normal_residuals(body: SurfaceCompliance, heights: ArrayLike, load: Load, contact: HalfSpaceContact) -> Residuals:
+    """Residuals of a contact's pressures, approach and tilt, recomputed on the whole grid for given heights."""
+    z, allowed = checked_heights(heights, body.grid)
+    level = _level(body, z, allowed, load, symmetry=False)
+    operator = compliance(level, level.whole, Tally(body.grid.n_cells), None)
+    lift = float(np.dot(contact.tilt, load.point or (0.0, 0.0))) - contact.approach
+    turns = [slope * side / 2 for slope, side in zip(contact.tilt, body.grid.size, strict=True)]
+    p = contact.pressure
+    return _residuals(level, operator, operator.apply(p), p, np.array([lift, *turns])[: len(level.F)])
+
+
+def _check_load_point(grid: Grid, allowed: Mask, point: tuple[float, float] | None) -> None:
+    """Refuse a load point outside the counter-surface's outline: the surface would tip over."""
+    if point is None:
+        return
+    for axis, (centres, name) in enumerate(zip((grid.x, grid.y), "xy", strict=True)):
+        there = centres[allowed.any(axis=1 - axis)]
+        if not there[0] <= point[axis] <= there[-1]:
+            raise InputError(
+                f"The load point lies at {name} = {point[axis]:g}, outside the counter-surface, which reaches from "
+                f"{there[0]:g} to {there[-1]:g}: no pressures balance it, the surface would tip over."
+            )
+
+
+def _check_box(grid: Grid, active: Mask, p: Array, symmetric: Even) -> None:
+    """Refuse a contact that reaches the border of a free grid; the message estimates the size needed."""
+    for axis in (0, 1):
+        lines = np.moveaxis(active, axis, 0)
+        borders = [-1] if symmetric[axis] else [0, -1]
+        if not any(bool(lines[b].any()) for b in borders):
+            continue
+        # Hertz: p = p0 sqrt(1 - x^2/a^2) at the border x of the grid gives a
+        at_border = max(float(np.moveaxis(p, axis, 0)[b].max()) for b in borders)
+        ratio = min(at_border / float(p.max()), 0.99)
+        needed = 1.2 * grid.size[axis] / math.sqrt(1 - ratio**2)
+        raise InputError(
+            f"The contact reaches the border of the grid along {'xy'[axis]}, size {grid.size[axis]:g}: the grid is "
+            f"smaller than the contact. A size of about {needed:.3g} is needed there. If the counter-surface ends at "
+            "the border, add a rim of cells with infinite height; if it repeats, use periodic=True."
+        )
+
+
+def _failure(rounds: int, residuals: Residuals, tolerance: float, load: Load) -> str:
+    advice = "Check the heights for jumps and the load for its size."
+    if load.point is not None:
+        advice = "Check that the load point is inside the outline of the contact; outside, no pressures balance it."
+    return f"No certified answer after {rounds} active sets ({residuals}; tolerance {tolerance:.0e}). {advice}"

@@ -1,0 +1,322 @@
+"""Tangential tractions of given limits on a grid: semismooth Newton and preconditioned conjugate gradients.
+
+With the pressures fixed, the limits of friction are too (Tresca's law) and the tractions minimise a convex energy. Each
+Newton step keeps the cells that stick, whose slip is to vanish, and turns the tractions of those that slip: with z = q
+- r s outside the disc of radius f, n = z/|z| and t across it, q . n = f and s . t + D q . t = 0, D = (|z| - f)/(r f).
+In the unknowns left, two for a cell that sticks and one for a cell that slips, the matrix is that of the energy plus
+the diagonal D, symmetric and positive definite.
+
+The slip is recomputed after each Newton step; within it the changes are in single precision.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fecontact.common.arrays import Array, Mask
+from fecontact.halfspace.nested import COARSE_TOLERANCE, COARSEST, blocks, finer
+from fecontact.halfspace.tangential import TangentialCompliance
+
+WEIGHED = 16
+"""1/r over the displacement of a cell by itself; with 1, many cells that stick are taken to slip, far from the answer.
+"""
+
+MOST_ROUNDS = 20
+PATIENCE = 6
+PROGRESS = 0.7
+ALTERNATIONS = 30
+MOST_STEPS = 200
+"""Conjugate gradient steps in one Newton step."""
+
+CLOSE = 0.05
+"""Defect of a start from which Newton's method is tried without coarser grids."""
+
+PER_NEWTON = 1e-2
+"""Factor by which conjugate gradients reduce the residual in one Newton step, while cells change."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrescaProblem:
+    """Tractions q on the cells of a box: s = A q + c - B^T m, |q| <= f, s opposite to q where |q| = f, 0 elsewhere.
+
+    Attributes
+    ----------
+    compliance : TangentialCompliance
+        A.
+    limit : (bx, by) array
+        f; zero where nothing touches, infinite where surfaces are rough.
+    c : (2, bx, by) array
+        Slip without tractions and motion.
+    B : (k, 2, bx, by) array
+        Displacements by the free rigid motions of the counter-surface.
+    F : (k,) array
+        Loads on them: B q = F.
+    """
+
+    compliance: TangentialCompliance
+    limit: Array
+    c: Array
+    B: Array
+    F: Array
+
+    @property
+    def touching(self) -> Mask:
+        """Cells that may carry tractions."""
+        return self.limit > 0
+
+    def slip(self, q: Array, m: Array) -> Array:
+        """Slip (2, bx, by) by tractions and motions."""
+        return self.compliance.apply(q) + self.c - np.tensordot(m, self.B, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class TrescaIterate:
+    """Tractions, motions and slip.
+
+    Attributes
+    ----------
+    q, s : (2, bx, by) arrays
+    m : (k,) array
+    newton, nit : int
+        Newton steps and steps of conjugate gradients.
+    defect : float
+        Largest |q - P(q - r s)| over the largest limit, with r = 1/`TangentialCompliance.own`, and error of B q = F.
+    """
+
+    q: Array
+    s: Array
+    m: Array
+    newton: int = 0
+    nit: int = 0
+    defect: float = np.inf
+
+
+def onto_discs(q: Array, limit: Array) -> Array:
+    """Vectors (2, ...) moved to the nearest point of discs of radii (...)."""
+    size = np.hypot(q[0], q[1])
+    return np.asarray(q * np.divide(limit, size, out=np.ones(size.shape), where=size > limit))
+
+
+def solve_nested_tresca(
+    problem: TrescaProblem,
+    compliance_of: Callable[[int, tuple[int, int]], TangentialCompliance],
+    q: Array,
+    m: Array,
+    tolerance: float,
+    level: int = 0,
+) -> TrescaIterate:
+    """Solve a problem, starting from its solution on cells twice as large, and so on.
+
+    Parameters
+    ----------
+    problem : TrescaProblem
+    compliance_of : function of int and (int, int)
+        Compliance of the grid coarsened that many times by two, among as many cells.
+    q : (2, bx, by) array
+        Tractions to start from; taken as they are if they solve the problem.
+    m : (k,) array
+        Motions to start from.
+    tolerance : float
+    level : int
+        How often the problem has been coarsened.
+
+    Returns
+    -------
+    TrescaIterate
+    """
+    q = np.where(problem.touching, q, 0.0)
+    at = _measured(problem, TrescaIterate(q, problem.slip(q, m), m))
+    if at.defect <= tolerance:
+        return at
+    if at.defect <= CLOSE and (near := solve_tresca(problem, q, m, tolerance)).defect <= tolerance:
+        return near
+    shape = problem.limit.shape
+    halves = ((shape[0] + 1) // 2, (shape[1] + 1) // 2)
+    if (
+        max(shape) > COARSEST
+        and min(shape) >= 4
+        and not (problem.compliance.periodic and (halves[0] % 2 or halves[1] % 2))
+    ):
+        coarse = coarser_tresca(problem, compliance_of(level + 1, halves))
+        start = np.stack([_means(part, problem.touching) for part in q])
+        below = solve_nested_tresca(coarse, compliance_of, start, m, max(tolerance, COARSE_TOLERANCE), level + 1)
+        q = np.stack([finer(part, shape, (False, False), problem.compliance.periodic) for part in below.q])
+        m = below.m
+    return solve_tresca(problem, q, m, tolerance)
+
+
+def coarser_tresca(problem: TrescaProblem, compliance: TangentialCompliance) -> TrescaProblem:
+    """The problem on cells twice as large, with the means of limits, slip and rows over the touching cells."""
+    count = blocks(problem.touching.astype(float)).sum(axis=(-3, -1))
+    limit = blocks(problem.limit).sum(axis=(-3, -1)) / 4
+    touching = problem.touching
+    c = np.stack([_means(part, touching) for part in problem.c])
+    B = np.array([[_means(part, touching) for part in row] for row in problem.B]).reshape(
+        len(problem.B), 2, *count.shape
+    )
+    return TrescaProblem(compliance, limit, c, B, problem.F / 4)
+
+
+def _means(values: Array, touching: Mask) -> Array:
+    """Means over the touching cells of blocks of 2 x 2; zero where none is touching."""
+    count = blocks(touching.astype(float)).sum(axis=(-3, -1))
+    return np.asarray(blocks(np.where(touching, values, 0.0)).sum(axis=(-3, -1)) / np.maximum(count, 1))
+
+
+def solve_tresca(problem: TrescaProblem, q: Array, m: Array, tolerance: float) -> TrescaIterate:
+    """Solve from tractions (2, bx, by) and motions (k,); the caller judges the `defect`.
+
+    Newton's method, and where it does not converge, alternating directions from where it started, and so on.
+    """
+    q = onto_discs(np.where(problem.touching, q, 0.0), problem.limit)
+    at = _measured(problem, TrescaIterate(q, problem.slip(q, m), m))
+    for _ in range(MOST_ROUNDS):
+        found = _newton(problem, at, tolerance)
+        if found.defect <= tolerance:
+            return found
+        at = _alternate(problem, replace(at, newton=found.newton, nit=found.nit))
+    return at
+
+
+def _newton(problem: TrescaProblem, at: TrescaIterate, tolerance: float) -> TrescaIterate:
+    """Newton steps while `PATIENCE` of them come closer by `PROGRESS`; the closest iterate."""
+    best, mark, since = at, at.defect, 0
+    while at.defect > tolerance and since < PATIENCE:
+        at = _newton_step(problem, at, tolerance)
+        best = at if at.defect < best.defect else replace(best, newton=at.newton, nit=at.nit)
+        mark, since = (at.defect, 0) if at.defect < PROGRESS * mark else (mark, since + 1)
+    return best
+
+
+def _alternate(problem: TrescaProblem, at: TrescaIterate) -> TrescaIterate:
+    """Alternating directions: tractions with the loads in balance that keep near others on the discs, and back.
+
+    Converges from any start, the problem being convex, if slowly.
+
+    References
+    ----------
+    S. Boyd et al., Found. Trends Mach. Learn. 3 (2011) 1, sections 3 and 5.
+    """
+    near = problem.compliance.own * max(problem.limit.shape) ** 0.5
+    D = np.full(problem.limit.shape, near)
+    weight = np.sqrt(problem.compliance.own / (problem.compliance.own + D))
+    linear = _Linear(problem, problem.touching, np.zeros(at.q.shape), D, weight)
+    disc, scaled = at.q, np.where(problem.touching, -at.s / near, 0.0)
+    for _ in range(ALTERNATIONS):
+        at = _solve_linear(linear, at, np.zeros(at.q.shape), disc - scaled, 0.0, PER_NEWTON)
+        disc = onto_discs(at.q + scaled, problem.limit)
+        scaled = scaled + at.q - disc
+    return _measured(problem, replace(at, q=disc, s=problem.slip(disc, at.m)))
+
+
+def _measured(problem: TrescaProblem, at: TrescaIterate) -> TrescaIterate:
+    r = 1 / problem.compliance.own
+    size = float(np.abs(at.q).max(initial=0.0))
+    finite = problem.limit[np.isfinite(problem.limit)]
+    scale = max(size, float(finite.max(initial=0.0)), 1e-300)
+    moved = np.where(problem.touching, onto_discs(at.q - r * at.s, problem.limit) - at.q, 0.0)
+    total = float(np.abs(at.q).sum()) + 1e-300
+    missing = np.abs(problem.F - np.tensordot(problem.B, at.q, 3))
+    reach = np.abs(problem.B).max(axis=(1, 2, 3), initial=0.0)
+    balance = float((missing / (reach * max(total, scale))).max(initial=0.0))
+    return replace(at, defect=max(float(np.abs(moved).max(initial=0.0)) / scale, balance))
+
+
+@dataclass(frozen=True, eq=False)
+class _Linear:
+    """Linear equations of a Newton step on the unknowns left by a projection."""
+
+    problem: TrescaProblem
+    stick: Mask
+    across: Array
+    D: Array
+    weight: Array
+
+    def project(self, v: Array) -> Array:
+        """Part of vectors (2, bx, by) in the unknowns: all where it sticks, across the traction where it slips."""
+        along = v[0] * self.across[0] + v[1] * self.across[1]
+        return np.where(self.stick, v, along * self.across)
+
+    def product(self, d: Array) -> tuple[Array, Array]:
+        """Displacements by a change d of tractions, and the matrix times d."""
+        u = self.problem.compliance.correct(d)
+        return u, self.project(u + self.D * d)
+
+    def precondition(self, v: Array) -> Array:
+        """Inverse of the compliance in wave numbers where D is small, of D where it is large."""
+        inner = self.project(self.problem.compliance.precondition(self.weight * v))
+        return self.weight * inner + (1 - self.weight**2) / (self.D + self.problem.compliance.own) * v
+
+
+def _linear(problem: TrescaProblem, at: TrescaIterate) -> tuple[_Linear, Array]:
+    """Equations at an iterate, and the change of tractions along themselves that puts those that slip on their disc."""
+    own, weighed = problem.compliance.own, WEIGHED * problem.compliance.own
+    z = at.q - at.s / weighed
+    size = np.hypot(z[0], z[1])
+    slips = problem.touching & (size > problem.limit)
+    stick = problem.touching & ~slips
+    safe = np.where(slips, size, 1.0)
+    n = np.where(slips, z / safe, 0.0)
+    limit = np.where(slips, problem.limit, 1.0)
+    D = np.where(slips, (size - limit) * weighed / limit, 0.0)
+    outwards = np.where(slips, limit, 0.0) * n - (at.q * n).sum(axis=0) * n
+    weight = np.sqrt(own / (own + D))
+    return _Linear(problem, stick, np.stack([-n[1], n[0]]), D, weight), outwards
+
+
+def _newton_step(problem: TrescaProblem, at: TrescaIterate, tolerance: float) -> TrescaIterate:
+    linear, change = _linear(problem, at)
+    small = 0.1 * tolerance * problem.compliance.own * float(np.abs(at.q + change).max(initial=0.0))
+    factor = PER_NEWTON if at.defect > 1e3 * tolerance else 0.0
+    to = _solve_linear(linear, at, change, np.zeros(at.q.shape), small, factor)
+    q = onto_discs(to.q, np.where(linear.stick, np.inf, problem.limit))
+    return _measured(problem, replace(to, q=q, s=problem.slip(q, to.m), newton=at.newton + 1))
+
+
+def _solve_linear(
+    linear: _Linear, at: TrescaIterate, change: Array, anchor: Array, small: float, factor: float
+) -> TrescaIterate:
+    """Tractions with P(s + D (q - anchor)) = 0 and the loads in balance, by conjugate gradients from q + change.
+
+    They end when the residual is `small` or has fallen by `factor`.
+    """
+    problem, k = linear.problem, len(linear.problem.F)
+    rows = np.array([linear.project(row) for row in problem.B]).reshape(problem.B.shape)
+    images = np.array([linear.precondition(row) for row in rows]).reshape(problem.B.shape)
+    gram = np.tensordot(rows, images, ((1, 2, 3), (1, 2, 3))).reshape(k, k)
+    inverse = np.asarray(np.linalg.pinv((gram + gram.T) / 2, rcond=1e-12, hermitian=True), dtype=float).reshape(k, k)
+    missing = problem.F - np.tensordot(problem.B, at.q + change, 3)
+    change = change + np.tensordot(inverse @ missing, images, 1)
+    u, m = problem.compliance.correct(change), at.m
+    residual = linear.project(at.s + u + linear.D * (at.q + change - anchor))
+    z, dm = _direction(linear, residual, rows, images, inverse)
+    d, before, first, steps = z, 1.0, 0.0, 0
+    while True:
+        residual, m = residual + np.tensordot(dm, rows, 1), m - dm
+        rho = float(np.vdot(residual, z))
+        first = rho if steps == 0 else first
+        if steps == MOST_STEPS or rho <= factor**2 * first or np.abs(residual).max(initial=0.0) <= small:
+            break
+        d = z + (rho / before) * d if steps else z
+        image, product = linear.product(d)
+        curvature = float(np.vdot(d, product))
+        if curvature <= 0:
+            break
+        length = rho / curvature
+        change, u, residual = change - length * d, u - length * image, residual - length * product
+        before, steps = rho, steps + 1
+        z, dm = _direction(linear, residual, rows, images, inverse)
+    s = at.s + u - np.tensordot(m - at.m, problem.B, 1)
+    return replace(at, q=at.q + change, s=s, m=m, nit=at.nit + steps)
+
+
+def _direction(linear: _Linear, residual: Array, rows: Array, images: Array, inverse: Array) -> tuple[Array, Array]:
+    """Preconditioned residual that does not change the loads, and the change of the multipliers."""
+    z = linear.precondition(residual)
+    if len(rows) == 0:
+        return z, np.zeros(0)
+    dm = -inverse @ np.tensordot(rows, z, 3)
+    return z + np.tensordot(dm, images, 1), dm

@@ -1,0 +1,372 @@
+"""Half-spaces with friction: products, the certificate, load paths, refusals."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact import InputError
+from fecontact.analytic import boussinesq
+from fecontact.halfspace import tresca
+from fecontact.halfspace.friction import Friction, press_step
+from fecontact.halfspace.kernels import cerruti
+from fecontact.halfspace.tangential import tangential_compliance
+from fecontact.halfspace.tresca import TrescaIterate, TrescaProblem, onto_discs, solve_tresca
+from fecontact.surfaces import FlatPunch, Paraboloid
+
+PLAIN, STEEL = fc.Material(E=1.0, nu=0.0), fc.Material(E=1.0, nu=0.3)
+BALL, MU = Paraboloid(100.0), 0.3
+
+
+def half(material=STEEL, n=24, against=None, periodic=False):
+    return fc.HalfSpace(material, (2.6, 2.6), (n, n), periodic, against=against)
+
+
+def force_of(body):
+    """Force for a contact of radius about 1."""
+    return 4 / 300 * body.compliance.modulus
+
+
+def whole(body):
+    nx, ny = body.grid.shape
+    return tangential_compliance(body.compliance, (slice(0, nx), slice(0, ny)))
+
+
+@pytest.mark.parametrize("against", [None, fc.Material(E=5.0, nu=0.1)])
+def test_products_are_sums_of_point_forces_far_away(against):
+    body = fc.HalfSpace(STEEL, (64.0, 48.0), (64, 48), against=against)
+    compliance = whole(body)
+    where, there = (5, 7), (50, 40)
+    offset = np.array([(there[0] - where[0]) * 1.0, (there[1] - where[1]) * 1.0, 0.0])
+    for axis, material_axis in ((0, 0), (1, 1)):
+        q = np.zeros((2, 64, 48))
+        q[axis][where] = 1.0
+        force = np.zeros(3)
+        force[material_axis] = 1.0
+        u = boussinesq.displacement(offset, force=force, material=STEEL)  # z into the body
+        if against is not None:  # the reverse force on the body above, whose own z points up
+            above = boussinesq.displacement(offset, force=-force, material=against)
+            u = u - above * np.array([1, 1, -1])
+        found = [*compliance.apply(q)[:, *there], compliance.normal_displacement(q)[there]]
+        # a cell is a point at this distance to (1/55)^2/24
+        np.testing.assert_allclose(found, u, rtol=1e-4)
+    p = np.zeros((64, 48))
+    p[where] = 1.0
+    u = boussinesq.displacement(offset, force=(0.0, 0.0, 1.0), material=STEEL)[:2]
+    if against is not None:
+        u = u - boussinesq.displacement(offset, force=(0.0, 0.0, 1.0), material=against)[:2]
+    np.testing.assert_allclose(compliance.of_pressure(p)[:, *there], u, rtol=1e-4)
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_reciprocity(periodic):
+    body = half(n=12, periodic=periodic)
+    compliance, rng = whole(body), np.random.default_rng(1)
+    q, other, p = rng.normal(size=(2, 12, 12)), rng.normal(size=(2, 12, 12)), rng.normal(size=(12, 12))
+    one, two = np.vdot(other, compliance.apply(q)), np.vdot(q, compliance.apply(other))
+    assert one == pytest.approx(two, rel=1e-12)
+    assert np.vdot(p, compliance.normal_displacement(q)) == pytest.approx(
+        np.vdot(q, compliance.of_pressure(p)), rel=1e-11
+    )
+    assert np.vdot(q, compliance.apply(q)) > 0
+
+
+def test_products_by_direct_sums():
+    body = half(n=6)
+    tables, compliance = cerruti((6, 6), body.grid.cell), whole(body)
+    q = np.random.default_rng(2).normal(size=(2, 6, 6))
+    G, nu = STEEL.shear_modulus, STEEL.nu
+    expected = np.zeros((2, 6, 6))
+    for i in np.ndindex(6, 6):
+        for j in np.ndindex(6, 6):
+            d = (i[0] - j[0], i[1] - j[1])
+            k, sign = (abs(d[0]), abs(d[1])), np.sign(d[0]) * np.sign(d[1])
+            direct = (1 - nu) * (tables.xx[k] + tables.yy[k])
+            cross = nu * tables.xy[k] * sign
+            expected[0][i] += ((direct + nu * tables.xx[k]) * q[0][j] + cross * q[1][j]) / (2 * math.pi * G)
+            expected[1][i] += ((direct + nu * tables.yy[k]) * q[1][j] + cross * q[0][j]) / (2 * math.pi * G)
+    np.testing.assert_allclose(compliance.apply(q), expected, atol=1e-13)
+
+
+def test_pressure_draws_the_surface_inwards():
+    body = half(n=64)
+    r = np.hypot(body.grid.x[:, None], body.grid.y[None, :])
+    u = whole(body).of_pressure(np.sqrt(np.maximum(1 - r**2, 0)))
+    i = 54
+    x = float(body.grid.x[i])
+    assert 0.8 < x < 1
+    # Johnson 1985, section 3.4: u_r = -(1 - 2 nu)/(6 G) (1 - (1 - r^2)^1.5)/r; beside the axis y = 0, by half a cell
+    here = float(r[i, 32])
+    exact = -(1 - 2 * 0.3) / (6 * STEEL.shear_modulus) * (1 - (1 - here**2) ** 1.5) / here
+    assert u[0, i, 32] == pytest.approx(exact * x / here, rel=2e-3)
+
+
+def test_a_long_period_is_free():
+    free = fc.HalfSpace(STEEL, (32.0, 32.0), (128, 128))
+    periodic = fc.HalfSpace(STEEL, (32.0, 32.0), (128, 128), True)
+    # smooth tractions of no force in all: images are far dipoles, cells are small
+    x, y = free.grid.x[:, None], free.grid.y[None, :]
+    bell = np.exp(-(x**2 + y**2) / 2)
+    q = np.stack([x * bell, -0.5 * y * bell])
+    here = (slice(48, 80), slice(48, 80))
+    for name in ("apply", "normal_displacement"):
+        one, two = (getattr(whole(body), name)(q)[..., *here] for body in (free, periodic))
+        # a dipole's field at the first image, (2/32)^2, and a quarter of that of cells of 1/4, (1/4)^2/24
+        assert np.abs(one - two).max() < 0.02 * np.abs(one).max()
+
+
+@pytest.mark.parametrize("against", [None, STEEL])
+def test_without_friction_it_is_the_frictionless_answer(against):
+    body = half(against=against)
+    plain = body.press(BALL, force=force_of(body), tolerance=1e-10)
+    found = body.press(BALL, force=force_of(body), friction=0.0)
+    assert np.abs(found.pressure - plain.pressure).max() <= 1e-12 * plain.max_pressure
+    assert not found.traction.any()
+    assert found.friction_residuals.within(1e-8)
+    with pytest.raises(InputError, match="needs a friction above"):
+        body.press(BALL, force=force_of(body), friction=0.0, tangential=(1e-9, 0.0))
+
+
+def test_rough_surfaces_stick():
+    body = half(against=STEEL)
+    found = body.press(BALL, force=force_of(body), friction=math.inf, tangential=(5 * force_of(body), 0.0))
+    assert not found.slipping.any()
+    assert np.abs(found.slip).max() < 1e-8 * found.shift[0]
+    # a bonded disc: Q = 8 a shift/((2 - nu)/G for each body); the outline is a staircase of cells
+    stiffness = 8 / (2 * (2 - 0.3) / STEEL.shear_modulus)
+    assert found.tangential[0] / found.shift[0] == pytest.approx(stiffness * (found.area / math.pi) ** 0.5, rel=0.02)
+
+
+def test_the_answer_turns_with_the_force():
+    body = half()
+    force = force_of(body)
+    along, across, back = (
+        body.press(BALL, force=force, friction=MU, tangential=(0.5 * MU * force * x, 0.5 * MU * force * y))
+        for x, y in ((1, 0), (0, 1), (-1, 0))
+    )
+    scale = along.traction.max()
+    np.testing.assert_allclose(across.traction[1], along.traction[0].T, atol=1e-7 * scale)
+    np.testing.assert_allclose(back.traction[0], -along.traction[0][::-1], atol=1e-7 * scale)
+    assert across.shift[1] == pytest.approx(along.shift[0], rel=1e-7)
+
+
+@pytest.mark.by_day("1000.0-1e-06")
+@pytest.mark.parametrize(("length", "stress"), [(1e-3, 2e11), (1e3, 1e-6)])
+def test_the_answer_follows_the_units(length, stress):
+    body = half()
+    force = force_of(body)
+    scaled = fc.HalfSpace(fc.Material(E=stress, nu=0.3), (2.6 * length, 2.6 * length), (24, 24))
+    unit = stress * length**2
+    one = body.press(BALL, force=force, friction=MU, tangential=(0.5 * MU * force, 0.0))
+    two = scaled.press(
+        Paraboloid(100 * length), force=force * unit, friction=MU, tangential=(0.5 * MU * force * unit, 0.0)
+    )
+    np.testing.assert_allclose(two.traction / stress, one.traction, atol=1e-7 * one.traction.max())
+    assert two.shift[0] / length == pytest.approx(one.shift[0], rel=1e-7)
+    assert two.friction_work / unit / length == pytest.approx(one.friction_work, rel=1e-6)
+
+
+def test_force_and_shift_are_the_same_problem():
+    body = half()
+    force = force_of(body)
+    pulled = body.press(BALL, force=force, friction=MU, tangential=(0.5 * MU * force, 0.0))
+    moved = body.press(BALL, approach=pulled.approach, friction=MU, shift=pulled.shift)
+    assert moved.tangential[0] == pytest.approx(pulled.tangential[0], rel=1e-6)
+    assert moved.force == pytest.approx(force, rel=1e-6)
+
+
+def test_a_large_shift_slides():
+    body = half(against=STEEL)
+    found = body.press(BALL, force=force_of(body), friction=MU, shift=(0.1, 0.0))
+    assert not found.sticking.any()
+    assert found.tangential[0] == pytest.approx(MU * found.force, rel=1e-3)  # all but the small parts across
+    assert found.friction_work > 0
+
+
+def test_the_certificate_sees_what_is_wrong():
+    body = half()
+    force = force_of(body)
+    friction = Friction(body.compliance, MU, 1e-8)
+    step = fc.PressStep(force=force, tangential=(0.5 * MU * force, 0.0))
+    good = press_step(friction, body.heights_of(BALL), step, None)
+    assert good.friction_residuals.worst < 1e-8
+    assert (good.slip * good.traction).sum(axis=0).max() <= 1e-12 * good.work_density.max()
+    numbers = good.friction_residuals
+    for name in ("penetration", "tension", "complementarity", "equilibrium", "cone", "slip", "dissipation"):
+        assert not replace(numbers, **{name: 1e-6}).within(1e-8)
+
+
+@pytest.mark.full
+def test_newton_and_alternating_directions_agree_with_projected_gradients():
+    body = half(n=10)
+    compliance, rng = whole(body), np.random.default_rng(3)
+    limit = rng.uniform(0, 1, (10, 10)) * (rng.random((10, 10)) < 0.8)
+    c = rng.normal(size=(2, 10, 10))
+    problem = TrescaProblem(compliance, limit, c, np.zeros((0, 2, 10, 10)), np.zeros(0))
+    found = solve_tresca(problem, np.zeros((2, 10, 10)), np.zeros(0), 1e-11)
+    assert found.defect <= 1e-11
+    at = TrescaIterate(np.zeros((2, 10, 10)), c, np.zeros(0))
+    for _ in range(20):
+        at = tresca._alternate(problem, at)
+    np.testing.assert_allclose(found.q, at.q, atol=1e-7)
+    q, largest = np.zeros((2, 10, 10)), 0.5 / compliance.own
+    for _ in range(3000):
+        q = onto_discs(q - 0.3 * largest * problem.slip(q, np.zeros(0)), limit)
+    np.testing.assert_allclose(found.q, q, atol=1e-8)
+
+
+def test_a_cycle_without_slip_returns_exactly():
+    body = half(n=16)
+    loads = [(0.0, 0.0), (0.2, 0.1), (-0.1, 0.3), (0.0, 0.0)]
+    steps = [fc.PressStep(force=1.0, tangential=load) for load in loads]
+    path = body.press_path(FlatPunch(radius=1.0), steps, friction=5.0)
+    first, last = path.contacts[0], path.last
+    assert not last.slipping[last.sticking].any()
+    np.testing.assert_allclose(path.friction_work[1:], 0.0, atol=1e-12)
+    np.testing.assert_allclose(last.traction, first.traction, atol=1e-7 * first.pressure.max())
+    np.testing.assert_allclose(last.shift, first.shift, atol=1e-9)
+
+
+def test_the_path_matters_and_a_repeated_cycle_repeats():
+    body = half(PLAIN, against=PLAIN)
+    force = force_of(body)
+    loads = [0.0, 0.6, -0.6, 0.6, -0.6, 0.6, 0.0]
+    path = body.press_path(
+        BALL, [fc.PressStep(force=force, tangential=(MU * force * q, 0.0)) for q in loads], friction=MU
+    )
+    np.testing.assert_allclose(path.shift[[1, 2]], path.shift[[3, 4]], atol=1e-9 * path.shift.max())
+    assert path.friction_work[3] == pytest.approx(path.friction_work[2], rel=1e-6)
+    assert path.friction_work[2] == pytest.approx(2 * path.friction_work[1], rel=1e-6)
+    assert abs(path.shift[-1, 0]) > 0.05 * path.shift[1, 0]  # unloaded, but displaced and under self-stress
+    work = sum(c.work_density for c in path.contacts)
+    np.testing.assert_allclose(MU * path.wear_depth(2.0), 2 * work)
+    with pytest.warns(DeprecationWarning, match=r"wear_depth\(coefficient \* mu\)"):
+        np.testing.assert_allclose(path.wear(2.0), 2 * work)
+    assert path.work_density.min() >= -1e-9 * path.work_density.max()
+
+
+@pytest.mark.full
+def test_energy_balances_in_a_loop():
+    """What the forces put in is dissipated, where the end is the state of the beginning."""
+    body = half(PLAIN, against=PLAIN)
+    force = force_of(body)
+    turn = 0.6 * np.cos(np.linspace(0, 2 * np.pi, 41))
+    path = body.press_path(
+        BALL, [fc.PressStep(force=force, tangential=(MU * force * q, 0.0)) for q in turn], friction=MU
+    )
+    q, d = path.tangential[:, 0], path.shift[:, 0]
+    put_in = float(((q[1:] + q[:-1]) / 2 * np.diff(d)).sum())
+    assert put_in == pytest.approx(path.friction_work[1:].sum(), rel=0.01)  # trapezoids of 20 steps to a branch
+
+
+def test_torque_and_position():
+    body = half(against=STEEL)
+    force = force_of(body)
+    path = body.press_path(BALL, [fc.PressStep(force=force, torque=0.05 * force)], friction=MU)
+    assert path.torque[0] == pytest.approx(0.05 * force, rel=1e-8)
+    again = body.press_path(BALL, [fc.PressStep(force=force, twist=float(path.twist[0]))], friction=MU)
+    assert again.torque[0] == pytest.approx(path.torque[0], rel=1e-6)
+    assert "torque" in str(path.last)
+    cell = body.grid.cell[0]
+    aside = body.press_path(BALL, [fc.PressStep(force=force, torque=0.05 * force, position=(2 * cell, 0.0))], MU)
+    assert aside.twist[0] == pytest.approx(path.twist[0], rel=1e-6)
+    np.testing.assert_allclose(aside.last.pressure[2:], path.last.pressure[:-2], atol=1e-7 * path.last.max_pressure)
+
+
+def test_periodic_contact_with_friction():
+    body = half(periodic=True, n=32)
+    force = force_of(body)
+    found = body.press(BALL, force=force, friction=MU, tangential=(0.5 * MU * force, 0.0))
+    assert found.friction_residuals.within(1e-8)
+    assert found.tangential[0] == pytest.approx(0.5 * MU * force, rel=1e-8)
+    assert 0 < found.stick_area < found.area
+
+
+def test_reports(tmp_path):
+    body = half(PLAIN, n=16, against=PLAIN)
+    force = force_of(body)
+    path = body.press_path(BALL, [fc.PressStep(force=force, tangential=(q, 0.0)) for q in (0.0, 0.1 * force)], MU)
+    assert "2 steps" in str(path)
+    assert "stick area" in str(path.last)
+    assert json.loads(json.dumps(path.as_dict()))["steps"][1]["tangential_x"] == pytest.approx(0.1 * force)
+    rows = path.save(tmp_path / "path.csv").read_text(encoding="utf-8").splitlines()
+    assert len(rows) == 3
+    assert rows[0].startswith("force,approach,tangential_x")
+    assert float(rows[2].split(",")[2]) == pytest.approx(0.1 * force)
+
+
+REFUSED = {
+    "friction": (lambda body: body.press(BALL, force=0.01, friction=-0.1), "Coulomb's mu"),
+    "nan": (lambda body: body.press(BALL, force=0.01, friction=math.nan), "Coulomb's mu"),
+    "sliding": (
+        lambda body: body.press(BALL, force=0.01, friction=0.3, tangential=(0.004, 0.0)),
+        "slides along \\(1, 0\\).*above 0.4; found 0.3",
+    ),
+    "torque": (
+        lambda body: body.press_path(BALL, [fc.PressStep(force=0.01, torque=1.0)], 0.3),
+        "slides round its normal",
+    ),
+    "both": (
+        lambda body: fc.PressStep(force=1.0, tangential=(0.0, 0.0), shift=(0.0, 0.0)),
+        "one of tangential and shift",
+    ),
+    "no load": (lambda body: fc.PressStep(tangential=(1.0, 0.0)), "exactly one of force and approach"),
+    "tension": (lambda body: fc.PressStep(force=-1.0), "must be positive"),
+    "nan force": (lambda body: fc.PressStep(force=1.0, tangential=(math.nan, 0.0)), "two finite numbers"),
+    "no steps": (lambda body: body.press_path(BALL, [], 0.3), "at least one step"),
+    "no step": (lambda body: body.press_path(BALL, [{"force": 1.0}], 0.3), "must be a PressStep"),
+    "array": (
+        lambda body: body.press_path(body.heights_of(BALL), [fc.PressStep(force=0.01, position=(0.1, 0.0))], 0.3),
+        "cannot be moved",
+    ),
+    "tangential alone": (lambda body: body.press(BALL, force=0.01, tangential=(1.0, 0.0)), "needs friction"),
+    "load point": (
+        lambda body: body.press(BALL, force=0.01, friction=0.1, load_point=(9.0, 0.0)),
+        "outside the counter-surface",
+    ),
+    "lifted": (lambda body: body.press(BALL, approach=-0.1, friction=0.1), "Nothing is pressed"),
+    "second step": (
+        lambda body: body.press_path(
+            BALL, [fc.PressStep(force=0.01), fc.PressStep(force=0.001, tangential=(0.002, 0.0))], 0.3
+        ),
+        "Step 2 of 2: The contact slides",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refusals(name):
+    do, told = REFUSED[name]
+    with pytest.raises(InputError, match=told):
+        do(half(n=12))
+
+
+@pytest.mark.parametrize("against", [True, False])
+def test_a_punch_that_tilts(against):
+    """A force off the middle of a dragged flat punch: its pressures balance it, and tilt it as without friction.
+
+    Against a body of the same material nothing is coupled: the same tilt. On a rigid punch tractions press, too.
+    """
+    body = fc.HalfSpace(STEEL, (3.0, 3.0), (24, 24), against=STEEL if against else None)
+    punch = FlatPunch(1.0)
+    dragged = body.press(punch, force=1.0, friction=MU, load_point=(0.2, 0.0), tangential=(0.1, 0.0))
+    smooth = body.press(punch, force=1.0, load_point=(0.2, 0.0), tolerance=1e-10)
+    at = (dragged.pressure * body.grid.x[:, None]).sum() / dragged.pressure.sum()
+    assert at == pytest.approx(0.2, rel=1e-9)
+    assert dragged.friction_residuals.within(1e-10)
+    assert dragged.tangential[0] == pytest.approx(0.1, rel=1e-9)
+    apart = abs(dragged.tilt[0] / smooth.tilt[0] - 1)
+    assert apart < 1e-9 if against else 1e-3 < apart < 0.1
+
+
+def test_points_and_twisted_periods_are_refused():
+    points = fc.HalfSpace(STEEL, (2.6, 2.6), (12, 12), pressure="point")
+    with pytest.raises(InputError, match="pressure='uniform'"):
+        points.press(BALL, force=0.01, friction=0.1)
+    with pytest.raises(InputError, match="would not repeat"):
+        half(n=12, periodic=True).press_path(BALL, [fc.PressStep(force=0.01, twist=0.1)], 0.3)
+    with pytest.raises(InputError, match="without friction only"):
+        half(n=12, periodic=True).press(BALL, force=0.01, friction=0.1).stress([[0.0, 0.0, -1.0]])
