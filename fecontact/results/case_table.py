@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,8 +15,9 @@ from fecontact.common.arguments import file_path, items, texts
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, whole
 from fecontact.common.errors import InputError
-from fecontact.common.files import check_writable, csv_name, save_json, write_atomically, write_collection
-from fecontact.common.renamed import present_name
+from fecontact.common.files import check_writable, save_json, write_atomically, write_collection
+from fecontact.common.renamed import present_name, renamed
+from fecontact.common.table import Column, Table
 from fecontact.common.units import Units
 from fecontact.results.case_figures import FIGURES, GIVEN, contact_labels, row_figures
 from fecontact.results.field_map import FIELDS, FieldMap
@@ -148,13 +147,9 @@ class CaseTable(Sequence[Mapping[str, Any]]):
 
     def to_csv(self, path: str | Path) -> Path:
         """Write all columns with the names of the cases and their status, a row for each case."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["case", "status", *map(csv_name, self.figures)])
         numbers = np.stack(list(self.figures.values()), axis=1).tolist()
-        for row, line in zip(self.rows, numbers, strict=True):
-            writer.writerow([csv_name(row["name"]), row["status"], *map(repr, line)])
-        return write_atomically(check_writable(path), text.getvalue())
+        rows = [[row["name"], row["status"], *line] for row, line in zip(self.rows, numbers, strict=True)]
+        return Table(["case", "status", *self.figures], rows).save(path)
 
     def to_json(self, path: str | Path) -> Path:
         """Write all rows, ``{"cases": [...]}``."""
@@ -334,8 +329,9 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         title = f"{what}, {self.labels[contact]}"
         return animate_maps(maps, names, title, self.units, check_writable(path), whole("the frames per second", rate))
 
-    def lines(self) -> tuple[list[str], list[list[str]]]:
-        """Heads and lines of the printed table: a line for each case and contact, with what was given and changes."""
+    @cached_property
+    def printed(self) -> Table:
+        """The table as it is printed: a row for each case and contact, with what was given and changes."""
         several = len(self.contacts) > 1
         # components of a force are rounding beside its size
         sizes = {name: self.figures.get(name[:-2], v) for name, v in self.figures.items()}
@@ -343,16 +339,20 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         sides = list(dict.fromkeys(s for row in self.rows for c in row["contacts"] for s in c.get("sides", ())))
         printed = [*PRINTED, *(f"{side}: {name}" for side in sides for name in OF_SIDES)]
         given = [name for name in self._given if np.ptp(figures[name]) != 0]  # NaN, in some cases only, shows too
-        heads = ["case", *map(self.headed, given), *(["contact"] if several else [])]
-        heads += [*map(self.headed, printed), "warnings"]
-        out = []
-        for k, name in enumerate(self.names):
-            start = [name, *(f"{figures[column][k]:.4g}" for column in given)]
-            for label in self.labels:
-                head = f"{label}: " if several else ""
-                line = [f"{figures[f'{head}{figure}'][k]:.4g}" for figure in printed]
-                out.append([*start, *([label] if several else []), *line, f"{figures['warnings'][k]:.0f}"])
-        return heads, out
+        columns = [Column(name, ".4g", self.unit(name)) for name in (*given, *printed)]
+        columns[len(given) : len(given)] = [Column("contact")] if several else []
+        rows = [
+            (
+                *(name, *(figures[column][k] for column in given), *([label] if several else [])),
+                *(figures[f"{label}: {figure}" if several else figure][k] for figure in printed),
+                int(figures["warnings"][k]),
+            )
+            for k, name in enumerate(self.names)
+            for label in self.labels
+        ]
+        return Table(["case", *columns, Column("warnings", "d")], rows, self._remarks())
+
+    lines = renamed("lines", "printed", lambda table: lambda: (table.printed.heads, table.printed.cells))
 
     @property
     def _given(self) -> list[str]:
@@ -360,21 +360,20 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         told = dict.fromkeys(n for row in self.rows for n in (*row.get("parameters", {}), *row.get("loads", {})))
         return [name for name in told if name in self.figures]
 
-    def headed(self, name: str) -> str:
-        """A column's name with its unit; angles, and parameters of users, have none."""
+    def unit(self, name: str) -> str:
+        """Unit of a column; angles, and parameters of users, have none."""
         first, _, rest = name.partition(" ")
         kind, power = FIGURES.get(name.rpartition(": ")[2], ("", ""))
         if first in GIVEN and rest.split()[-1][0] != "r":
             kind = GIVEN[first]
-        unit = self.units.behind(kind, power).strip() if kind else ""
-        return f"{name} [{unit}]" if unit else name
+        return self.units.behind(kind, power).strip() if kind else ""
+
+    def headed(self, name: str) -> str:
+        """A column's name with its unit."""
+        return Column(name, unit=self.unit(name)).head
 
     def __str__(self) -> str:
-        heads, lines = self.lines()
-        columns = [(head, *rest) for head, *rest in zip(heads, *lines, strict=True)]
-        sides = ["<" if column[0] in ("case", "contact") else ">" for column in columns]
-        wide = [[f"{w:{side}{max(map(len, c))}}" for w in c] for side, c in zip(sides, columns, strict=True)]
-        return "\n".join(["  ".join(line).rstrip() for line in zip(*wide, strict=True)] + self._remarks())
+        return str(self.printed)
 
     def _remarks(self) -> list[str]:
         """Which forces are meant, and warnings."""
@@ -396,7 +395,7 @@ class CaseTable(Sequence[Mapping[str, Any]]):
     def _repr_html_(self) -> str:
         from fecontact.results.page import table_cell
 
-        return table_cell(*self.lines(), self._remarks())
+        return table_cell(self.printed)
 
 
 def _rounded(values: Array, sizes: Array) -> Array:

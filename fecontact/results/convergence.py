@@ -9,6 +9,7 @@ from typing import Any
 
 from fecontact.common.error_estimate import percent
 from fecontact.common.one_line import one_line
+from fecontact.common.table import Column, Table
 
 #: Figures of which an accuracy can be asked by name; an accuracy without a name is that of the pressure.
 FIGURES = ("pressure", "peak", "area", "force", "approach", "tilt")
@@ -104,23 +105,36 @@ class Convergence:
 
     def as_dict(self) -> dict[str, Any]:
         """All figures, ready for JSON; the error of a peak without bound is None."""
-        steps = [asdict(s) | {"peak": s.peak if math.isfinite(s.peak) else None} for s in self.steps]
+        steps = [asdict(s) | {"peak": _finite(s.peak)} for s in self.steps]
         plain = dict(self.accuracy) if isinstance(self.accuracy, Mapping) else self.accuracy
         return {**vars(self), "accuracy": plain, "steps": steps}
 
-    def __str__(self) -> str:
-        names = ("dofs", "hanging", "candidates", "pressure", "traction", "peak", "max p", "area", "s")
-        more = [n for n in ("force", "approach", "tilt") if any(getattr(s, n) is not None for s in self.steps)]
-        head = "{:>9} {:>8} {:>11} {:>9} {:>9} {:>8} {:>12} {:>12} {:>7}".format(*names)
-        head += "".join(f" {name:>9}" for name in more)
+    @property
+    def table(self) -> Table:
+        """A row for each step."""
+        known = [n for n in ("force", "approach", "tilt") if any(getattr(s, n) is not None for s in self.steps)]
+        errors = [Column(n, ".2%", blank="none") for n in ("pressure", "traction", "peak", *known)]
+        columns: list[Column | str] = [
+            "dofs",
+            "hanging",
+            "candidates",
+            *errors[:3],
+            "max p",
+            "area",
+            Column("s", ".2f"),
+            *errors[3:],
+        ]
         rows = [
-            f"{s.n_dofs:>9} {s.n_hanging:>8} {s.n_candidates:>11} {s.pressure:>9.2%} "
-            f"{_percent(s.traction):>9} {_percent(s.peak):>8} "
-            f"{s.max_pressure:>12.6g} {s.area:>12.6g} {s.seconds:>7.2f}"
-            + "".join(f" {_percent(getattr(s, name)):>9}" for name in more)
+            (
+                *(s.n_dofs, s.n_hanging, s.n_candidates, s.pressure, s.traction, _finite(s.peak)),
+                *(s.max_pressure, s.area, s.seconds, *(_finite(getattr(s, n)) for n in known)),
+            )
             for s in self.steps
         ]
-        return "\n".join([head, *rows, f"Accuracy {accuracy_text(self.accuracy)}: {self.reason}"])
+        return Table(columns, rows, [f"Accuracy {accuracy_text(self.accuracy)}: {self.reason}"])
+
+    def __str__(self) -> str:
+        return str(self.table)
 
 
 def accuracy_text(accuracy: float | Mapping[str, float]) -> str:
@@ -136,5 +150,5 @@ def accuracy_text(accuracy: float | Mapping[str, float]) -> str:
     return ", ".join(f"{name} {value:.3g}" for name, value in accuracy.items())
 
 
-def _percent(error: float | None) -> str:
-    return "none" if error is None or not math.isfinite(error) else f"{error:.2%}"
+def _finite(error: float | None) -> float | None:
+    return None if error is None or not math.isfinite(error) else error

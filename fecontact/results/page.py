@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from html import escape
 from io import BytesIO
 from pathlib import Path
@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 
 from fecontact.common.arguments import text
 from fecontact.common.arrays import Array
-from fecontact.common.files import replacing
+from fecontact.common.files import write_atomically
+from fecontact.common.table import Column, Table
 from fecontact.results.pictures.draw import plot_result
 from fecontact.results.report import model_size
 from fecontact.results.solved_scene import SolvedScene
@@ -63,23 +64,21 @@ def write_page(
         _summary(result, warnings, notes),
         *(f"<h2>{name}</h2>{_image(figure)}" for name, figure in _pictures(result)),
         "<h2>Reactions</h2>",
-        _table(
-            ("body", f"force{_unit(result.scene.unit_names.force)}", "moment about its frame"),
-            ((b.name, _vector(r[:3]), _vector(r[3:])) for b in result.scene.bodies for r in (result.reaction(b),)),
-        ),
+        Table(
+            ("body", Column("force", unit=result.scene.unit_names.force), "moment about its frame"),
+            [(b.name, _vector(r[:3]), _vector(r[3:])) for b in result.scene.bodies for r in (result.reaction(b),)],
+        ).html(),
         "<h2>Certificate</h2>",
         _certificate(result),
         "<h2>Model</h2>",
-        _table(("body",), ((b.describe(),) for b in result.scene.bodies)),
+        Table(("body",), [(b.describe(),) for b in result.scene.bodies]).html(),
         "".join(f"<div>{escape(line)}</div>" for line in model_size(result)),
-        _table(("stage", "seconds"), ((k, f"{v:.3f}") for k, v in result.seconds.items())),
+        Table(("stage", Column("seconds", ".3f")), list(result.seconds.items())).html(),
     ]
     head = f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
     body = "\n".join(parts)
     page = f'{head}<meta name="viewport" content="width=device-width"></head><body>{_wrapped(body)}</body></html>'
-    with replacing(path) as file:
-        file.write_text(page, encoding="utf-8")
-    return Path(path)
+    return write_atomically(path, page)
 
 
 def notebook_cell(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -> str:
@@ -87,9 +86,9 @@ def notebook_cell(result: SolvedScene, warnings: Sequence[str], notes: Sequence[
     return _wrapped(_summary(result, warnings, notes) + _image(plot_result(result, "pressure")))
 
 
-def table_cell(columns: Sequence[str], rows: Iterable[Sequence[str]], remarks: Iterable[str]) -> str:
-    """HTML of a table in a notebook, with remarks below."""
-    return _wrapped(_table(columns, rows) + "".join(f'<p class="note">{escape(text)}</p>' for text in remarks))
+def table_cell(table: Table) -> str:
+    """HTML of a table in a notebook, with its notes below."""
+    return _wrapped(table.html() + "".join(f'<p class="note">{escape(text)}</p>' for text in table.notes))
 
 
 def _wrapped(body: str) -> str:
@@ -99,31 +98,33 @@ def _wrapped(body: str) -> str:
 def _summary(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -> str:
     """What was found: status, one row for each contact, warnings and notes."""
     units = result.scene.unit_names
-    columns = (
-        "contact", units.after("force on the first", "force"), f"area{_unit(units.length and units.length + '²')}",
-        units.after("peak pressure", "stress"), units.after("mean pressure", "stress"), "estimated error",
-        units.after("centre of pressure", "length"),
-    )  # fmt: skip
-    rows = (
+    columns: tuple[Column | str, ...] = (
+        *(
+            "contact",
+            Column("force on the first", unit=units.force),
+            Column("area", ".5g", units.behind("length", "²").strip()),
+        ),
+        *(Column(f"{name} pressure", ".5g", units.stress) for name in ("peak", "mean")),
+        *("estimated error", Column("centre of pressure", unit=units.length)),
+    )
+    rows = [
         (
             c.label,
             _vector(c.whole.force),
-            f"{c.whole.area:.5g}" if c.active.any() else "no contact",
-            f"{c.max_pressure:.5g}",
-            f"{c.whole.mean_pressure:.5g}",
-            str(c.error_estimate) if c.active.any() else "",
-            _vector(c.centre_of_pressure) if c.active.any() else "",
+            c.whole.area if c.active.any() else "no contact",
+            *(c.max_pressure, c.whole.mean_pressure),
+            *((str(c.error_estimate), _vector(c.centre_of_pressure)) if c.active.any() else ("", "")),
         )
         for c in result.contacts
-    )
+    ]
     said = [f'<p class="warning">Warning: {escape(w)}</p>' for w in warnings]
     said += [f'<p class="note">Note: {escape(n)}</p>' for n in notes]
     counts = f"{result.n_active} of {result.n_candidates} candidates in contact, {result.n_dofs} degrees of freedom"
     found = f"{result.status} by {result.solution.solver}: {counts}"
-    return f"<p>{escape(found)}</p>{_table(columns, rows)}{''.join(said)}"
+    return f"<p>{escape(found)}</p>{Table(columns, rows).html()}{''.join(said)}"
 
 
-def _pictures(result: SolvedScene) -> Iterable[tuple[str, Figure]]:
+def _pictures(result: SolvedScene) -> Iterator[tuple[str, Figure]]:
     yield "Pressure", plot_result(result, "pressure")
     yield "Gap", plot_result(result, "gap")
     if all(c.friction is not None for c in result.contacts):
@@ -137,11 +138,11 @@ def _pictures(result: SolvedScene) -> Iterable[tuple[str, Figure]]:
 def _certificate(result: SolvedScene) -> str:
     """Residuals recomputed from the problem."""
     r = result.residuals()
-    rows = [(n, f"{getattr(r, n):.1e}") for n in ("penetration", "tension", "complementarity", "equilibrium")]
+    rows = [(n, getattr(r, n)) for n in ("penetration", "tension", "complementarity", "equilibrium")]
     if result.friction is not None:
         law = result.friction.residuals
-        rows += [(f"friction: {n}", f"{getattr(law, n):.1e}") for n in ("cone", "slip", "dissipation")]
-    return _table(("residual, relative", ""), rows)
+        rows += [(f"friction: {n}", getattr(law, n)) for n in ("cone", "slip", "dissipation")]
+    return Table(("residual, relative", Column("", ".1e")), rows).html()
 
 
 def _image(figure: Figure) -> str:
@@ -150,17 +151,7 @@ def _image(figure: Figure) -> str:
     return f'<img alt="" src="data:image/png;base64,{b64encode(file.getvalue()).decode()}">'
 
 
-def _table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    head = "".join(f"<th>{escape(c)}</th>" for c in columns)
-    body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
-    return f"<table><tr>{head}</tr>{body}</table>"
-
-
 def _vector(v: Array) -> str:
     """Components, with those of rounding shown as zero."""
     largest = float(np.abs(v).max(initial=0.0))
     return "(" + ", ".join(f"{x:.5g}" if abs(x) > ROUNDING * largest else "0" for x in v) + ")"
-
-
-def _unit(name: str) -> str:
-    return f" [{name}]" if name else ""

@@ -23,6 +23,7 @@ from fecontact.common.files import append_row
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.one_line import one_line
 from fecontact.common.renamed import renamed
+from fecontact.common.table import Column, Table
 from fecontact.contact.model import SceneModel
 from fecontact.contact.step_end import StepEnd
 from fecontact.results.case_figures import fields_to_keep, kept_of, plane_of, row_of
@@ -159,14 +160,15 @@ class LoadPath:
         return save_series(self.steps, path, None if times is None else number_array("the times", times).tolist())
 
     def __str__(self) -> str:
-        lines = [f"{'step':>4}  {'normal':>12}  {'friction':>12}  {'stick area':>12}  {'slip area':>12}  {'work':>12}"]
-        for k, result in enumerate(self.steps):
-            for c in result.contacts:
-                if c.friction is not None:
-                    tangential = float(np.linalg.norm(c.friction.force))
-                    values = (c.total_force, tangential, c.stick_area, c.slip_area, c.friction.friction_work)
-                    lines.append(f"{k + 1:>4}  " + "  ".join(f"{v:>12.5g}" for v in values))
-        return "\n".join(lines)
+        names = ("normal", "friction", "stick area", "slip area", "work")
+        columns = [Column("step"), *(Column(name, ".5g") for name in names)]
+        rows = [
+            (k, c.total_force, float(np.linalg.norm(f.force)), c.stick_area, c.slip_area, f.friction_work)
+            for k, result in enumerate(self.steps, start=1)
+            for c in result.contacts
+            if (f := c.friction) is not None
+        ]
+        return str(Table(columns, rows))
 
 
 def step_prints(

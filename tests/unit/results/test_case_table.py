@@ -65,7 +65,7 @@ def test_a_table_is_the_sequence_of_its_rows(blocks):
 
 def test_text_has_one_line_for_each_case_and_contact_with_units_and_what_changes(blocks):
     _, _, table = blocks
-    heads, lines = table.lines()
+    heads, lines = table.printed.heads, table.printed.cells
     assert heads[:4] == ["case", "depth", "motions plate z [mm]", "contact"]
     assert heads[4:8] == ["force_x [N]", "force_y [N]", "force_z [N]", "area [mm²]"]
     assert lines[5][:8] == ["up 0.03", "0.03", "0.03", "right on plate", "0", "0", "0.6", "2"]
@@ -189,7 +189,7 @@ def test_sides_of_a_plane_that_moves_with_a_body_add_up_to_the_contact(rolled):
     world = scene.sweep(cases[:1], split=((-1.0, 0.0, 0.0), (-2.0, 0.0, 0.0)))
     assert world.column("front: force_z")[0] + world.column("back: force_z")[0] == pytest.approx(40.0, rel=1e-9)
     assert world.column("front: max_pressure")[0] < world.column("back: max_pressure")[0]
-    heads, lines = table.lines()
+    heads, lines = table.printed.heads, table.printed.cells
     assert heads[-7:-4] == ["right: force [N]", "right: area [mm²]", "right: max_pressure [MPa]"]
     assert lines[1][-7] == f"{table.column('right: force')[1]:.4g}"
 
