@@ -25,6 +25,20 @@ def triangular(facets: IntArray) -> Mask:
     return np.asarray(facets[:, 2] == facets[:, 3])
 
 
+def sides_of(facets: IntArray) -> IntArray:
+    """Directed ends (n_facets, k, 2) of the sides of facets (n_facets, at least k), with k = 4, or 3 of three columns.
+
+    The third side of a triangle of four columns has one node twice.
+
+    Examples
+    --------
+    >>> sides_of(np.array([[5, 6, 7, 7]])).tolist()
+    [[[5, 6], [6, 7], [7, 7], [7, 5]]]
+    """
+    corners = facets[:, :4]
+    return np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
+
+
 def distinct_columns(facets: IntArray) -> Mask:
     """Mask (n_facets, n_columns) of the first column of each node of a facet."""
     distinct = np.ones(facets.shape, bool)
@@ -214,6 +228,19 @@ def cells_at_faces(cells: IntArray) -> IntArray:
     keys = face_keys(cells[:, FACES[:, :4]])
     _, inverse, count = np.unique(keys, return_inverse=True, return_counts=True)
     return np.where(keys == 0, 0, count[inverse].reshape(keys.shape))
+
+
+def facets_at_sides(facets: IntArray) -> IntArray:
+    """Number of facets at each side (n_facets, k) of `sides_of`; 0 where both ends are one node.
+
+    Examples
+    --------
+    >>> facets_at_sides(np.array([[0, 1, 2, 3], [1, 4, 2, 2]])).tolist()
+    [[1, 2, 1, 1], [1, 1, 0, 2]]
+    """
+    ends = sides_of(facets)
+    _, inverse, count = np.unique(edge_keys(ends), return_inverse=True, return_counts=True)
+    return np.where(ends[..., 0] == ends[..., 1], 0, count[inverse.reshape(ends.shape[:2])])
 
 
 def found(keys: Keys, among: Keys) -> IntArray:

@@ -19,6 +19,7 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import MeshError
+from fecontact.mesh.facets import sides_of
 from fecontact.mesh.orient import rims
 
 #: Steps towards and from the mean of the neighbours: pass band 1 / TOWARDS + 1 / BACK = 0.1, as in the paper.
@@ -35,7 +36,7 @@ def smoothed(points: Array, triangles: IntArray, steps: int) -> Array:
     [0.0, 0.0, 0.115]
     """
     n = len(points)
-    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+    ends = sides_of(triangles).reshape(-1, 2)
     beside = sp.csr_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n))
     beside = ((beside + beside.T) > 0).astype(float)
     mean = sp.diags_array(1 / np.maximum(np.asarray(beside.sum(axis=1)).ravel(), 1)) @ beside

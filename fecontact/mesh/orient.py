@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import MeshError, place
-from fecontact.mesh.facets import triangular
+from fecontact.mesh.facets import edge_keys, facets_at_sides, sides_of, triangular
 
 #: Largest share of an open sheet's area whose opposite orientation counts as a mistake and is reversed.
 MISTAKE = 0.25
@@ -24,16 +24,16 @@ MISTAKE = 0.25
 NO_VOLUME = 1e-9
 
 
-def shared_sides(facets: IntArray) -> tuple[IntArray, Mask]:
+def neighbours(facets: IntArray) -> tuple[IntArray, Mask]:
     """Pairs (n, 2) of facets (n_facets, 4) with a common side, and whether (n,) both run along it the same way.
 
     Consistently oriented neighbours run along it in opposite directions.
     """
-    ends = np.stack([facets[:, :4], np.roll(facets[:, :4], -1, axis=1)], axis=2).reshape(-1, 2)
+    ends = sides_of(facets).reshape(-1, 2)
     owner = np.arange(len(ends)) // 4
     real = ends[:, 0] != ends[:, 1]
     ends, owner = ends[real], owner[real]
-    key = np.sort(ends, axis=1) @ np.array([facets.max() + 1, 1])
+    key = edge_keys(ends)
     order = np.argsort(key, kind="stable")
     first = np.flatnonzero(key[order][1:] == key[order][:-1])
     one, other = order[first], order[first + 1]
@@ -78,7 +78,7 @@ def oriented(points: Array, facets: IntArray) -> tuple[IntArray, tuple[str, ...]
     ('1 of 4 facets were turned to face as their neighbours do.',)
     """
     n = len(facets)
-    pairs, against = shared_sides(facets)
+    pairs, against = neighbours(facets)
     sheet, against_first = _sides_of_sheets(facets, pairs, against)
     count = sheet.max() + 1
     area = corner_areas(points, facets)
@@ -140,15 +140,14 @@ def _refuse_branching(facets: IntArray) -> None:
     MeshError
         Names one.
     """
-    ends = np.sort(np.stack([facets[:, :4], np.roll(facets[:, :4], -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    owner = np.repeat(np.arange(len(facets)), 4)[real := ends[:, 0] != ends[:, 1]]
-    sides, which, count = np.unique(ends[real], axis=0, return_inverse=True, return_counts=True)
+    count = facets_at_sides(facets)
     if (count > 2).any():
-        k = int(np.argmax(count))
+        ends = np.sort(sides_of(facets), axis=2)
+        low, high = ends[np.unravel_index(np.argmax(count), count.shape)]
+        facet, _ = np.nonzero((ends == [low, high]).all(axis=2))
         raise MeshError(
-            f"The surface branches: {count[k]} facets meet at the side between points {sides[k, 0]} and {sides[k, 1]} "
-            f"(facets {', '.join(map(str, owner[which.ravel() == k]))}), so it has no outside. Leave out those that "
-            "lie within."
+            f"The surface branches: {count.max()} facets meet at the side between points {low} and {high} (facets "
+            f"{', '.join(map(str, facet))}), so it has no outside. Leave out those that lie within."
         )
 
 
@@ -309,17 +308,14 @@ def shells_of(points: Array, triangles: IntArray, source: str) -> Shells:
     facets = triangles[:, [0, 1, 2, 2]]
     _refuse_open(points, facets, source)
     _refuse_crossing(points, triangles, source)
-    pairs = shared_sides(facets)[0]
+    pairs = neighbours(facets)[0]
     shell = components(len(triangles), pairs)
     return Shells(shell, _solids(points, triangles, shell, source))
 
 
 def rims(facets: IntArray) -> tuple[IntArray, IntArray]:
     """Sides (n, 2) of facets (n_facets, 4) that belong to one facet only, and the number (n,) of each side's rim."""
-    ends = np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2)
-    ends = ends[ends[:, 0] != ends[:, 1]]
-    _, inverse, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
-    alone = ends[count[inverse.ravel()] == 1]
+    alone = sides_of(facets)[facets_at_sides(facets) == 1]
     used, number = np.unique(alone, return_inverse=True)
     rim = components(len(used), number.reshape(-1, 2))[number.reshape(-1, 2)[:, 0]]
     return alone, np.unique(rim, return_inverse=True)[1].ravel()

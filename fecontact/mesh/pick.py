@@ -27,7 +27,7 @@ from scipy.spatial import cKDTree
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import coordinates, number, positive, vector
 from fecontact.common.errors import InputError, shown
-from fecontact.mesh.facets import edge_keys, facet_centres, facet_shapes, found, shapes_on_square, triangular
+from fecontact.mesh.facets import edge_keys, facet_centres, facet_shapes, found, shapes_on_square, sides_of, triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
 
 #: Points along each side of a facet used to measure the distance from it.
@@ -218,8 +218,7 @@ def shared_sides(
 
     With hanging nodes, a side divided by two other facets is shared with each of them.
     """
-    corners = facets[:, :4]
-    ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
+    ends = sides_of(facets).reshape(-1, 2)
     normals = side_normals(points, facets, triangular(facets)).reshape(-1, 3)
     keys, half = edge_keys(ends), np.zeros(len(ends), bool)
     if hanging is not None:

@@ -17,7 +17,7 @@ from fecontact.common.checks import positive
 from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.cell_sets import first_alike
 from fecontact.mesh.element import TRIANGLE_NODES, quad_nodes, quad_shapes, triangle_shapes
-from fecontact.mesh.facets import edge_keys, found
+from fecontact.mesh.facets import edge_keys, facets_at_sides, found, sides_of
 from fecontact.mesh.read import READERS
 from fecontact.mesh.section_mesh import REVERSED, SectionMesh
 
@@ -113,7 +113,7 @@ def _quadratic(points: Array, blocks: list[tuple[str, IntArray]]) -> tuple[Array
         rows.append(full)
         owner.append(np.full(len(c), k))
     cells = np.concatenate(rows)
-    edges = np.stack([cells[:, :4], np.roll(cells[:, :4], -1, axis=1)], axis=2).reshape(-1, 2)
+    edges = sides_of(cells).reshape(-1, 2)
     middle = cells[:, 4:].ravel()
     keys, inverse = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
     known = np.full(len(keys), -1, dtype=np.int64)
@@ -148,7 +148,7 @@ def _turned(points: Array, cells: IntArray) -> IntArray:
 
 def _named_sides(cells: IntArray, lines: dict[str, IntArray]) -> dict[str, IntArray]:
     """Sides (n, 2) of cells at named pieces (n, 2) of curves."""
-    ends = np.stack([cells[:, :4], np.roll(cells[:, :4], -1, axis=1)], axis=2).reshape(-1, 2)
+    ends = sides_of(cells).reshape(-1, 2)
     keys = edge_keys(ends)
     out = {}
     for name, pieces in lines.items():
@@ -159,9 +159,7 @@ def _named_sides(cells: IntArray, lines: dict[str, IntArray]) -> dict[str, IntAr
 
 def _sides_of_sets(cells: IntArray, node_sets: Mapping[str, IntArray]) -> dict[str, IntArray]:
     """Outer sides (n, 2) of cells with both ends in a node set."""
-    ends = np.stack([cells[:, :4], np.roll(cells[:, :4], -1, axis=1)], axis=2)
-    _, inverse, count = np.unique(edge_keys(ends), return_inverse=True, return_counts=True)
-    outer = (count[inverse.reshape(ends.shape[:2])] == 1) & (ends[:, :, 0] != ends[:, :, 1])
+    ends, outer = sides_of(cells), facets_at_sides(cells) == 1
     return {name: np.argwhere(outer & np.isin(ends, nodes).all(axis=2)) for name, nodes in node_sets.items()}
 
 
@@ -173,7 +171,7 @@ def _divided(
     count = np.where(triangle, 3, 4)
     first = np.concatenate([[0], np.cumsum(count)[:-1]])
     extra, children = [points], np.zeros((count.sum(), 8), dtype=np.int64)
-    ends = np.stack([cells[:, :4], np.roll(cells[:, :4], -1, axis=1)], axis=2)
+    ends = sides_of(cells)
     # a quarter of a side belongs to the side and to the end that it is next to
     halves = np.stack([ends, ends[:, :, ::-1]], axis=2).reshape(-1, 2)
     quarter, which = np.unique(halves, axis=0, return_inverse=True)

@@ -16,10 +16,18 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import index_array, number_array
 from fecontact.common.errors import MeshError
 from fecontact.mesh.cell_sets import first_alike, representatives
-from fecontact.mesh.facets import distinct_columns, facet_integrals, facet_nodes, facet_shapes, triangular
+from fecontact.mesh.facets import (
+    distinct_columns,
+    facet_integrals,
+    facet_nodes,
+    facet_shapes,
+    facets_at_sides,
+    sides_of,
+    triangular,
+)
 from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.orient import oriented, shared_sides, turned
+from fecontact.mesh.orient import neighbours, oriented, turned
 
 #: Points of an .stl file closer than this, relative to the size of the surface, are one point.
 SAME_POINT = 1e-7
@@ -72,7 +80,7 @@ class SurfaceMesh:
             raise MeshError(f"Facet {np.argmin(self.areas)} has no area; {(self.areas <= 0).sum()} facets in all.")
         if (self._side_count > 2).any():
             raise MeshError("A side belongs to more than two facets: the surface branches there, so it has no outside.")
-        pairs, against = shared_sides(facets[:, :4])
+        pairs, against = neighbours(facets[:, :4])
         if against.any():
             one, other = pairs[np.argmax(against)]
             raise MeshError(
@@ -108,20 +116,17 @@ class SurfaceMesh:
     @cached_property
     def sides(self) -> IntArray:
         """Directed corner pairs (n_facets, 4, 2); the third of a triangle repeats one node."""
-        corners = self.facets[:, :4]
-        return np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
+        return sides_of(self.facets)
 
     @cached_property
     def _side_count(self) -> IntArray:
-        """Number of facets at each side (n_facets, 4); 2 for the missing side of a triangle."""
-        ends = np.sort(self.sides.reshape(-1, 2), axis=1)
-        _, inverse, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
-        return np.where(ends[:, 0] == ends[:, 1], 2, count[inverse.ravel()]).reshape(-1, 4)
+        """Number of facets at each side (n_facets, 4); 0 for the missing side of a triangle."""
+        return facets_at_sides(self.facets)
 
     @cached_property
     def is_closed(self) -> bool:
         """Whether every side belongs to two facets."""
-        return bool((self._side_count == 2).all())
+        return not (self._side_count == 1).any()
 
     @cached_property
     def normals(self) -> Array:

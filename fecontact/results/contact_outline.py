@@ -21,7 +21,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.one_line import one_line
 from fecontact.contact.coupling.choose import line_share
 from fecontact.contact.coupling.covered_area import covered_shares
-from fecontact.mesh.facets import facet_integrals, facet_shapes, triangular
+from fecontact.mesh.facets import facet_integrals, facet_shapes, sides_of, triangular
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.results.edge_level import PressureAndGap, edge_level, facet_sizes
 from fecontact.results.facet_samples import facet_samples
@@ -135,7 +135,7 @@ class _Cut(NamedTuple):
     @property
     def sides(self) -> IntArray:
         """Directed sides (3 n, 2) of the triangles."""
-        return np.stack([self.corners, np.roll(self.corners, -1, axis=1)], axis=-1).reshape(-1, 2)
+        return sides_of(self.corners).reshape(-1, 2)
 
     def crossing(self, sides: IntArray) -> IntArray:
         """Number (n,) of the crossing of each side (n, 2) with one node inside."""
@@ -216,7 +216,7 @@ def _cut(contact: PressureAndGap, level: Array, beyond: Mask) -> _Cut:
     least = OFF_NODE * np.abs(level).max()
     level = np.where(np.abs(level) < least, least, level)
     inside = (level > 0) & ~beyond
-    sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2)
+    sides = sides_of(corners).reshape(-1, 2)
     sides = np.concatenate([sides, sides[:, ::-1]])
     crossed = np.unique(sides[inside[sides[:, 0]] & ~inside[sides[:, 1]]], axis=0)
     inner, outer = level[crossed].T
@@ -278,7 +278,7 @@ def _areas(contact: PressureAndGap, cut: _Cut) -> tuple[Array, Array]:
     # a corner alone on its side cuts off the product of the shares, from it, of the two sides at it
     alone = np.argmax(inside == (count == 1)[:, None], axis=1)
     each = np.arange(len(x))
-    sides = np.stack([cut.corners, np.roll(cut.corners, -1, axis=1)], axis=-1)
+    sides = sides_of(cut.corners)
     part = (count == 3).astype(float)
     some = (count == 1) | (count == 2)
     pairs = (sides[each, k][some] for k in (alone, (alone + 2) % 3))

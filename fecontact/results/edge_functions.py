@@ -22,7 +22,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.mesh.facets import facet_shapes, triangular
+from fecontact.mesh.facets import facet_shapes, sides_of, triangular
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.outline import Outline
 
@@ -346,7 +346,7 @@ def _extension(facets: IntArray, bilinear: Mask, own: Mask, free: Mask) -> sp.cs
     zone = facets[bilinear]
     if zone.shape[1] > 4:
         middles, first = np.unique(zone[:, 4:8], return_index=True)
-        ends = np.stack([zone[:, :4], np.roll(zone[:, :4], -1, axis=1)], axis=2).reshape(-1, 2)[first]
+        ends = sides_of(zone).reshape(-1, 2)[first]
         between = free[middles] & ~own[middles] & ~corner[middles]
         middles, ends = middles[between], ends[between]
         halves = sp.csr_matrix((np.full(ends.size, 0.5), (np.repeat(middles, 2), ends.ravel())), shape=(n, n))

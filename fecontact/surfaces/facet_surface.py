@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import MeshError
 from fecontact.common.one_line import one_line
-from fecontact.mesh.facets import triangular
+from fecontact.mesh.facets import facets_at_sides, sides_of, triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.section_mesh import Extent
 from fecontact.mesh.surface_mesh import averaged_normals
@@ -224,8 +224,7 @@ class FacetSurface:
 
         The nodes nearest to a point of a slender facet need not be its own, nor those of its neighbours.
         """
-        corners = self.facets[:, :4]
-        ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+        ends = np.sort(sides_of(self.facets).reshape(-1, 2), axis=1)
         length = np.linalg.norm(np.diff(self.points[ends], axis=1)[:, 0], axis=1).reshape(-1, 4)
         longest = length.max(axis=1, keepdims=True, initial=np.finfo(float).tiny)
         area = (1 + self.triangle) * self.mean_facet_size**2
@@ -246,13 +245,10 @@ class FacetSurface:
     @cached_property
     def on_rim(self) -> Mask:
         """Mask (n_facets, 4) of the facets' sides that belong to no other facet; never the missing one of triangles."""
-        corners = self.facets[:, :4]
-        sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-        _, inverse, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
-        alone = (count[inverse.ravel()] == 1) & (sides[:, 0] < sides[:, 1])
+        alone = facets_at_sides(self.facets) == 1
         if self.ties is not None:
-            alone[self.ties.inner_sides] = False
-        return np.asarray(alone.reshape(-1, 4))
+            alone.flat[self.ties.inner_sides] = False
+        return alone
 
     @cached_property
     def rim_nodes(self) -> Mask:

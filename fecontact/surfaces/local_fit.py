@@ -25,7 +25,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.mesh.facets import distinct_columns, triangular
+from fecontact.mesh.facets import distinct_columns, sides_of, triangular
 from fecontact.mesh.surface_mesh import averaged_normals
 
 #: Powers of u, v and w in the terms of all fits.
@@ -182,7 +182,7 @@ def _rim_and_rulings(facets: IntArray, n: int) -> tuple[Mask, IntArray, IntArray
     A row of linear quadrilaterals, one from rim to rim, does not say how it is bent that way: its sides are taken as
     rulings. Their middles count as nodes.
     """
-    sides = np.stack([facets[:, :4], np.roll(facets[:, :4], -1, axis=1)], axis=2).reshape(-1, 2)
+    sides = sides_of(facets).reshape(-1, 2)
     order = np.argsort(np.sort(sides, axis=1) @ np.array([n, 1]), kind="stable")
     key = np.sort(sides[order], axis=1) @ np.array([n, 1])
     first = np.flatnonzero(np.r_[True, key[1:] != key[:-1]])

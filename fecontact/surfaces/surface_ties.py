@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.mesh.facets import edge_keys, found
+from fecontact.mesh.facets import edge_keys, found, sides_of
 from fecontact.mesh.hanging_nodes import HangingNodes
 
 
@@ -113,7 +113,7 @@ def surface_ties(facets: IntArray, hanging: HangingNodes | None) -> SurfaceTies 
     rows = np.flatnonzero(on[hanging.nodes])
     if len(rows) == 0:
         return None
-    sides = edge_keys(np.stack([facets[:, :4], np.roll(facets[:, :4], -1, axis=1)], axis=2).reshape(-1, 2))
+    sides = edge_keys(sides_of(facets).reshape(-1, 2))
     along = found(edge_keys(hanging.edges[:, [[0, 2], [0, 1], [1, 2]]]), sides)
     there = (along >= 0).any(axis=1)
     along = along[there]

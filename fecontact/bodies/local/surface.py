@@ -20,6 +20,7 @@ from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import InputError
 from fecontact.halfspace.operator import CellModel
 from fecontact.halfspace.surface import GridSurface, between_cells
+from fecontact.mesh.facets import sides_of
 from fecontact.surfaces.facet_surface import Projection
 
 
@@ -58,7 +59,7 @@ class WindowSurface(GridSurface):
     def on_rim(self) -> Mask:
         """Mask (n_facets, 4) of the facets' sides on the rim; on a plane of symmetry the window goes on."""
         rim = super().on_rim.copy()
-        ends = np.stack([self.facets, np.roll(self.facets, -1, axis=1)], axis=2) - self.start
+        ends = sides_of(self.facets) - self.start
         for place, mirrored in zip(np.divmod(ends, len(self.axes[1])), self._window.mirrored, strict=True):
             if mirrored:
                 rim &= (place > 0).any(axis=2)
