@@ -69,8 +69,9 @@ class CellDivision:
     entity : (n_lattice, n_own) bool array
         Nodes of the corner, edge, face or cell on which each point of the lattice lies.
     shared : tuple of (k, 3 | 5) int arrays
-        New points that neighbours may share, each with the two or four points of the lattice between which it lies:
-        middles of edges, centres of faces, then the same for the children.
+        New points that neighbours may share, each with the two or four points of the lattice between which it lies
+        (of a triangle's centre, the largest corner twice): middles of edges, centres of faces, then the same for the
+        children.
     inner : (k,) int array
         New points inside the cell.
     children : (n_children, width) int array
@@ -251,7 +252,10 @@ def _tables(parent: _Parent, children: list[list[Name]], sides: IntArray) -> Cel
         if level is None:
             inner.append(index[name])
         else:
-            shared[level].append([index[n] for n in (name, *((_set(k) for k in name) if plain else name))])
+            between_points = [_set(k) for k in sorted(name)] if plain else list(name)
+            # a triangle's largest corner is repeated
+            between_points += between_points[-1:] * (len(between_points) == 3)
+            shared[level].append([index[n] for n in (name, *between_points)])
     return CellDivision(
         columns=np.array([parent.nodes[n] for n in nodes]),
         own=np.array([own.get(n, -1) for n in names]),
@@ -304,11 +308,6 @@ def _regular(pattern: Pattern, diagonal: int) -> CellDivision:
     """Division of a hexahedron, wedge, pyramid or tetrahedron in the form that mesh readers give."""
     width = len(pattern)
     whole = next(p for p in _PLACES if p[:8] == pattern[:8])
-    places = _PLACES[whole]
-
-    def at(name: Name) -> Array:
-        return element_basis(width, pattern, (), _collapsed(pattern, _mean(name, places))[None])[0][0]
-
     corners = {
         HEXAHEDRON: lambda: _box_children(CORNERS),
         WEDGE: _wedge_children,
@@ -317,7 +316,34 @@ def _regular(pattern: Pattern, diagonal: int) -> CellDivision:
     }[whole]()
     kinds = [TETRAHEDRON if len(c) == 4 else whole for c in corners]
     children = [_child_names(kind, c, width) for kind, c in zip(kinds, corners, strict=True)]
-    return _tables(_solid(pattern, at), children, FACES[:, :4])
+    return _tables(_straight(pattern, _PLACES[whole]), children, FACES[:, :4])
+
+
+def _straight(pattern: Pattern, places: Array) -> _Parent:
+    """Parent of a pattern of mesh readers, the straight form of which has its corners at `places`."""
+
+    def at(name: Name) -> Array:
+        return element_basis(len(pattern), pattern, (), _collapsed(pattern, _mean(name, places))[None])[0][0]
+
+    return _solid(pattern, at)
+
+
+@cache
+def hexahedra_of_tetrahedron(width: int) -> CellDivision:
+    """Tables of the division of a tetrahedron of 8 or 20 columns into four hexahedra, one at each corner.
+
+    They have the middles of edges, the centres of faces and the centre as further corners.
+
+    Examples
+    --------
+    >>> hexahedra_of_tetrahedron(8).children.shape
+    (4, 8)
+    """
+    # a corner of the tetrahedron and its others along the three axes, in even permutations
+    axes = ((0, 1, 2, 3), (1, 2, 0, 3), (2, 0, 1, 3), (3, 1, 0, 2))
+    corners = [[(v,), (v, p), (v, p, q), (v, q), (v, r), (v, p, r), (v, p, q, r), (v, q, r)] for v, p, q, r in axes]
+    children = [_child_names(HEXAHEDRON, tuple(frozenset(c) for c in row), width) for row in corners]
+    return _tables(_straight(TETRAHEDRON[:width], _PLACES[TETRAHEDRON]), children, FACES[:, :4])
 
 
 @cache

@@ -47,8 +47,8 @@ from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.orient import Shells, components
 from fecontact.mesh.pick import shared_sides
 from fecontact.mesh.placement import unfolded
+from fecontact.mesh.refine import divided
 from fecontact.mesh.smooth_parts import SMOOTH
-from fecontact.mesh.tet_to_hex import divided
 
 T = TypeVar("T")
 

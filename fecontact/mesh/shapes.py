@@ -36,7 +36,7 @@ from fecontact.mesh.grading import grading as grading
 from fecontact.mesh.layer import extrude as extrude
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.mesh import merge as merge
-from fecontact.mesh.tet_to_hex import divided as divided
+from fecontact.mesh.refine import divided as divided
 
 #: Largest deviation of the end positions, as a share of the size, that is corrected as rounding.
 SAME_POSITION = 1e-9

@@ -23,8 +23,8 @@ from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.orient import Shells, shells_of
 from fecontact.mesh.placement import Placement, placed
 from fecontact.mesh.read_surface import READERS, read_surface
+from fecontact.mesh.refine import divided
 from fecontact.mesh.surface_mesh import SurfaceMesh
-from fecontact.mesh.tet_to_hex import divided
 from fecontact.surfaces.changes import changed, distance, enclosed_volume, triangulated
 from fecontact.surfaces.smooth import fitted_facets
 
@@ -57,7 +57,7 @@ def mesh_solid(
     size : float, optional
         Edge length of the elements; a fifteenth of the bounding box's diagonal unless given.
     element : {'tet10', 'hex20', 'tet4', 'hex8'}
-        Hexahedra come from the division of tetrahedra twice as large into four each (`mesh.tet_to_hex`), so they fit
+        Hexahedra come from the division of tetrahedra twice as large into four each (`mesh.refine.divided`): they fit
         any shape but are less regular than those of a swept mesh.
     near : (3,) or (n, 3) array, optional
         Points of the expected contact zone, round which the elements are smaller.

@@ -6,7 +6,7 @@ import pytest
 import fecontact as fc
 from fecontact import Mesh
 from fecontact.mesh.kinds import KINDS
-from fecontact.mesh.tet_to_hex import divided
+from fecontact.mesh.refine import divided
 
 ELASTIC = fc.Material(E=1000.0, nu=0.3)
 # condition numbers of some 1e3 in the condensed problem, times a few units of rounding

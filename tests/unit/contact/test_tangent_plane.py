@@ -9,7 +9,7 @@ import fecontact as fc
 from fecontact import Mesh
 from fecontact.contact.coupling.segments import _nearness, degrees, tangent_plane_maps
 from fecontact.mesh.kinds import KINDS
-from fecontact.mesh.tet_to_hex import divided
+from fecontact.mesh.refine import divided
 from fecontact.surfaces.facet_surface import FacetSurface
 
 pytestmark = pytest.mark.rounding

@@ -11,8 +11,8 @@ import scipy.sparse as sp
 import fecontact as fc
 from fecontact import InputError, MeshError, merge
 from fecontact.ancf import AncfSpace
-from fecontact.mesh import tet_to_hex
 from fecontact.mesh.hanging_nodes import HangingNodes
+from fecontact.mesh.refine import divided
 from fecontact.mesh.section_mesh import merge_sections
 
 # products of a few weights of size one
@@ -167,6 +167,6 @@ def test_what_makes_no_sense_with_hanging_nodes_is_refused():
     with pytest.raises(InputError, match=r"cannot be turned into a surface mesh"):
         fc.SurfaceMesh.of(mesh, "top")
     with pytest.raises(InputError, match=r"cannot be divided into hexahedra"):
-        tet_to_hex.divided(mesh)
+        divided(mesh)
     with pytest.raises(InputError, match=r"cannot be used with gradient coordinates"):
         AncfSpace(mesh)

@@ -16,7 +16,7 @@ from fecontact.mesh.element import (
     triangle_shapes,
 )
 from fecontact.mesh.facets import facet_integrals, nodal_areas, shapes_on_square
-from fecontact.mesh.tet_to_hex import divided
+from fecontact.mesh.refine import divided
 from fecontact.surfaces.facet_surface import FacetSurface
 
 # a few operations on numbers of order one
