@@ -273,7 +273,8 @@ def indent(
     if not (math.isfinite(delta) and abs(finer[0] - delta) <= 1e-8 * abs(delta)):
         raise InputError(
             f"The integrals over the profile do not converge on r <= {radius}: {delta} and {finer[0]} by two rules. "
-            "Name the radii of its kinks in breaks=, and check that it is finite and rises from zero."
+            "Name the radii of its kinks in breaks=, and check that it is finite and rises from zero.",
+            code="integrals-diverge",
         )
     return AxisymmetricContact(force=load, approach=delta, a=radius, E_star=E_star, profile=profile)
 
@@ -293,12 +294,14 @@ def _radius(profile: Profile, E_star: float, name: str, value: float, limit: flo
     if not math.isfinite(reached):
         raise InputError(
             f"Expected a profile that is finite to 1.08 times limit = {largest}; found {reached} for the {name}. "
-            "Give a smaller limit."
+            "Give a smaller limit.",
+            code="profile-not-finite",
         )
     if reached < value:
         raise InputError(
             f"Expected a contact radius up to limit = {largest}, at which the {name} is {reached}; found "
-            f"{name} = {value}. Give a larger limit, if the profile is defined there."
+            f"{name} = {value}. Give a larger limit, if the profile is defined there.",
+            code="limit-too-small",
         )
     # A flat end is in contact over its whole width at once: the radius is that width for any small force or approach.
     return math.exp(brentq(excess, low, high, xtol=1e-14, rtol=1e-14))

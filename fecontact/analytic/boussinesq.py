@@ -186,12 +186,12 @@ def _geometry(points: ArrayLike, above: float) -> tuple[Array, Array, Array]:
     """Return the points, their distance rho from the load, and rho + z."""
     coordinates = checks.point_array("points", points, 3)
     if not 0 <= above < 1:
-        raise InputError(f"Expected above >= 0 and < 1, a share of the distance; found {above!r}.")
+        raise InputError(f"Expected above >= 0 and < 1, a share of the distance; found {above!r}.", code="above-range")
     rho = np.linalg.norm(coordinates, axis=-1)
     if np.any(coordinates[..., 2] < -above * rho):
         lowest = coordinates[..., 2].min()
         limit = f"z >= -{above:g} times the distance from the load" if above else "z >= 0, inside the body"
-        raise InputError(f"Expected points with {limit}; found z = {lowest}.")
+        raise InputError(f"Expected points with {limit}; found z = {lowest}.", code="points-outside-body")
     if np.any(rho == 0):
         raise InputError("Expected points away from the load; found the origin, where the fields are infinite.")
     return coordinates, rho, rho + coordinates[..., 2]
@@ -200,5 +200,5 @@ def _geometry(points: ArrayLike, above: float) -> tuple[Array, Array, Array]:
 def _load(force: ArrayLike) -> Array:
     vector = checks.coordinates("force", force)
     if vector.ndim == 0 or vector.shape[-1] != 3:
-        raise InputError(f"Expected forces (Qx, Qy, P) on the last axis; found shape {vector.shape}.")
+        raise InputError(f"Expected forces (Qx, Qy, P) on the last axis; found shape {vector.shape}.", code="forces")
     return vector

@@ -147,7 +147,7 @@ class _Field:
         tensor = checks.point_array("the curvature", curvature, 2)
         checks.lengths(length=length)
         if tensor.ndim < 2 or tensor.shape[-2] != 2:
-            raise InputError(f"Expected curvatures of shape (..., 2, 2); found {tensor.shape}.")
+            raise InputError(f"Expected curvatures of shape (..., 2, 2); found {tensor.shape}.", code="curvature-shape")
         rho, z, nu = np.linalg.norm(place, axis=-1), place[..., 2], material.nu
         if np.any(rho + z <= 1e-12 * rho):
             raise InputError("Expected points away from the load and not over it; the fields are infinite there.")

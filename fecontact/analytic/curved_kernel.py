@@ -193,7 +193,7 @@ def _inclined(material: Material) -> float:
 def _tensor(curvature: ArrayLike) -> Array:
     tensor = checks.coordinates("the curvature", curvature)
     if tensor.shape != (2, 2):
-        raise InputError(f"Expected a curvature tensor of shape (2, 2); found {tensor.shape}.")
+        raise InputError(f"Expected a curvature tensor of shape (2, 2); found {tensor.shape}.", code="curvature-shape")
     return tensor
 
 

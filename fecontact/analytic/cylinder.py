@@ -154,7 +154,8 @@ class ThickCylinder:
         if np.any(radius < self.a) or np.any(radius > self.b):
             raise InputError(
                 f"Expected radii within the cylinder, {self.a} <= r <= {self.b}; "
-                f"found {radius.min()} ... {radius.max()}."
+                f"found {radius.min()} ... {radius.max()}.",
+                code="radius-outside",
             )
         return radius
 
@@ -221,7 +222,7 @@ def lame(
     if a == 0 and inner != 0:
         raise InputError(f"A solid disc has no inner surface: expected inner_pressure = 0; found {inner_pressure!r}.")
     if plane not in ("stress", "strain"):
-        raise InputError(f'Expected plane="stress" or plane="strain"; found {plane!r}.')
+        raise InputError(f'Expected plane="stress" or plane="strain"; found {plane!r}.', code="unknown-plane")
     return ThickCylinder(a=a, b=b, inner_pressure=inner, outer_pressure=outer, material=material, plane=plane)
 
 

@@ -62,7 +62,7 @@ class FaceLoads:
         if len(shapes) > 1 or len(next(iter(shapes))) != 2:
             raise InputError(f"Expected places, normals and forces of one shape (m, 3); found {sorted(shapes)}.")
         if not np.all(np.linalg.norm(self.normals, axis=1) > 0):
-            raise InputError("Expected normals into the body; found one of length zero.")
+            raise InputError("Expected normals into the body; found one of length zero.", code="normal-zero")
         if self.curvatures is None:
             return
         if self.curvatures.shape != (*self.places.shape, 3):

@@ -427,7 +427,8 @@ def _stick(contact: LineContact, friction: float, tangential: float) -> tuple[fl
     limit = mu * contact.force
     if force > limit * (1 + 1e-14):
         raise InputError(
-            f"The contact slides as a whole: the tangential force can be at most mu P' = {limit:g}; found {force:g}."
+            f"The contact slides as a whole: the tangential force can be at most mu P' = {limit:g}; found {force:g}.",
+            code="slides-as-a-whole",
         )
     return mu, force, contact.a * math.sqrt(max(1 - force / limit, 0.0))
 
@@ -580,7 +581,8 @@ class RoundSlip(Frictional[CircularContact]):
         if np.any(np.abs(values) > self.tangential):
             raise InputError(
                 f"Expected forces of the cycle, from {-self.tangential:g} to {self.tangential:g}; found "
-                f"{values[np.abs(values) > self.tangential].flat[0]:g}. Give the cycle a larger tangential force."
+                f"{values[np.abs(values) > self.tangential].flat[0]:g}. Give the cycle a larger tangential force.",
+                code="cycle-exceeds-force",
             )
         limit = self.friction * self.force
         back = np.cbrt(1 - (self.tangential - values) / (2 * limit)) ** 2
@@ -654,7 +656,8 @@ def mindlin(
     if value > (limit if name == "tangential" else most) * (1 + 1e-14):
         raise InputError(
             f"The contact slides as a whole: the tangential force can be at most mu P = {limit:g}, reached at a shift "
-            f"of {most:g}; found {name}={value:g}."
+            f"of {most:g}; found {name}={value:g}.",
+            code="slides-as-a-whole",
         )
     if name == "tangential":
         force = min(value, limit)
@@ -832,7 +835,8 @@ def lubkin(
         if value >= greatest:
             raise InputError(
                 f"The contact slides as a whole: the torque must be below 3 pi mu P a/16 = {greatest:g}; found "
-                f"{value:g}."
+                f"{value:g}.",
+                code="slides-as-a-whole",
             )
         share = value / greatest
         k = math.exp(brentq(lambda log: _share(math.exp(log)) - share, math.log(LEAST), 0.0, xtol=1e-14))

@@ -831,7 +831,8 @@ def _gap_coefficients(
         k1x, k1y, k2x, k2y = (1 / float(radius) for radius in (r1x, r1y, r2x, r2y))
     except (TypeError, ValueError, ZeroDivisionError):
         raise InputError(
-            f"Expected radii=((R1x, R1y), (R2x, R2y)), none zero (inf: straight, negative: concave); found {radii!r}."
+            f"Expected radii=((R1x, R1y), (R2x, R2y)), none zero (inf: straight, negative: concave); found {radii!r}.",
+            code="radii",
         ) from None
     c, s = math.cos(angle), math.sin(angle)
     turned_x, turned_y, mixed = k2x * c * c + k2y * s * s, k2x * s * s + k2y * c * c, (k2x - k2y) * s * c
@@ -845,7 +846,8 @@ def _gap_coefficients(
     if not (0 < A < math.inf):
         raise InputError(
             f"Expected surfaces that touch at one point and open in every direction; found radii {radii!r} with "
-            f"angle {angle}. Straight parallel generators need line(); a concave radius must exceed its counterpart."
+            f"angle {angle}. Straight parallel generators need line(); a concave radius must exceed its counterpart.",
+            code="no-point-contact",
         )
     A = min(A, B)  # equal curvatures: rounding may place A above B
     # Written as differences from zero: a negative zero would turn the axes by pi.

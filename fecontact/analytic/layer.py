@@ -163,7 +163,7 @@ def compliance(k: ArrayLike, thickness: float, material: Material, base: Base = 
 def checked_base(base: str) -> str:
     """Return `base` if it is "bonded" or "frictionless"; refuse it otherwise."""
     if base not in ("bonded", "frictionless"):
-        raise InputError(f'Expected base="bonded" or base="frictionless"; found {base!r}.')
+        raise InputError(f'Expected base="bonded" or base="frictionless"; found {base!r}.', code="unknown-base")
     return base
 
 
@@ -321,7 +321,8 @@ def paraboloid(
     if ratio > LARGEST_RATIO:
         raise InputError(
             f"Expected a contact radius up to {LARGEST_RATIO} times the thickness; found {ratio:.4g}. "
-            "Use the asymptotes thin_compressible() or thin_incompressible()."
+            "Use the asymptotes thin_compressible() or thin_incompressible().",
+            code="layer-too-thin",
         )
     width = ratio * h
     coefficients, shape_delta, shape_force = _solve(ratio, nu, base)
@@ -401,7 +402,8 @@ def _ratio(name: str, value: float, R: float, h: float, E_star: float, nu: float
     if high > largest and excess(largest) < 0:
         raise InputError(
             f"The given {name} = {value!r} makes a contact wider than {LARGEST_RATIO} times the thickness. "
-            "Use the asymptotes thin_compressible() or thin_incompressible()."
+            "Use the asymptotes thin_compressible() or thin_incompressible().",
+            code="layer-too-thin",
         )
     high = min(high, largest)
     while excess(low) > 0:

@@ -64,7 +64,7 @@ def pair_modulus(materials: tuple[Material | None, Material | None]) -> float:
         raise InputError(f"Expected materials=(m1, m2), None for a rigid body; found {shown(materials)}.") from None
     for material in (first, second):
         if not (material is None or isinstance(material, Material)):
-            raise InputError(f"Expected a Material, or None for a rigid body; found {shown(material)}.")
+            raise InputError(f"Expected a Material, or None for a rigid body; found {shown(material)}.", code="no-body")
     if first is None:
         first, second = second, first
     if first is None:
@@ -124,10 +124,10 @@ def poisson_ratio(materials: tuple[Material | None, Material | None], body: int)
     0.3
     """
     if not (isinstance(body, int) and body in (0, 1)):
-        raise InputError(f"Expected body 0 (the first) or 1 (the second); found {shown(body)}.")
+        raise InputError(f"Expected body 0 (the first) or 1 (the second); found {shown(body)}.", code="unknown-body")
     material = materials[body]
     if material is None:
-        raise InputError(f"Body {body} is rigid: it has no stress. Ask for body {1 - body}.")
+        raise InputError(f"Body {body} is rigid: it has no stress. Ask for body {1 - body}.", code="rigid-body")
     return material.nu
 
 
@@ -160,7 +160,7 @@ def relative_radius(radii: tuple[float, float]) -> float:
     """
     found = array_of(radii)
     if found is None or found.shape != (2,):
-        raise InputError(f"Expected radii=(R1, R2), two numbers; found {shown(radii)}.")
+        raise InputError(f"Expected radii=(R1, R2), two numbers; found {shown(radii)}.", code="radii")
     first, second = found.tolist()
     reckonable("a radius", found[np.isfinite(found)])
     if math.isnan(first) or math.isnan(second) or 0 in (first, second):
@@ -173,6 +173,7 @@ def relative_radius(radii: tuple[float, float]) -> float:
     if not 0 < R < math.inf:
         raise InputError(
             f"Expected 1/R1 + 1/R2 > 0, so that the surfaces touch at one point; found radii {first} and {second}. "
-            "The radius of a concave surface must be larger than that of the ball in it."
+            "The radius of a concave surface must be larger than that of the ball in it.",
+            code="surfaces-do-not-touch",
         )
     return R

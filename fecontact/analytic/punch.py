@@ -202,7 +202,8 @@ def flat(
     if abs(e) > a / 3 * (1 + 4e-16):
         raise InputError(
             f"Expected |offset| <= radius/3 = {a / 3}; found {offset!r}. Beyond it the punch lifts off on one side, "
-            "for which there is no closed form."
+            "for which there is no closed form.",
+            code="punch-lifts-off",
         )
     name, value = checks.one_of(force=force, approach=approach)
     load = value if name == "force" else 2 * a * E_star * value

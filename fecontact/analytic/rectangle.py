@@ -284,7 +284,7 @@ def rectangle_sides(half_sides: tuple[float, float]) -> tuple[float, float]:
     try:
         a, b = half_sides
     except (TypeError, ValueError):
-        raise InputError(f"Expected half_sides=(a, b); found {half_sides!r}.") from None
+        raise InputError(f"Expected half_sides=(a, b); found {half_sides!r}.", code="half-sides") from None
     return checks.positive("the half-side a", a), checks.positive("the half-side b", b)
 
 

@@ -214,7 +214,7 @@ def save_motion(assembly: Assembly, frames: Sequence[Array], path: str | Path, t
     """
     path = check_writable(path)
     if path.suffix.lower() != ".pvd":
-        raise InputError(f"A series is written to a .pvd file; found {path.name!r}.")
+        raise InputError(f"A series is written to a .pvd file; found {path.name!r}.", code="not-pvd")
     if not len(frames) or len(frames) != len(times):
         raise InputError(f"A series needs frames and one time for each; found {len(frames)} and {len(times)}.")
     files = []

@@ -116,7 +116,10 @@ class Answers:
         raise self._refused("A floating body")
 
     def _refused(self, what: str) -> InputError:
-        return InputError(f"{what} needs an elastic body; {self.name!r} is not. Give the force on the body as a whole.")
+        return InputError(
+            f"{what} needs an elastic body; {self.name!r} is not. Give the force on the body as a whole.",
+            code="needs-elastic-body",
+        )
 
     def shared_faces(self, one: str, other: str) -> int:
         """Number of common faces of two of its contact surfaces; 1 for a body with one surface."""

@@ -111,7 +111,8 @@ class AssembledBody(ElasticBody):
         if not sp.issparse(stiffness) or stiffness.shape != (basis.N, basis.N):
             raise InputError(
                 f"Expected a sparse stiffness of shape ({basis.N}, {basis.N}), as the basis has it; found "
-                f"{type(stiffness).__name__} of shape {np.shape(stiffness)}."
+                f"{type(stiffness).__name__} of shape {np.shape(stiffness)}.",
+                code="no-sparse-stiffness",
             )
         mesh, dofs = from_skfem_basis(basis)
         own = sp.csr_matrix(stiffness)[dofs.ravel()][:, dofs.ravel()]

@@ -192,7 +192,8 @@ class ElasticBody(Placed):
             self.mesh.faces(name)
             raise InputError(
                 f"Boundary {name!r} of {self.name!r} is not a contact surface; declared were: {declared}. "
-                f"Pass contact={name!r} when the body is made."
+                f"Pass contact={name!r} when the body is made.",
+                code="no-contact-surface",
             )
         if name not in self._surfaces:
             mesh = self.model.mesh
@@ -231,7 +232,8 @@ class ElasticBody(Placed):
             raise InputError(
                 f"The point {np.array2string(point, precision=4)} lies on no node of {self.name!r}, which floats; the "
                 f"nearest node is {distance[nearest]:.4g} away at "
-                f"{np.array2string(model.mesh.points[nearest], precision=4)}."
+                f"{np.array2string(model.mesh.points[nearest], precision=4)}.",
+                code="no-node-there",
             )
         return sp.csr_matrix(row)
 
@@ -307,7 +309,8 @@ class ElasticBody(Placed):
         """
         if any(m.density is None for m in self.model.materials):
             raise InputError(
-                f"Gravity needs a density for every material of {self.name!r}: Material(E, nu, density=...)."
+                f"Gravity needs a density for every material of {self.name!r}: Material(E, nu, density=...).",
+                code="no-density",
             )
         return self.model.body_force(lambda x: np.broadcast_to(gravity, x.shape))
 

@@ -76,7 +76,8 @@ def recovered(
     if unknown:
         raise InputError(
             f"geometry names {', '.join(map(repr, sorted(unknown)))}, which are no contact surfaces; these are "
-            f"{', '.join(map(repr, names)) or 'none'}."
+            f"{', '.join(map(repr, names)) or 'none'}.",
+            code="no-contact-surface",
         )
     fresh = fitted(mesh, [name for name, what in choice.items() if isinstance(what, str) and what == "auto"])
     given = {name: _given(mesh, name, what) for name, what in choice.items() if not isinstance(what, str)}
@@ -118,7 +119,8 @@ def _choice(geometry: Geometry | Mapping[str, Geometry], name: str) -> str | Rig
     elif not isinstance(what, (RigidBody, Placement)) and not hasattr(what, "project"):
         raise InputError(
             f"geometry of {name!r} is 'auto', 'plain' or a shape, such as fc.Sphere(10.0) or "
-            f"fc.RigidBody(fc.Sphere(10.0)).placed(...); found {type(what).__name__}."
+            f"fc.RigidBody(fc.Sphere(10.0)).placed(...); found {type(what).__name__}.",
+            code="geometry",
         )
     return what
 
@@ -145,7 +147,8 @@ def _given(mesh: Mesh, name: str, what: RigidShape | RigidBody | Placement) -> P
         raise InputError(
             f"geometry of {name!r}: {far.sum()} of its {len(far)} nodes lie up to {gap.max():.3g} from the given "
             f"surface, more than half a face ({surface.mean_facet_size.max():.3g}). Shapes stand as rigid bodies do, "
-            "their lowest point at the origin of the mesh; pose them by fc.RigidBody(shape).placed(...)."
+            "their lowest point at the origin of the mesh; pose them by fc.RigidBody(shape).placed(...).",
+            code="geometry-too-far",
         )
     return out
 

@@ -395,7 +395,8 @@ class HalfSpace(SurfaceBody):
                 return self.heights_of(surface)
             if not shape:
                 raise InputError(
-                    "Heights given as an array cannot be moved to a position: give a shape with `heights`."
+                    "Heights given as an array cannot be moved to a position: give a shape with `heights`.",
+                    code="heights-fixed",
                 )
             z = shape(grid.x[:, None] - position[0], grid.y[None, :] - position[1])
             return np.broadcast_to(np.asarray(z, dtype=float), grid.shape)

@@ -60,7 +60,8 @@ class Pose:
         if Q is None or Q.shape != (3, 3) or not _is_rotation(Q):
             raise InputError(
                 "A rotation must be a proper orthogonal 3x3 matrix (use fecontact.rotation_about(axis, angle)); "
-                f"found {shown(self.rotation)}."
+                f"found {shown(self.rotation)}.",
+                code="no-rotation",
             )
         object.__setattr__(self, "rotation", Q)
         object.__setattr__(self, "translation", t)

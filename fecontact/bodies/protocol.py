@@ -198,5 +198,6 @@ def check_body(body: Body) -> None:
     if missing := [name for name in members if inspect.getattr_static(body, name, nothing) is nothing]:
         raise InputError(
             f"{shown(body)} is no body: it lacks {', '.join(missing)}. A subclass of bodies.SurfaceBody needs `facets` "
-            "and `flexibility` only; docs/extending.md has an example."
+            "and `flexibility` only; docs/extending.md has an example.",
+            code="no-body",
         )

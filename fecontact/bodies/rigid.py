@@ -283,7 +283,7 @@ counter-clockwise.'
     def surface(self, name: str) -> RigidShape:
         """Its only surface."""
         if name not in self.contact:
-            raise InputError(f"A rigid body has the one surface 'surface'; found {name!r}.")
+            raise InputError(f"A rigid body has the one surface 'surface'; found {name!r}.", code="unknown-surface")
         return self.shape
 
     def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:

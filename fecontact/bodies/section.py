@@ -160,7 +160,7 @@ class PlaneBody(SectionBody):
         among("plane", self.plane, STATES)
         positive("the thickness", self.thickness)
         if self.plane_stress and self.integration == "selective":
-            raise InputError("Plane stress does not lock: integration='selective' has no meaning there.")
+            raise InputError("Plane stress does not lock: integration='selective' has no meaning there.", code="stress")
         super().__post_init__()
 
     @property

@@ -108,7 +108,7 @@ class SurfaceBody(Placed):
     def surface(self, name: str) -> FacetSurface:
         """Its surface."""
         if name not in self.contact:
-            raise InputError(f"{self.name!r} has the one surface {self.contact[0]!r}; found {name!r}.")
+            raise InputError(f"{self.name!r} has the one surface {self.contact[0]!r}; found {name!r}.", code="unknown")
         return self.facets
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
@@ -134,7 +134,8 @@ class SurfaceBody(Placed):
             if (shape := np.shape(self.flexibility)) != expected:
                 raise InputError(
                     f"The flexibility of {self.name!r} must have shape {expected}, three displacements per node of its "
-                    f"surface's mesh; found {shape}."
+                    f"surface's mesh; found {shape}.",
+                    code="flexibility-shape",
                 )
             sparse = sp.issparse(self.flexibility)
             S = rows @ (self.flexibility @ (rows.T if sparse else rows.T.toarray()))
@@ -157,5 +158,6 @@ def _check_symmetry(S: Array, name: str) -> None:
         raise InputError(
             f"The flexibility of {name!r} must be symmetric (Betti); on its contact points it differs from its "
             f"transpose by {difference / largest:.2g} of its largest entry. If that is noise of a measurement, give "
-            "(A + A.T) / 2."
+            "(A + A.T) / 2.",
+            code="flexibility-not-symmetric",
         )

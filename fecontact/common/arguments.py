@@ -31,7 +31,7 @@ def text(name: str, value: object) -> str:
     'femur'
     """
     if not (isinstance(value, str) and value):
-        raise InputError(f"{sentence(name)} must be a text that is not empty; found {shown(value)}.")
+        raise InputError(f"{sentence(name)} must be a text that is not empty; found {shown(value)}.", code="not-a-text")
     return value
 
 
@@ -66,7 +66,7 @@ def flag(name: str, value: object) -> bool:
     True
     """
     if not isinstance(value, bool | np.bool_):
-        raise InputError(f"{sentence(name)} must be True or False; found {shown(value)}.")
+        raise InputError(f"{sentence(name)} must be True or False; found {shown(value)}.", code="not-true-or-false")
     return bool(value)
 
 
@@ -86,7 +86,7 @@ def instance(name: str, value: T, kind: type | tuple[type, ...]) -> T:
     if not isinstance(value, kind):
         kinds = kind if isinstance(kind, tuple) else (kind,)
         expected = " or ".join("None" if k is type(None) else f"a {k.__name__}" for k in kinds)
-        raise InputError(f"{sentence(name)} must be {expected}; found {shown(value)}.")
+        raise InputError(f"{sentence(name)} must be {expected}; found {shown(value)}.", code="wrong-class")
     return value
 
 
@@ -104,7 +104,7 @@ def function(name: str, value: T) -> T:
     1
     """
     if not callable(value):
-        raise InputError(f"{sentence(name)} must be a function; found {shown(value)}.")
+        raise InputError(f"{sentence(name)} must be a function; found {shown(value)}.", code="not-a-function")
     return value
 
 
@@ -124,7 +124,9 @@ def mapping(name: str, value: Mapping[Any, T] | None) -> Mapping[Any, T]:
     if value is None:
         return {}
     if not isinstance(value, Mapping):
-        raise InputError(f"{sentence(name)} must be a mapping such as {{key: value}}; found {shown(value)}.")
+        raise InputError(
+            f"{sentence(name)} must be a mapping such as {{key: value}}; found {shown(value)}.", code="not-a-mapping"
+        )
     return value
 
 
@@ -146,7 +148,7 @@ def items(name: str, value: Any, what: str) -> tuple[Any, ...]:
             return tuple(value)
         except TypeError:
             pass
-    raise InputError(f"{sentence(name)} must be a sequence of {what}; found {shown(value)}.")
+    raise InputError(f"{sentence(name)} must be a sequence of {what}; found {shown(value)}.", code="not-a-sequence")
 
 
 def known_options(function: Callable[..., Any], options: Mapping[str, Any]) -> None:
@@ -164,7 +166,9 @@ def known_options(function: Callable[..., Any], options: Mapping[str, Any]) -> N
     parameters = inspect.signature(function).parameters.values()
     allowed = {each.name for each in parameters if each.kind is each.KEYWORD_ONLY}
     if unknown := sorted(set(options) - allowed):
-        raise InputError(f"Unknown option {', '.join(unknown)}; expected one of {', '.join(sorted(allowed))}.")
+        raise InputError(
+            f"Unknown option {', '.join(unknown)}; expected one of {', '.join(sorted(allowed))}.", code="unknown-option"
+        )
 
 
 def label(name: str, value: object) -> str:
@@ -197,8 +201,10 @@ def file_path(name: str, value: object) -> Path:
     '.inp'
     """
     if not isinstance(value, str | Path) or not str(value):
-        raise InputError(f"{sentence(name)} must be a path, a text or a pathlib.Path; found {shown(value)}.")
+        raise InputError(
+            f"{sentence(name)} must be a path, a text or a pathlib.Path; found {shown(value)}.", code="not-a-path"
+        )
     path = Path(value)
     if "\0" in str(value) or len(str(value)) > LONGEST_PATH or any(len(p.encode()) > LONGEST_NAME for p in path.parts):
-        raise InputError(f"{sentence(name)} is no path that a file can have; found {shown(value)}.")
+        raise InputError(f"{sentence(name)} is no path that a file can have; found {shown(value)}.", code="not-a-path")
     return path

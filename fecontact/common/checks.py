@@ -56,7 +56,8 @@ def reckonable(name: str, values: ArrayLike, power: int = 100) -> None:
     if largest != 0 and not 10.0**-power <= largest <= 10.0**power:
         raise InputError(
             f"{sentence(name)} is {'too large' if largest > 1 else 'too small'} to be worked with: found {largest:g}, "
-            f"expected a size from 1e-{power} to 1e{power}. Choose other units (or zero)."
+            f"expected a size from 1e-{power} to 1e{power}. Choose other units (or zero).",
+            code="out-of-scale",
         )
 
 
@@ -74,7 +75,7 @@ def lengths(**values: float) -> None:
     """
     for name, value in values.items():
         if not 0 < number(value) < math.inf:
-            raise InputError(f"{name} must be positive and finite; found {shown(value)}.")
+            raise InputError(f"{name} must be positive and finite; found {shown(value)}.", code="not-positive")
         reckonable(name, number(value))
 
 
@@ -94,7 +95,9 @@ def positives(name: str, values: Any, count: int) -> tuple[float, ...]:
     found = array_of(values)
     if found is None or found.shape != (count,) or not (np.isfinite(found) & (found > 0)).all():
         many = {2: "two", 3: "three"}[count]
-        raise InputError(f"{sentence(name)} must be {many} positive, finite numbers; found {shown(values)}.")
+        raise InputError(
+            f"{sentence(name)} must be {many} positive, finite numbers; found {shown(values)}.", code="not-positive"
+        )
     reckonable(name, found)
     reckonable(name, found.min())
     return tuple(found.tolist())
@@ -115,7 +118,7 @@ def share(name: str, value: float) -> float:
     """
     found = number(value)
     if not 0 < found < 1:
-        raise InputError(f"{sentence(name)} must lie between 0 and 1; found {shown(value)}.")
+        raise InputError(f"{sentence(name)} must lie between 0 and 1; found {shown(value)}.", code="no-share")
     return found
 
 
@@ -134,7 +137,7 @@ def finite(name: str, value: float) -> float:
     """
     found = number(value)
     if not math.isfinite(found):
-        raise InputError(f"{sentence(name)} must be a finite number; found {shown(value)}.")
+        raise InputError(f"{sentence(name)} must be a finite number; found {shown(value)}.", code="not-finite")
     reckonable(name, found)
     return found
 
@@ -160,10 +163,13 @@ def friction(value: float, infinite: bool = False) -> float:
     """
     found = number(value)
     if (pair := array_of(value)) is not None and pair.shape == (2,):
-        raise InputError(f"Friction is the same in all directions here: give one coefficient; found {shown(value)}.")
+        raise InputError(
+            f"Friction is the same in all directions here: give one coefficient; found {shown(value)}.",
+            code="friction-isotropic",
+        )
     if not 0 <= found <= math.inf or (math.isinf(found) and not infinite):
         expected = "zero or positive" + ("" if infinite else " and finite")
-        raise InputError(f"The friction (Coulomb's mu) must be {expected}; found {shown(value)}.")
+        raise InputError(f"The friction (Coulomb's mu) must be {expected}; found {shown(value)}.", code="friction")
     if math.isfinite(found):
         reckonable("the friction (Coulomb's mu)", found)
     return found
@@ -185,7 +191,7 @@ def vector(name: str, value: ArrayLike, length: int = 3) -> Array:
     v = array_of(value)
     if v is None or v.shape != (length,) or not np.isfinite(v).all():
         count = {2: "two", 3: "three"}[length]
-        raise InputError(f"{sentence(name)} must be {count} finite numbers; found {shown(value)}.")
+        raise InputError(f"{sentence(name)} must be {count} finite numbers; found {shown(value)}.", code="not-a-vector")
     reckonable(name, v)
     return v
 
@@ -242,7 +248,9 @@ def among(what: str, value: object, known: Iterable[str]) -> None:
     """
     names = list(known)
     if not (isinstance(value, str) and value in names):
-        raise InputError(f"Unknown {what} {shown(value)}; expected one of {', '.join(map(repr, names))}.")
+        raise InputError(
+            f"Unknown {what} {shown(value)}; expected one of {', '.join(map(repr, names))}.", code="unknown-name"
+        )
 
 
 def whole(name: str, value: object, least: int = 1, most: int = 10**9) -> int:
@@ -259,7 +267,9 @@ def whole(name: str, value: object, least: int = 1, most: int = 10**9) -> int:
     2
     """
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
-        raise InputError(f"{sentence(name)} must be a whole number from {least} to {most:g}; found {shown(value)}.")
+        raise InputError(
+            f"{sentence(name)} must be a whole number from {least} to {most:g}; found {shown(value)}.", code="not-whole"
+        )
     return int(value)
 
 
@@ -278,7 +288,9 @@ def coordinates(name: str, values: ArrayLike) -> Array:
     """
     array = number_array(name, values)
     if not np.all(np.isfinite(array)):
-        raise InputError(f"Expected finite values of {name}; found NaN or infinity. Remove those points.")
+        raise InputError(
+            f"Expected finite values of {name}; found NaN or infinity. Remove those points.", code="not-finite"
+        )
     if (largest := float(np.abs(array).max(initial=0.0))) > 1e100:
         raise InputError(f"Expected values of {name} up to 1e100; found {largest:g}. Choose other units.")
     return array
@@ -299,7 +311,7 @@ def number_array(name: str, values: Any) -> Array:
     """
     array = array_of(values)
     if array is None:
-        raise InputError(f"Expected {name} to be an array of numbers; found {shown(values)}.")
+        raise InputError(f"Expected {name} to be an array of numbers; found {shown(values)}.", code="not-numbers")
     return array
 
 
@@ -339,7 +351,7 @@ def index_array(name: str, values: Any) -> IntArray:
         return np.array(values, dtype=np.int64)
     array = array_of(values)
     if array is None or not (np.abs(array) < 2.0**62).all() or (array != np.rint(array)).any():
-        raise InputError(f"Expected {name} to be an array of whole numbers; found {shown(values)}.")
+        raise InputError(f"Expected {name} to be an array of whole numbers; found {shown(values)}.", code="not-whole")
     return np.array(values, dtype=np.int64) if array.size else np.zeros(array.shape, dtype=np.int64)
 
 
@@ -358,7 +370,9 @@ def flags(name: str, values: Any, count: int) -> Mask:
     """
     found = array_of(values)
     if found is None or found.shape != (count,) or not np.isin(found, (0, 1)).all():
-        raise InputError(f"{sentence(name)} must give {count} times True or False; found {shown(values)}.")
+        raise InputError(
+            f"{sentence(name)} must give {count} times True or False; found {shown(values)}.", code="not-true-or-false"
+        )
     return found.astype(bool)
 
 
@@ -377,7 +391,10 @@ def depths(name: str, values: ArrayLike) -> Array:
     """
     array = coordinates(name, values)
     if np.any(array < 0):
-        raise InputError(f"Expected {name} >= 0 (measured from the axis or into the body); found {array.min()}.")
+        raise InputError(
+            f"Expected {name} >= 0 (measured from the axis or into the body); found {array.min()}.",
+            code="negative-depth",
+        )
     return array
 
 
@@ -396,7 +413,10 @@ def point_array(name: str, values: ArrayLike, dimension: int) -> Array:
     """
     array = coordinates(name, values)
     if array.ndim == 0 or array.shape[-1] != dimension:
-        raise InputError(f"Expected {name} with {dimension} coordinates on the last axis; found shape {array.shape}.")
+        raise InputError(
+            f"Expected {name} with {dimension} coordinates on the last axis; found shape {array.shape}.",
+            code="wrong-shape",
+        )
     return array
 
 
@@ -417,6 +437,8 @@ def one_of(**alternatives: float | None) -> tuple[str, float]:
     if len(given) != 1:
         choices = ", ".join(f"{name}=" for name in alternatives)
         found = " and ".join(name for name, _ in given) or "none"
-        raise InputError(f"Expected exactly one of {choices}; found {found}. Give one and leave the others out.")
+        raise InputError(
+            f"Expected exactly one of {choices}; found {found}. Give one and leave the others out.", code="one-of"
+        )
     name, value = given[0]
     return name, positive(f"the {name}" if len(name) > 1 else name, value)

@@ -70,7 +70,7 @@ class Directions:
             raise InputError(f"The axes are two or three directions by name; found {len(named)}: {', '.join(names)}.")
         vectors = [vector(f"the axis {name!r}", named[name]) for name in names]
         if zero := [name for name, v in zip(names, vectors, strict=True) if not v.any()]:
-            raise InputError(f"The axis {zero[0]!r} has no direction: its vector is zero.")
+            raise InputError(f"The axis {zero[0]!r} has no direction: its vector is zero.", code="axis-zero")
         rows = np.array([_unit(v) for v in vectors])
         cosines = np.abs(np.triu(rows @ rows.T, 1))
         if cosines.max() > SQUARE:

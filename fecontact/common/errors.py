@@ -1,5 +1,8 @@
 """Errors, all derived from one class, and words of their messages: what was found, what was expected, what to do.
 
+The sentence of an error may change in any release; its class and its `code` do not. A program that has to tell errors
+apart asks for these.
+
 Examples
 --------
 >>> from fecontact.common.errors import FecontactError, InputError
@@ -14,31 +17,62 @@ SHOWN = 120
 
 
 class FecontactError(Exception):
-    """Root of all errors that fecontact raises on purpose."""
+    """Root of all errors that fecontact raises on purpose.
+
+    Parameters
+    ----------
+    *args : object
+        The message first.
+    code : str, optional
+        Stable name of the reason, such as ``not-positive``; the class's own where it is not given.
+
+    Examples
+    --------
+    >>> FecontactError("No.").code, InputError("E must be positive; found 0.", code="not-positive").code
+    ('error', 'not-positive')
+    """
+
+    code = "error"
+
+    def __init__(self, *args: object, code: str | None = None) -> None:
+        super().__init__(*args)
+        self.code = code or self.code
 
 
 class InputError(FecontactError, ValueError):
     """A number, a name or an option that cannot be used; nothing has been computed yet."""
 
+    code = "input"
+
 
 class MeshError(FecontactError, ValueError):
     """A mesh that is not a valid discretisation: inverted, degenerate or inconsistent elements."""
+
+    code = "mesh"
 
 
 class SupportError(FecontactError):
     """A body can move freely under the loads; the message names the motion."""
 
+    code = "free-motion"
+
 
 class SolverError(FecontactError):
     """No certified solution of a complementarity problem was found; the message gives the status."""
+
+    code = "not-solved"
 
 
 class SolverNotFoundError(FecontactError, ValueError):
     """A solver or a back-end that is unknown or not installed; the message lists those that are."""
 
+    code = "unknown-solver"
+
 
 class MissingPackageError(FecontactError, ImportError):
     """An optional package that a feature needs is not installed; the message says how to install it."""
+
+    code = "missing-package"
 
 
 def shown(value: object) -> str:

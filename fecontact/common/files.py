@@ -35,10 +35,11 @@ def check_writable(path: str | Path) -> Path:
     folder = path.parent
     if not folder.is_dir():
         raise InputError(
-            f"Cannot write {path}: the folder {folder} does not exist. Make it first or choose another path."
+            f"Cannot write {path}: the folder {folder} does not exist. Make it first or choose another path.",
+            code="no-folder",
         )
     if path.is_dir():
-        raise InputError(f"Cannot write {path}: it is a folder.")
+        raise InputError(f"Cannot write {path}: it is a folder.", code="is-a-folder")
     target = path if path.exists() else folder
     if not os.access(target, os.W_OK):
         raise InputError(f"Cannot write {path}: no permission for {target}.")
@@ -90,7 +91,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
             partial.replace(path)
     except OSError as error:
         kept = " The file that was there is unchanged." if path.is_file() else ""
-        raise InputError(f"Cannot write {path}: {error.strerror or error}.{kept}") from error
+        raise InputError(f"Cannot write {path}: {error.strerror or error}.{kept}", code="cannot-write") from error
     finally:
         if not special:
             partial.unlink(missing_ok=True)
@@ -140,7 +141,8 @@ def sole_writer(path: str | Path) -> Iterator[None]:
             if owner is not None and _runs(owner):
                 raise InputError(
                     f"Process {owner} is writing to {path}. Wait for it, or choose another file; if it is no run of "
-                    f"fecontact, remove {lock}."
+                    f"fecontact, remove {lock}.",
+                    code="file-in-use",
                 ) from None
             lock.unlink(missing_ok=True)  # left by a process that was stopped
     try:
@@ -255,7 +257,7 @@ def read_rows(path: str | Path, key: str, what: str) -> dict[str, dict[str, Any]
             if k == len(lines) - 1 and not line.endswith("\n"):
                 write_atomically(path, "".join(lines[:-1]))
                 return rows
-            raise InputError(f"Line {k + 1} of {path} is not {what}; choose another file.") from error
+            raise InputError(f"Line {k + 1} of {path} is not {what}; choose another file.", code="bad-line") from error
     if lines and not lines[-1].endswith("\n"):
         write_atomically(path, "".join(lines) + "\n")
     return rows
@@ -274,5 +276,5 @@ def append_row(path: str | Path, row: Mapping[str, Any]) -> None:
             file.write(json.dumps(row) + "\n")
     except OSError as error:
         raise InputError(
-            f"Cannot add a row to {path}: {error.strerror or error}. Rows before it are complete."
+            f"Cannot add a row to {path}: {error.strerror or error}. Rows before it are complete.", code="cannot-write"
         ) from error

@@ -129,7 +129,8 @@ class _Print:
         if not hasattr(thing, "__dict__"):
             raise InputError(
                 f"Two runs cannot be told apart by {thing!r} ({kind}), which has no attributes to compare; "
-                "give its class a method fingerprinted() that returns numbers, arrays or strings."
+                "give its class a method fingerprinted() that returns numbers, arrays or strings.",
+                code="no-fingerprint",
             )
         own = {k: v for k, v in vars(thing).items() if not isinstance(getattr(type(thing), k, None), cached_property)}
         return _digest("object", kind, self.of(own))

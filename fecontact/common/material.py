@@ -45,7 +45,8 @@ class Material:
         if not -1 < number(self.nu) < 0.5:
             raise InputError(
                 f"Poisson's ratio must lie strictly between -1 and 0.5; found nu = {shown(self.nu)}. "
-                "For a nearly incompressible material use a value such as 0.4999."
+                "For a nearly incompressible material use a value such as 0.4999.",
+                code="poisson-ratio",
             )
         if self.density is not None:
             reckonable("the density", positive("the density", self.density))

@@ -44,7 +44,7 @@ class Units:
             return given
         names = items("units", given, "names of the units of length, force and stress")
         if len(names) > 3:
-            raise InputError(f"Units are names of length, force and stress; found {len(names)} of them.")
+            raise InputError(f"Units are names of length, force and stress; found {len(names)} of them.", code="units")
         length, force, stress = [*names, "", "", ""][:3]
         own = cls(length, force, stress)
         return own if stress or not (length and force) else cls(length, force, f"{force}/{length}²")

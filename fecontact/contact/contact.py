@@ -79,7 +79,8 @@ class Lay:
             at = np.array2string(points[lost[0]], precision=4, separator=", ")
             raise InputError(
                 f"friction_axis is normal to the surface at {len(lost)} points that touch, such as {at}: the lay of "
-                f"{self.body!r} has no direction there. Give an axis that lies in the surface, or one coefficient."
+                f"{self.body!r} has no direction there. Give an axis that lies in the surface, or one coefficient.",
+                code="friction-axis-normal",
             )
 
     def _normal_to(self, normals: Array) -> Mask:
@@ -149,13 +150,14 @@ class Contact:
         for body in (self.slave, self.master):
             check_body(body)
         if self.slave is self.master:
-            raise InputError(f"{self.slave.name!r} cannot be in contact with itself; give two bodies.")
+            raise InputError(f"{self.slave.name!r} cannot be in contact with itself; give two bodies.", code="one-body")
         if self.surfaces is None:
             for body in (self.slave, self.master):
                 if len(body.contact) != 1:
                     raise InputError(
                         f"{body.name!r} declares {len(body.contact)} contact surfaces "
-                        f"({', '.join(body.contact) or 'none'}); say which: Contact(..., surfaces=(slave, master))."
+                        f"({', '.join(body.contact) or 'none'}); say which: Contact(..., surfaces=(slave, master)).",
+                        code="several-surfaces",
                     )
             object.__setattr__(self, "surfaces", (self.slave.contact[0], self.master.contact[0]))
         elif len(pair := texts("surfaces", self.surfaces)) != 2:
@@ -175,14 +177,16 @@ class Contact:
             if self.friction_axis is not None or self.axis_of != "slave":
                 raise InputError(
                     "friction_axis and axis_of are of two coefficients of friction; found one. Give friction=(along, "
-                    "across), or leave them out."
+                    "across), or leave them out.",
+                    code="friction-axis",
                 )
             return
         pair = positives("the coefficients of friction", self.friction, 2)
         if max(pair) > MOST_UNLIKE * min(pair):
             raise InputError(
                 f"Two coefficients of friction may differ by a factor of {MOST_UNLIKE:g}; found {pair[0]:g} and "
-                f"{pair[1]:g}."
+                f"{pair[1]:g}.",
+                code="friction-too-unlike",
             )
         if self.friction_axis is None:
             raise InputError("Two coefficients of friction need friction_axis, the direction of the first.")
@@ -192,7 +196,8 @@ class Contact:
             if body.out_of_plane is not None and not body.out_of_plane.torsion:
                 raise InputError(
                     f"{body.name!r} is a section without torsion, whose points slip along one line: give one "
-                    f"coefficient of friction instead of {pair}."
+                    f"coefficient of friction instead of {pair}.",
+                    code="friction-of-section",
                 )
         object.__setattr__(self, "friction", pair)
 

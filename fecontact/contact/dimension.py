@@ -46,7 +46,9 @@ class Dimension:
         Q, shift = body.pose.rotation, body.pose.translation / body.size
         axis, held = (2, [0, 1]) if self.revolved else (1, [1])
         if np.abs(shift[held]).max() > ROUNDING:
-            raise InputError(f"{body.name!r} has been moved off the {self.where}; it can move {self.ways}.")
+            raise InputError(
+                f"{body.name!r} has been moved off the {self.where}; it can move {self.ways}.", code="off-plane"
+            )
         mirrored = self.revolved and Q[0, 0] < 1 - ROUNDING
         if abs(Q[axis, axis]) < 1 - ROUNDING or mirrored:
             raise InputError(f"{body.name!r} has been turned out of the {self.where}; it can turn {self.turns}.")
@@ -91,7 +93,8 @@ class Dimension:
             advice = " To twist bodies of revolution make them with torsion=True." if self.name == "axis" else ""
             raise InputError(
                 f"{frame.body.name!r} is loaded, moved or free in {_named(np.flatnonzero(wrong))}; in {self.article} "
-                f"scene there are only {_named(self.motions)}.{advice if wrong[5] else ''}"
+                f"scene there are only {_named(self.motions)}.{advice if wrong[5] else ''}",
+                code="motion-not-in-plane",
             )
 
     def check_spring(self, spring: Spring) -> None:
@@ -105,7 +108,7 @@ class Dimension:
             raise InputError(f"An axisymmetric scene has no springs; {spring.name!r} would have to be a whole ring.")
         places = np.array([point for _, point in (spring.start, spring.end)], dtype=float)
         if self.name == "plane" and np.abs(places[:, 1]).max() > ROUNDING * np.abs(places).max(initial=0.0):
-            raise InputError(f"{spring.name!r} leaves the plane y = 0 of its scene.")
+            raise InputError(f"{spring.name!r} leaves the plane y = 0 of its scene.", code="spring-off-plane")
 
     def check_force(self, force: Array, what: str) -> None:
         """Refuse a force (3,) in world axes that does not exist in this dimension.
@@ -130,7 +133,8 @@ class Dimension:
         if others and np.abs(force[others]).max() > ROUNDING * np.abs(force).max():
             raise InputError(
                 f"{what} acts along {_named(np.flatnonzero(force))}; in {self.article} scene {kind} act along "
-                f"{_named(known)} only."
+                f"{_named(known)} only.",
+                code="load-not-in-plane",
             )
 
     @property
@@ -166,7 +170,8 @@ def setting_of(bodies: Sequence[Body]) -> Dimension:
         names = "; ".join(f"{b.name!r} is {_KINDS[s.name]}" for s, b in kinds.items())
         raise InputError(
             f"Spatial, plane and axisymmetric bodies cannot share a scene, with torsion or without: {names}. Model "
-            "all bodies in one way; rigid bodies go with any."
+            "all bodies in one way; rigid bodies go with any.",
+            code="mixed-dimensions",
         )
     setting = next(iter(kinds), SPACE)
     for body in bodies:
@@ -174,7 +179,8 @@ def setting_of(bodies: Sequence[Body]) -> Dimension:
     wide = {b.out_of_plane.thickness for b in bodies if b.out_of_plane is not None}
     if len(wide) > 1:
         raise InputError(
-            f"Plane bodies of one scene need one thickness; found {sorted(map(float, filter(None, wide)))}."
+            f"Plane bodies of one scene need one thickness; found {sorted(map(float, filter(None, wide)))}.",
+            code="thickness-differs",
         )
     return setting
 
@@ -202,7 +208,8 @@ def check_contacts(contacts: Sequence[Contact]) -> None:
                 raise InputError(
                     f"Two contacts between {one.slave.name!r} and {one.master.name!r}, {one.surfaces} and "
                     f"{other.surfaces}, share faces on both bodies ({max(count)} on one): forces there would be shared "
-                    "in any proportion. Take the faces out of one boundary, or make one contact of the two."
+                    "in any proportion. Take the faces out of one boundary, or make one contact of the two.",
+                    code="shared-faces",
                 )
 
 
@@ -235,7 +242,8 @@ def check_rigid_surface(body: Body, surface: Surface, points: Array, along: Exte
         what = "is not a surface of revolution about the z axis" if along.revolved else "is not constant along y"
         raise InputError(
             f"The surface of {body.name!r} {what}, as that of a rigid body in such a scene has to be: a plane, "
-            + ("a sphere, a cone on the axis." if along.revolved else "fecontact.surfaces.Cylinder.")
+            + ("a sphere, a cone on the axis." if along.revolved else "fecontact.surfaces.Cylinder."),
+            code="not-along-the-axis",
         )
 
 

@@ -90,11 +90,13 @@ def _intensity(
 def _checked(what: str, given: Distribution, shape: tuple[int, ...]) -> Array:
     values = array_of(given)
     if values is None:
-        raise InputError(f"{what} must be numbers {shape}; found {shown(given)}.")
+        raise InputError(f"{what} must be numbers {shape}; found {shown(given)}.", code="not-numbers")
     if values.shape != shape:
-        raise InputError(f"{what} must have the shape {shape}; found {values.shape}.")
+        raise InputError(f"{what} must have the shape {shape}; found {values.shape}.", code="wrong-shape")
     if not np.isfinite(values).all():
-        raise InputError(f"{what} must be finite; {(~np.isfinite(values)).sum()} of its values are not.")
+        raise InputError(
+            f"{what} must be finite; {(~np.isfinite(values)).sum()} of its values are not.", code="not-finite"
+        )
     return values
 
 
@@ -113,7 +115,8 @@ def refuse_nodal_values(
             if not callable(value) and np.ndim(value) > constant:
                 raise InputError(
                     f"The load on {name!r} of {body.name!r} is given at the nodes of its mesh, which accuracy= "
-                    "divides; give it as a function of position."
+                    "divides; give it as a function of position.",
+                    code="load-at-nodes",
                 )
 
 
@@ -208,7 +211,7 @@ def make_loading(
     for what, spread in (("pressure", pressures), ("traction", tractions)):
         for place in spread:
             if not isinstance(place, tuple) or len(place) != 2 or not isinstance(place[1], str):
-                raise InputError(f"A {what} acts on (body, 'boundary'); found the key {shown(place)}.")
+                raise InputError(f"A {what} acts on (body, 'boundary'); found the key {shown(place)}.", code="load-key")
     for given in (whole, moments, motions, free):
         for key in given:
             check_member(key, bodies)
@@ -280,7 +283,8 @@ def _split_keys(forces: Mapping[object, ArrayLike]) -> tuple[dict[Body, ArrayLik
             if len(key) != 2 or not (isinstance(key[1], str) or _is_point(key[1])):
                 raise InputError(
                     "A force acts on a body, on (body, 'boundary') or on (body, (x, y, z)); found the key "
-                    f"{shown(key)}."
+                    f"{shown(key)}.",
+                    code="load-key",
                 )
             boundary[key] = value
         else:
@@ -300,13 +304,15 @@ def check_member(key: object, bodies: Sequence[Body], what: str = "A load or mot
         if isinstance(key, str):
             raise InputError(
                 f"{what} is given for the string {key!r}; pass the body object itself, not its name "
-                f"(this scene's bodies are named {names})."
+                f"(this scene's bodies are named {names}).",
+                code="load-key",
             )
         name, namesake = getattr(key, "name", None) or shown(key), ""
         if any(name == b.name for b in bodies):
             namesake = " One of that name is, but it is another object: a body that was placed or made again is new."
         raise InputError(
-            f"{what} is given for {name!r}, which is not a body of this scene (they are {names}).{namesake}"
+            f"{what} is given for {name!r}, which is not a body of this scene (they are {names}).{namesake}",
+            code="not-in-scene",
         )
 
 

@@ -47,7 +47,7 @@ class SceneModel:
         object.__setattr__(self, "units", Units.of(self.units))
         object.__setattr__(self, "axes", Directions.of(self.axes))
         if not self.contacts and not self.springs:
-            raise InputError("A scene needs at least one Contact or Spring.")
+            raise InputError("A scene needs at least one Contact or Spring.", code="no-contact")
         for body in self.bodies:
             check_body(body)
         if len({id(b) for b in self.bodies}) != len(self.bodies):
@@ -57,7 +57,8 @@ class SceneModel:
             for body in (contact.slave, contact.master):
                 if not any(body is b for b in self.bodies):
                     raise InputError(
-                        f"{body.name!r} is in a contact but not among the scene's bodies (compared by identity)."
+                        f"{body.name!r} is in a contact but not among the scene's bodies (compared by identity).",
+                        code="not-in-scene",
                     )
         check_contacts(self.contacts)
         for spring in self.springs:
@@ -65,7 +66,8 @@ class SceneModel:
             for owner, _ in (spring.start, spring.end):
                 if owner is not None and not any(owner is b for b in self.bodies):
                     raise InputError(
-                        f"{owner.name!r}, to which {spring.name!r} is tied, is not among the scene's bodies."
+                        f"{owner.name!r}, to which {spring.name!r} is tied, is not among the scene's bodies.",
+                        code="not-in-scene",
                     )
 
     def __getstate__(self) -> dict[str, Any]:

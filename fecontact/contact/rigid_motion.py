@@ -102,7 +102,8 @@ def _motion(given: Mapping[str, float] | None, body: Body) -> dict[int, float]:
     for name, value in mapping(f"the motion of {body.name!r}", given).items():
         if name not in COMPONENTS:
             raise InputError(
-                f"Unknown component {name!r} of the motion of {body.name!r}; expected {', '.join(COMPONENTS)}."
+                f"Unknown component {name!r} of the motion of {body.name!r}; expected {', '.join(COMPONENTS)}.",
+                code="unknown-component",
             )
         out[COMPONENTS.index(name)] = finite(f"The motion {name!r} of {body.name!r}", value)
     return out
@@ -151,7 +152,8 @@ def constrain_rigid_motion(
     names = free.split() if isinstance(free, str) else items(f"the free components of {body.name!r}", free, "names")
     if unknown := [name for name in names if not (isinstance(name, str) and name in COMPONENTS)]:
         raise InputError(
-            f"Unknown free components {shown(unknown)} of {body.name!r}; expected {', '.join(COMPONENTS)}."
+            f"Unknown free components {shown(unknown)} of {body.name!r}; expected {', '.join(COMPONENTS)}.",
+            code="unknown-component",
         )
     freed = [COMPONENTS.index(n) for n in names]
     if both := (set(np.flatnonzero(direct).tolist()) | set(freed)) & set(prescribed_components):

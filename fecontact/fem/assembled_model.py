@@ -57,20 +57,24 @@ class AssembledModel(Model):
             )
         K = sp.csr_matrix(stiffness, dtype=float)
         if not np.isfinite(K.data).all():
-            raise InputError(f"{(~np.isfinite(K.data)).sum()} entries of the stiffness are not finite.")
+            raise InputError(
+                f"{(~np.isfinite(K.data)).sum()} entries of the stiffness are not finite.", code="not-finite"
+            )
         largest = np.abs(K.data).max(initial=0.0)
         asymmetry = np.abs((K - K.T).data).max(initial=0.0)
         if largest == 0 or asymmetry > ROUNDING * largest:
             raise InputError(
                 f"The stiffness is not symmetric: entries differ across the diagonal by {asymmetry:.3g}, the "
-                f"largest entry is {largest:.3g}. If it holds one triangle only, give both."
+                f"largest entry is {largest:.3g}. If it holds one triangle only, give both.",
+                code="stiffness-not-symmetric",
             )
         modes = self.rigid_modes / np.abs(self.rigid_modes).max(axis=0)
         resistance = np.abs(K @ modes).max() / largest
         if resistance > ROUNDING:
             raise InputError(
                 f"The stiffness resists rigid motions, by {resistance:.3g} of its largest entry. Give it without "
-                "supports, springs or condensed rows; supports=... holds the body."
+                "supports, springs or condensed rows; supports=... holds the body.",
+                code="stiffness-holds",
             )
         upper = sp.csr_matrix(sp.triu(K))
         upper.sort_indices()

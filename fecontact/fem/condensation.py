@@ -136,7 +136,7 @@ class Schur:
             return
         inverse, info = scipy.linalg.lapack.dpotri(self.cholesky, lower=1)
         if info != 0:
-            raise FecontactError(SINGULAR)
+            raise FecontactError(SINGULAR, code="singular")
         self._inverse.append(np.tril(inverse) + np.tril(inverse, -1).T)
 
     @property
@@ -152,7 +152,7 @@ class Schur:
         # the transpose is the same matrix in Fortran order: LAPACK factorises it in place, without a copy
         cholesky, info = scipy.linalg.lapack.dpotrf(factor.stiffness.T, lower=1, clean=0, overwrite_a=1)
         if info != 0:
-            raise FecontactError(SINGULAR)
+            raise FecontactError(SINGULAR, code="singular")
         return cls(position, factor, cholesky, why)
 
     @property

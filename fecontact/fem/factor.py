@@ -48,9 +48,9 @@ class LdltFactor:
         try:
             self._factor = rslab.ldlt(K, threads=threads, ordering="metis" if K.shape[0] > 1000 else None)
         except (RuntimeError, ValueError, ArithmeticError) as error:
-            raise FecontactError(f"{SINGULAR} ({error})") from error
+            raise FecontactError(f"{SINGULAR} ({error})", code="singular") from error
         if self._factor.inertia[0] < K.shape[0] or self._factor.n_perturbed:
-            raise FecontactError(SINGULAR)
+            raise FecontactError(SINGULAR, code="singular")
 
     @property
     def memory(self) -> int:
@@ -110,7 +110,7 @@ def _superlu(K: sp.csc_matrix) -> tuple[IntArray, Any]:
     try:
         lu = spla.splu(K, permc_spec=permc, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as error:
-        raise FecontactError(SINGULAR) from error
+        raise FecontactError(SINGULAR, code="singular") from error
     return order, lu
 
 

@@ -140,7 +140,8 @@ class Model:
             if self.null_space_of(self.held[owner[nodes] == k]).shape[1]:
                 raise MeshError(
                     f"The mesh has {count} parts without connection, and the one with cell {np.argmax(part == k)} can "
-                    "move by itself. Make each part a body of its own, or join them with fecontact.mesh.mesh.merge."
+                    "move by itself. Make each part a body of its own, or join them with fecontact.mesh.mesh.merge.",
+                    code="several-parts",
                 )
 
     def _per_cell(self, name: str) -> Array:
@@ -163,7 +164,7 @@ class Model:
         if all(d is None for d in given):
             return np.ones(len(self.mesh.cells))
         if any(d is None for d in given):
-            raise InputError("Give a density to every material of the body or to none.")
+            raise InputError("Give a density to every material of the body or to none.", code="some-densities")
         return self._per_cell("density")
 
     @cached_property
@@ -444,7 +445,8 @@ def materials_of_cells(
         members = mesh.groups[name]
         if (index[members] >= 0).any():
             raise InputError(
-                f"Cell {members[index[members] >= 0][0]} is in {name!r} and in another set with a material."
+                f"Cell {members[index[members] >= 0][0]} is in {name!r} and in another set with a material.",
+                code="two-materials",
             )
         index[members] = k
     if (index < 0).any():

@@ -204,7 +204,7 @@ class PardisoBordered:
         self.compliance /= -(scale**2)
         # dependent rows leave small pivots in the border, which is not solved for; a singular K leaves them in K
         if self._handle.n_replaced and not self._solves(K):
-            raise FecontactError(SINGULAR)
+            raise FecontactError(SINGULAR, code="singular")
 
     def _solves(self, K: sp.csr_matrix) -> bool:
         """Whether the solution under random loads of size one fulfils K x = f, up to rounding."""

@@ -236,13 +236,14 @@ class Separated:
             raise InputError(
                 f"condensation={SEPARATED!r} takes {needed / 1e9:.2g} GB for dense matrices of {n} degrees of freedom, "
                 f"and {budget / 1e9:.2g} GB are at hand. Take a coarser mesh, or condensation='auto', which gives the "
-                "same forces."
+                "same forces.",
+                code="out-of-memory",
             )
         S, K = complement(gram_schmidt(rigid)), (upper + sp.triu(upper, 1).T).tocsr()
         reduced = S.T @ (K @ S)
         cholesky, info = scipy.linalg.lapack.dpotrf(reduced.T, lower=1, clean=0, overwrite_a=1)
         if info != 0:
-            raise FecontactError(SINGULAR)
+            raise FecontactError(SINGULAR, code="singular")
         return cls(K, S, cholesky)
 
     @property

@@ -268,7 +268,8 @@ class SectionModel(Model):
         if out_of_plane.revolved and mesh.points[:, 0].min() < -ON_AXIS * self.size:
             raise MeshError(
                 f"A body of revolution lies at x >= 0 (x is the radius); point {np.argmin(mesh.points[:, 0])} has "
-                f"x = {mesh.points[:, 0].min():g}."
+                f"x = {mesh.points[:, 0].min():g}.",
+                code="negative-radius",
             )
         self.material_of_cell, self.materials = materials_of_cells(mesh, materials)
         self.supports, self.backend = dict(supports), backend
@@ -389,5 +390,6 @@ def _check_supports(mesh: SectionMesh, supports: Mapping[str, str], known: str) 
         if not isinstance(components, str) or not components or set(components) - set(known):
             raise InputError(
                 f"The support of {name!r} of a section must name components out of {' and '.join(map(repr, known))}; "
-                f"found {components!r}."
+                f"found {components!r}.",
+                code="support-components",
             )

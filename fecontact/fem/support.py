@@ -50,7 +50,8 @@ def checked_support(name: str, support: Support) -> str | Array:
                 return np.asarray(directions / length, dtype=np.float64)
     raise InputError(
         f"The support of {name!r} must name components out of 'x', 'y', 'z' and 'n' (the face's normal), such as 'xyz' "
-        f"or 'n', or give a direction (1, 1, 0) or several; found {shown(support)}."
+        f"or 'n', or give a direction (1, 1, 0) or several; found {shown(support)}.",
+        code="support-components",
     )
 
 
@@ -81,14 +82,16 @@ def _normals(mesh: Mesh, name: str) -> Array:
     """Unit normals (n_points, 3) of a smooth boundary."""
     if name in mesh.node_sets and name not in mesh.boundaries:
         raise InputError(
-            f"{name!r} is a set of nodes and has no normal; support it with 'n' as a boundary, or give the direction."
+            f"{name!r} is a set of nodes and has no normal; support it with 'n' as a boundary, or give the direction.",
+            code="no-normal",
         )
     normals, cosine = averaged_normals(mesh.points, mesh.face_nodes(mesh.faces(name)))
     worst = int(np.argmin(cosine))
     if cosine[worst] < np.cos(np.radians(SHARPEST / 2)):
         raise InputError(
             f"The boundary {name!r} has an edge at {np.array2string(mesh.points[worst], precision=4)}, so it has no "
-            "normal there to support it along; name the faces on either side separately."
+            "normal there to support it along; name the faces on either side separately.",
+            code="no-normal",
         )
     return normals
 
@@ -176,7 +179,8 @@ def check_followed(mesh: Mesh | SectionMesh, supports: Mapping[str, Support]) ->
             where = np.array2string(mesh.points[mesh.hanging.nodes[np.argmax(loose)]], precision=4)
             raise InputError(
                 f"The support of {name!r} holds {loose.sum()} hanging nodes that follow from nodes it does not hold, "
-                f"the first at {where}. Name whole faces of the undivided cells there too, or divide these cells."
+                f"the first at {where}. Name whole faces of the undivided cells there too, or divide these cells.",
+                code="hanging-support",
             )
 
 

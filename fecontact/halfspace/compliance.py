@@ -73,12 +73,14 @@ class SurfaceCompliance:
             raise InputError("A half-space without material is rigid; give a material, or layers on the rigid base.")
         if (self.layers or self.periodic) and self.pressure != "uniform":
             raise InputError(
-                f"pressure={self.pressure!r} is available for a homogeneous, free half-space only; use 'uniform'."
+                f"pressure={self.pressure!r} is available for a homogeneous, free half-space only; use 'uniform'.",
+                code="pressure-not-available",
             )
         if self.periodic and (self.grid.shape[0] % 2 or self.grid.shape[1] % 2):
             raise InputError(
                 f"A periodic half-space needs even numbers of cells; found {self.grid.shape}. "
-                "Drop or repeat no row: resample the surface, or use periodic=False."
+                "Drop or repeat no row: resample the surface, or use periodic=False.",
+                code="odd-cells",
             )
 
     @property

@@ -360,7 +360,8 @@ class HalfSpaceContact:
             raise InputError(
                 f"The stress inside varies within a cell, {max(self.grid.cell):g} wide, over the {thin} thin layer(s) "
                 "at the top. Take cells no wider than twice the top layer's thickness, or leave such layers out to see "
-                "what is below."
+                "what is below.",
+                code="cells-too-wide",
             )
         downwards = where * np.array([1.0, 1.0, -1.0])
         loaded = inside.Loaded(self.grid, self.pressure, self.material, self.layers)

@@ -72,7 +72,8 @@ def array_module(name: str) -> ModuleType:
         if found is None:
             raise InputError(
                 f"The arrays of {name!r} cannot be used: the module has no {needed}. Give one that follows the array "
-                "API standard, such as 'cupy' or 'array_api_compat.torch'."
+                "API standard, such as 'cupy' or 'array_api_compat.torch'.",
+                code="incomplete-arrays",
             )
     return module
 

@@ -205,7 +205,8 @@ def press_step(
         normal = press(friction.body, heights + bent, load, tolerance, symmetry, friction.workers, start=normal)
         if not normal.active.any():
             raise InputError(
-                "Nothing is pressed: no middle of a cell touches at this approach. Increase it, or take smaller cells."
+                "Nothing is pressed: no middle of a cell touches at this approach. Increase it, or take smaller cells.",
+                code="nothing-touches",
             )
         _check_holds(friction, normal, step)
         turn = _Turn(friction, normal, step, last)
@@ -236,7 +237,8 @@ def _check_holds(friction: Friction, normal: HalfSpaceContact, step: PressStep) 
         raise InputError(
             f"The contact slides along {along}: to hold a tangential force of {drag:g} under a normal force of "
             f"{force:g} it needs a friction above {drag / force:.4g}; found {friction.mu:g}. Prescribe the shift to "
-            "let it slide."
+            "let it slide.",
+            code="slides-as-a-whole",
         )
     if torque:
         arms = np.hypot(grid.x[:, None] - step.position[0], grid.y[None, :] - step.position[1])
@@ -244,7 +246,8 @@ def _check_holds(friction: Friction, normal: HalfSpaceContact, step: PressStep) 
         if abs(torque) >= SLIDING * friction.mu * most:
             raise InputError(
                 f"The contact slides round its normal: to hold a torque of {abs(torque):g} it needs a friction above "
-                f"{abs(torque) / most:.4g}; found {friction.mu:g}. Prescribe the twist to let it slide."
+                f"{abs(torque) / most:.4g}; found {friction.mu:g}. Prescribe the twist to let it slide.",
+                code="slides-as-a-whole",
             )
 
 

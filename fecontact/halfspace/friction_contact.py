@@ -179,7 +179,8 @@ class FrictionContact(HalfSpaceContact):
         if self.periodic or self.layers:
             raise InputError(
                 "Stress inside a periodic or layered half-space is offered for contacts without friction only. Press a "
-                "free, homogeneous one, or without friction."
+                "free, homogeneous one, or without friction.",
+                code="stress-with-friction",
             )
         by_pressure = super().stress(points, chunk)
         downwards = np.asarray(points, dtype=float) * np.array([1.0, 1.0, -1.0])

@@ -194,17 +194,19 @@ def solve_path(
     if not body.periodic and thin_layers(body.layers, max(body.grid.cell)):
         raise InputError(
             f"With friction, the top layer's thickness must be no less than a cell's width, {max(body.grid.cell):g}; "
-            f"found {body.layers[0].thickness:g}. Take smaller cells, or leave out a layer that is so thin."
+            f"found {body.layers[0].thickness:g}. Take smaller cells, or leave out a layer that is so thin.",
+            code="cells-too-wide",
         )
     for k, step in enumerate(steps, 1):
         instance(f"step {k} of the path", step, PressStep)
         if body.periodic and (step.torque or step.twist):
             raise InputError(
                 f"Step {k} twists the surface, which then would not repeat: leave out torque and twist, or make the "
-                "half-space free."
+                "half-space free.",
+                code="torsion-not-periodic",
             )
     if not steps:
-        raise InputError("A path needs at least one step; found none. Give a PressStep.")
+        raise InputError("A path needs at least one step; found none. Give a PressStep.", code="no-steps")
     contacts: list[FrictionContact] = []
     for k, step in enumerate(steps, 1):
         last = contacts[-1] if contacts else None
@@ -213,5 +215,5 @@ def solve_path(
         except FecontactError as error:
             if len(steps) == 1:
                 raise
-            raise type(error)(f"Step {k} of {len(steps)}: {error}") from error
+            raise type(error)(f"Step {k} of {len(steps)}: {error}", code=error.code) from error
     return FrictionPath(tuple(contacts))

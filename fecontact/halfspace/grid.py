@@ -49,7 +49,8 @@ class Grid:
         counts = array_of(self.shape)
         if counts is None or counts.shape != (2,) or not (counts >= 2).all() or (counts % 1).any():
             raise InputError(
-                f"A grid's shape must be two whole numbers of cells, at least 2; found {shown(self.shape)}."
+                f"A grid's shape must be two whole numbers of cells, at least 2; found {shown(self.shape)}.",
+                code="grid-shape",
             )
         if counts.prod() > MOST_CELLS:
             raise InputError(f"A grid of {counts[0]:g} x {counts[1]:g} cells does not fit into memory; take fewer.")

@@ -196,7 +196,8 @@ def points(shape: tuple[int, int], cell: tuple[float, float], self_ratio: float 
     """
     if not (math.isfinite(self_ratio) and self_ratio > SMALLEST_RATIO):
         raise InputError(
-            f"The ratio of the self term to the nearest neighbour's must exceed {SMALLEST_RATIO}; found {self_ratio!r}."
+            f"The ratio of the self term to the nearest neighbour's must exceed {SMALLEST_RATIO}; found {self_ratio}.",
+            code="ratio-too-small",
         )
     dx, dy = cell
     r = np.hypot((np.arange(shape[0]) * dx)[:, None], (np.arange(shape[1]) * dy)[None, :])

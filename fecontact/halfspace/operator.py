@@ -227,7 +227,8 @@ def _solve(
     if not level.is_bounded:
         raise InputError(
             f"The bodies overlap the mean plane of the periodic half-space by {-level.g.mean():.6g} in the mean: their "
-            "force is unbounded. Move them out by more than that, or prescribe the force."
+            "force is unbounded. Move them out by more than that, or prescribe the force.",
+            code="overlaps-mean-plane",
         )
     at, *_ = solve_nested(level, body.kernel, tolerance, Tally(4 * body.grid.n_cells))
     return replace(at, p=unfold(at.p, found)), at.q / scale

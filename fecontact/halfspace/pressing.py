@@ -47,18 +47,21 @@ class Load:
         given = [v for v in (self.force, self.approach) if v is not None]
         if len(given) != 1:
             raise InputError(
-                f"Give exactly one of force and approach; found force={self.force!r}, approach={self.approach!r}."
+                f"Give exactly one of force and approach; found force={self.force!r}, approach={self.approach!r}.",
+                code="one-of",
             )
         finite("the force" if self.force is not None else "the approach", given[0])
         if self.force is not None and self.force <= 0:
             raise InputError(
                 f"The force must be positive (compression); found {self.force!r}. A frictionless, non-adhesive contact "
-                "carries no tension, and without force nothing is pressed."
+                "carries no tension, and without force nothing is pressed.",
+                code="force-not-positive",
             )
         if self.point is not None:
             if self.force is None:
                 raise InputError(
-                    "A load point goes with a force: with a prescribed approach the surface does not tilt."
+                    "A load point goes with a force: with a prescribed approach the surface does not tilt.",
+                    code="load-point-without-force",
                 )
             vector("the load point (x, y)", self.point, 2)
 
@@ -87,19 +90,20 @@ def checked_heights(heights: ArrayLike, grid: Grid) -> tuple[Array, Mask]:
     """
     z = number_array("the heights", heights)
     if z.shape != grid.shape:
-        raise InputError(f"The heights must have the grid's shape {grid.shape}; found {z.shape}.")
+        raise InputError(f"The heights must have the grid's shape {grid.shape}; found {z.shape}.", code="heights-shape")
     if math.isfinite(float(z.sum())):
         return z, np.ones(z.shape, bool)
     if np.isnan(z).any():
         raise InputError(
             f"The heights hold {int(np.isnan(z).sum())} NaN. Fill the holes of a measurement, or use infinity where "
-            "there is no counter-surface."
+            "there is no counter-surface.",
+            code="heights-nan",
         )
     if (z == -np.inf).any():
         raise InputError("A height of minus infinity lies inside the body; plus infinity means no counter-surface.")
     allowed = np.isfinite(z)
     if not allowed.any():
-        raise InputError("There is no counter-surface: all heights are infinite.")
+        raise InputError("There is no counter-surface: all heights are infinite.", code="no-counter-surface")
     return np.where(allowed, z, 0.0), allowed
 
 
@@ -125,7 +129,8 @@ def press(
         raise InputError(
             f"An approach of {load.approach:g} reaches the mean plane of the periodic surface, beyond which its force "
             f"is unbounded: the approach must be below {most:.6g}, the mean height ({most - lowest:.6g} over the "
-            "lowest point). Prescribe the force instead."
+            "lowest point). Prescribe the force instead.",
+            code="approach-too-large",
         )
     symmetric = level.symmetric
     tally = Tally(4 * padded(body.grid.shape[0]) * padded(body.grid.shape[1]))
@@ -276,7 +281,8 @@ def _check_load_point(grid: Grid, allowed: Mask, point: tuple[float, float] | No
         if not there[0] <= point[axis] <= there[-1]:
             raise InputError(
                 f"The load point lies at {name} = {point[axis]:g}, outside the counter-surface, which reaches from "
-                f"{there[0]:g} to {there[-1]:g}: no pressures balance it, the surface would tip over."
+                f"{there[0]:g} to {there[-1]:g}: no pressures balance it, the surface would tip over.",
+                code="load-point-outside",
             )
 
 
@@ -294,7 +300,8 @@ def _check_box(grid: Grid, active: Mask, p: Array, symmetric: Even) -> None:
         raise InputError(
             f"The contact reaches the border of the grid along {'xy'[axis]}, size {grid.size[axis]:g}: the grid is "
             f"smaller than the contact. A size of about {needed:.3g} is needed there. If the counter-surface ends at "
-            "the border, add a rim of cells with infinite height; if it repeats, use periodic=True."
+            "the border, add a rim of cells with infinite height; if it repeats, use periodic=True.",
+            code="grid-too-small",
         )
 
 

@@ -61,7 +61,7 @@ class Elasticity:
         top = body.layers[0].material if body.layers else body.material
         assert top is not None
         if body.pressure != "uniform":
-            raise InputError(f"Friction needs pressure='uniform'; found {body.pressure!r}.")
+            raise InputError(f"Friction needs pressure='uniform'; found {body.pressure!r}.", code="friction-uniform")
         pair = [(top, 1)] + ([(body.against, -1)] if body.against is not None else [])
         return cls(
             sum((1 - m.nu) / (2 * math.pi * m.shear_modulus) for m, _ in pair),

@@ -77,7 +77,8 @@ def build(raw: RawMesh, source: str, scale: float = 1.0, element: str | None = N
     if not blocks:
         raise MeshError(
             f"{source} holds no solid cells{_listed(_all_left(raw), '. It holds ')}. Expected hexahedra, wedges, "
-            "pyramids or tetrahedra of up to 27 nodes; surfaces are read with fc.read_surface."
+            "pyramids or tetrahedra of up to 27 nodes; surfaces are read with fc.read_surface.",
+            code="no-solid-cells",
         )
     _check_numbers(raw, blocks, source)
     points, cells, ends, notes = _as_hexahedra(scale * raw.points, blocks, source, element)
@@ -125,11 +126,14 @@ def _check_numbers(raw: RawMesh, blocks: list[tuple[Kind, IntArray]], source: st
     if smallest < 0 or largest >= len(raw.points):
         raise MeshError(
             f"{source}: cells refer to point {largest if smallest >= 0 else smallest}, but there are "
-            f"{len(raw.points)} points. The file is incomplete."
+            f"{len(raw.points)} points. The file is incomplete.",
+            code="unknown-point",
         )
     if not np.isfinite(raw.points).all():
         bad = int(np.argmin(np.isfinite(raw.points).all(axis=1)))
-        raise MeshError(f"{source}: point {bad} has coordinates that are not finite: {raw.points[bad]}.")
+        raise MeshError(
+            f"{source}: point {bad} has coordinates that are not finite: {raw.points[bad]}.", code="not-finite"
+        )
     with np.errstate(over="ignore"):
         check_size(raw.points[np.unique(np.concatenate([c.ravel() for _, c in blocks]))])
 

@@ -59,7 +59,9 @@ class CellSets:
         if points.ndim != 2 or points.shape[1] != 3:
             raise MeshError(f"Points of a {self._noun} must have the shape (n, 3); found {points.shape}.")
         if cells.ndim != 2 or cells.shape[1] not in self.cell_types or len(cells) == 0:
-            raise MeshError(f"Cells of a {self._noun} must be {self._made_of}; found the shape {cells.shape}.")
+            raise MeshError(
+                f"Cells of a {self._noun} must be {self._made_of}; found the shape {cells.shape}.", code="wrong-shape"
+            )
         if cells.min() < 0 or cells.max() >= len(points):
             wrong = cells.min() if cells.min() < 0 else cells.max()
             raise MeshError(f"A cell refers to point {wrong}, but there are only {len(points)} points (0, 1, ...).")
@@ -99,7 +101,8 @@ class CellSets:
             if faces.ndim != 2 or faces.shape[1] != 2 or (faces < 0).any() or (faces >= [n_cells, n_faces]).any():
                 raise MeshError(
                     f"The boundary {name!r} must be (n, 2) pairs (cell, local {self._face}), cells below {n_cells} "
-                    f"and {self._face}s 0 ... {n_faces - 1}; found the shape {faces.shape}."
+                    f"and {self._face}s 0 ... {n_faces - 1}; found the shape {faces.shape}.",
+                    code="boundary-shape",
                 )
         for name, members in self.groups.items():
             if members.ndim != 1 or (members < 0).any() or (members >= n_cells).any():
@@ -173,7 +176,10 @@ class CellSets:
         if text("the name of a boundary", name) not in self.boundaries:
             known = ", ".join(repr(k) for k in self.boundaries) or "none"
             also = f" Its node sets are: {', '.join(map(repr, self.node_sets))}." if self.node_sets else ""
-            raise InputError(f"The {self._noun} has no boundary {name!r}. Its boundaries are: {known}.{also}")
+            raise InputError(
+                f"The {self._noun} has no boundary {name!r}. Its boundaries are: {known}.{also}",
+                code="unknown-boundary",
+            )
         return self.boundaries[name]
 
     def boundary_nodes(self, name: str) -> IntArray:
@@ -222,7 +228,10 @@ class CellSets:
         """
         chosen = self.outer[self._chosen(where)]
         if len(chosen) == 0:
-            raise InputError(f"No outer {self._face} lies wholly in the region given for the boundary {name!r}.")
+            raise InputError(
+                f"No outer {self._face} lies wholly in the region given for the boundary {name!r}.",
+                code="empty-boundary",
+            )
         return replace(self, boundaries={**self.boundaries, text("the name of a boundary", name): chosen})
 
     def _chosen(self, where: Pick | Callable[[Array], Mask]) -> Mask:
@@ -303,7 +312,8 @@ def joined(meshes: list[T], tolerance: float) -> T:
         corners = points[np.unique(before[lost[0]])]
         raise InputError(
             f"The tolerance {tolerance:g} joins points of one cell, those of cell {lost[0]}, which are "
-            f"{pdist(corners).min():.3g} apart; {len(lost)} cells in all. Give less than that."
+            f"{pdist(corners).min():.3g} apart; {len(lost)} cells in all. Give less than that.",
+            code="tolerance-too-large",
         )
     hanging = joined_hanging([m.hanging for m in meshes], np.split(number, point_start[1:]), len(kept))
     whole = type(meshes[0])(points[kept], cells, hanging=hanging)

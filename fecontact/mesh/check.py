@@ -39,7 +39,8 @@ def check_mesh(mesh: Mesh) -> None:
     if not used.all():
         raise MeshError(
             f"{(~used).sum()} points belong to no cell; the first is point {np.argmin(used)}. Remove them: they would "
-            "make the stiffness singular."
+            "make the stiffness singular.",
+            code="unused-points",
         )
     _check_duplicates(mesh)
     check_cells(mesh)
@@ -79,7 +80,8 @@ def _check_duplicates(mesh: Mesh) -> None:
         a, b = pairs[0]
         raise MeshError(
             f"{len(pairs)} pairs of points lie in the same place; the first are points {a} and {b}. A crack between "
-            "them would open; join them with fc.merge([mesh], tolerance)."
+            "them would open; join them with fc.merge([mesh], tolerance).",
+            code="double-points",
         )
 
 
@@ -90,14 +92,16 @@ def _check_repeated(mesh: Mesh) -> None:
     if len(again):
         raise MeshError(
             f"Cells {first[again[0]]} and {again[0]} have the same corners; {len(again)} cells repeat another one, "
-            "which would count their stiffness twice. Leave the copies out."
+            "which would count their stiffness twice. Leave the copies out.",
+            code="double-cells",
         )
     sharing = cells_at_faces(mesh.cells)
     if (sharing > 2).any():
         cell, face = np.unravel_index(np.argmax(sharing > 2), sharing.shape)
         raise MeshError(
             f"Face {face} of cell {cell} belongs to {sharing[cell, face]} cells, so that some of them lie in one "
-            "another. Leave out those that are modelled twice."
+            "another. Leave out those that are modelled twice.",
+            code="crowded-face",
         )
 
 
@@ -119,7 +123,8 @@ def check_skin(mesh: Mesh, names: Sequence[str]) -> None:
             raise MeshError(
                 f"{inside.sum()} of the {len(faces)} faces of the boundary {name!r} lie between two cells, the first "
                 f"is face {face} of cell {cell}; only outer faces can be in contact. Part the bodies there (Mesh.part) "
-                "or leave these faces out."
+                "or leave these faces out.",
+                code="face-between-cells",
             )
 
 
@@ -150,7 +155,8 @@ def _check_jacobians(mesh: Mesh, group: CellGroup) -> None:
             kind = "left-handed: its nodes are in mirrored order" if (row < 0).all() else "folded or inverted"
             raise MeshError(
                 f"Cell {cells[np.argmax(bad)]} is {kind} (smallest Jacobian {row.min():.3g}, largest {row.max():.3g}); "
-                f"{bad.sum()} cells in all. Nodes must run in VTK order, counter-clockwise below, then above."
+                f"{bad.sum()} cells in all. Nodes must run in VTK order, counter-clockwise below, then above.",
+                code="folded-cell",
             )
 
 
@@ -171,5 +177,6 @@ def _check_mid_edge(mesh: Mesh, group: CellGroup) -> None:
         a, b = EDGES[edge]
         raise MeshError(
             f"Cell {group.cells[k]} has its mid-edge node {8 + edge} at {along[k, edge]:.3f} of the edge between its "
-            f"nodes {a} and {b}; it must lie between the quarter points (0.25 ... 0.75), or the mapping folds."
+            f"nodes {a} and {b}; it must lie between the quarter points (0.25 ... 0.75), or the mapping folds.",
+            code="mid-edge-node",
         )

@@ -355,11 +355,12 @@ def mesh_cad(path: Path, sizes: Sizes, scale: float = 1.0, run_script: bool = Fa
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"Unknown CAD file type {path.suffix!r}; expected one of {', '.join(SUFFIXES)}.")
     if not path.is_file():
-        raise InputError(f"There is no file {path}.")
+        raise InputError(f"There is no file {path}.", code="no-file")
     if path.suffix.lower() == ".geo" and not run_script:
         raise InputError(
             f"{path.name} is a gmsh script, which can run any program on this machine. If it is yours, run it by "
-            "fc.mesh_solid(path, run_script=True), or mesh it with gmsh and read the .msh file."
+            "fc.mesh_solid(path, run_script=True), or mesh it with gmsh and read the .msh file.",
+            code="script-not-allowed",
         )
     mesh = run_apart(f"gmsh, which was to mesh {path.name},", _meshed, path.absolute(), sizes)
     return mesh if scale == 1 else mesh.scaled(scale)

@@ -117,7 +117,7 @@ def as_level(level: int | Level) -> Level:
     if isinstance(level, Level):
         return level
     if not (isinstance(level, int | np.integer) and level in LEVELS):
-        raise InputError(f"The level must be 1 (coarse) to 5 (fine) or a Level; found {shown(level)}.")
+        raise InputError(f"The level must be 1 (coarse) to 5 (fine) or a Level; found {shown(level)}.", code="no-level")
     return LEVELS[level]
 
 
@@ -145,7 +145,8 @@ def grading(contact_radius: float, extent: float, depth: float, level: int | Lev
     if contact_radius >= extent:
         raise InputError(
             f"The contact radius {contact_radius:g} does not fit in the contact block of radius {extent:g}; "
-            "give a smaller contact radius or a larger body."
+            "give a smaller contact radius or a larger body.",
+            code="contact-radius-too-large",
         )
     cut = as_level(level)
     least = contact_radius * min(cut.edge, cut.layer)

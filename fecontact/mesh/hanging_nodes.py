@@ -80,19 +80,23 @@ class HangingNodes:
         if len(nodes) != weights.shape[0] or len(np.unique(nodes)) != len(nodes):
             raise MeshError(
                 f"Hanging nodes need one row of weights each; found {len(np.unique(nodes))} distinct nodes, "
-                f"{len(nodes)} in all, and {weights.shape[0]} rows."
+                f"{len(nodes)} in all, and {weights.shape[0]} rows.",
+                code="hanging-shape",
             )
         n_points = weights.shape[1]
         largest = max(t.max(initial=-1) for t in (nodes, *tables.values()))
         if largest >= n_points or nodes.min(initial=0) < 0 or min(t.min(initial=0) for t in tables.values()) < -1:
-            raise MeshError(f"Hanging nodes are points 0 ... {n_points - 1}; found numbers up to {largest}.")
+            raise MeshError(
+                f"Hanging nodes are points 0 ... {n_points - 1}; found numbers up to {largest}.", code="hanging-points"
+            )
         if np.isin(weights.indices[weights.data != 0], nodes).any():
             raise MeshError("A hanging node follows from another one; close such chains (HangingNodes.closed).")
         off = np.abs(np.asarray(weights.sum(axis=1)).ravel() - 1)
         if (off > SUM).any():
             raise MeshError(
                 f"The weights of hanging node {nodes[off.argmax()]} sum to one but for {off.max():.3g}; rigid motions "
-                "would strain."
+                "would strain.",
+                code="hanging-weights",
             )
         for array in (nodes, *tables.values(), weights.data, weights.indices, weights.indptr):
             array.setflags(write=False)
@@ -127,7 +131,7 @@ class HangingNodes:
             tied = tied + onward @ tied
             onward = (onward @ onward).tocsr()
             onward.eliminate_zeros()
-        raise MeshError("Hanging nodes follow from one another in a circle.")
+        raise MeshError("Hanging nodes follow from one another in a circle.", code="hanging-circle")
 
     @property
     def n_points(self) -> int:
@@ -200,13 +204,15 @@ def check_hanging(hanging: HangingNodes | None, points: Array) -> None:
         return
     if hanging.n_points != len(points):
         raise MeshError(
-            f"The hanging nodes are those of a mesh of {hanging.n_points} points; this one has {len(points)}."
+            f"The hanging nodes are those of a mesh of {hanging.n_points} points; this one has {len(points)}.",
+            code="hanging-points",
         )
     off = np.linalg.norm(points[hanging.nodes] - hanging.weights @ points, axis=1)
     if off.max(initial=0.0) > PLACE * np.abs(points).max():
         raise MeshError(
             f"The hanging node {hanging.nodes[off.argmax()]} lies {off.max():.3g} off the place where it follows from "
-            "others, so that rigid motions would strain; move points by Mesh.mapped, or HangingNodes.followed."
+            "others, so that rigid motions would strain; move points by Mesh.mapped, or HangingNodes.followed.",
+            code="hanging-off-place",
         )
 
 
@@ -214,7 +220,8 @@ def refuse_hanging(hanging: HangingNodes | None, what: str) -> None:
     """Refuse an operation on a mesh with hanging nodes."""
     if hanging is not None:
         raise InputError(
-            f"A mesh with {len(hanging.nodes)} hanging nodes cannot be {what}; do that before cells are divided."
+            f"A mesh with {len(hanging.nodes)} hanging nodes cannot be {what}; do that before cells are divided.",
+            code="hanging-not-possible",
         )
 
 
@@ -235,7 +242,8 @@ def joined_hanging(
         if (uses[hanging.nodes] > 1).any():
             raise MeshError(
                 f"{(uses[hanging.nodes] > 1).sum()} hanging nodes of mesh {k} lie on points of another one; join the "
-                "meshes first and divide their cells then."
+                "meshes first and divide their cells then.",
+                code="hanging-at-joint",
             )
     if not given:
         return None

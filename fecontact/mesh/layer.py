@@ -111,14 +111,16 @@ class Layer:
             raise MeshError(
                 f"The layer folds on {len(folded)} of {len(self.facets)} facets, the first of them facet {folded[0]} "
                 f"near {place(self.centre(folded[0]))}: it is too thick for a concave part or a sharp edge of the "
-                "surface. Make it thinner or smooth the surface (fc.repair_surface)."
+                "surface. Make it thinner or smooth the surface (fc.repair_surface).",
+                code="layer-folds",
             )
         crossing = self.crossing(thickness)
         if len(crossing):
             a, b = crossing[0]
             raise MeshError(
                 f"The layer runs into itself: its cells on facets {a} and {b} cross near {place(self.centre(a))}. Make "
-                "it thinner there or extrude the two sides separately."
+                "it thinner there or extrude the two sides separately.",
+                code="layer-crosses-itself",
             )
 
 
@@ -296,7 +298,8 @@ def _thickness(thickness: Thickness, points: Array, used: IntArray) -> Array:
     if not (np.isfinite(t) & (t > 0)).all():
         raise InputError(
             f"The thickness must be positive everywhere; its smallest value is {t.min():g}. To grow a layer to the "
-            "other side use surface.flipped()."
+            "other side use surface.flipped().",
+            code="thickness-not-positive",
         )
     return t
 

@@ -328,7 +328,7 @@ class Mesh(CellSets):
             raise InputError(f"Only hex8 can be upgraded, to 20 or 27 nodes; found {self.cell_type} and {n_nodes}.")
         refuse_hanging(self.hanging, "given more nodes")
         if self.has_coalesced and n_nodes == 27:
-            raise InputError("Degenerate hex8 cells can be upgraded to 20 nodes only, not to 27.")
+            raise InputError("Degenerate hex8 cells can be upgraded to 20 nodes only, not to 27.", code="degenerate")
         points, columns = [self.points], [self.cells]
         sets = dict(self.node_sets)
         start = len(self.points)

@@ -92,7 +92,8 @@ def oriented(points: Array, facets: IntArray) -> tuple[IntArray, tuple[str, ...]
         k = int(np.argmax(unclear))
         raise MeshError(
             f"{100 * minority[k]:.0f} % of the area of the open surface that begins with facet {np.argmax(sheet == k)} "
-            "faces the other way than the rest, so its outside cannot be told. Make its facets run the same way round."
+            "faces the other way than the rest, so its outside cannot be told. Make its facets run the same way round.",
+            code="unclear-outside",
         )
     notes = [f"{turn.sum()} of {n} facets were turned to face as their neighbours do."] if turn.any() else []
     facets = np.where(turn[:, None], turned(facets), facets)
@@ -125,7 +126,8 @@ def _sides_of_sheets(facets: IntArray, pairs: IntArray, against: Mask) -> tuple[
         _refuse_branching(facets)
         raise MeshError(
             f"The surface with facet {np.argmax(part[:n] == part[n:])} has one side only (a Moebius strip), so it has "
-            "no outside."
+            "no outside.",
+            code="one-sided",
         )
     own, other = part[:n], part[n:]
     _, first, sheet = np.unique(np.minimum(own, other), return_index=True, return_inverse=True)
@@ -331,7 +333,8 @@ def _refuse_open(points: Array, facets: IntArray, source: str) -> None:
     raise MeshError(
         f"{source} is open, so it encloses no solid: {len(sides)} sides belong to one facet only, in {len(count)} "
         f"holes; the longest, of {count[k]} sides, is round {place(middle)}. Close it by fc.repair_surface(..., "
-        f"holes={count[k]}), or extrude it to a layer with fc.extrude."
+        f"holes={count[k]}), or extrude it to a layer with fc.extrude.",
+        code="open-surface",
     )
 
 
@@ -342,7 +345,8 @@ def _refuse_crossing(points: Array, triangles: IntArray, source: str) -> None:
         raise MeshError(
             f"{source} runs through itself: {len(np.unique(crossing))} of its {len(triangles)} facets cross others, "
             f"facets {a} and {b} near {place(points[triangles[a]].mean(axis=0))}. Take out what lies inside: join "
-            "parts that overlap to one, and smooth folds (fc.repair_surface)."
+            "parts that overlap to one, and smooth folds (fc.repair_surface).",
+            code="crosses-itself",
         )
 
 
@@ -362,7 +366,8 @@ def _solids(points: Array, triangles: IntArray, shell: IntArray, source: str) ->
         if depth[k] % 2:
             raise MeshError(
                 f"{where} lies in another one and faces outwards, as a second solid in the same place would. Turn its "
-                "facets if it is the wall of a void; otherwise mesh the two apart."
+                "facets if it is the wall of a void; otherwise mesh the two apart.",
+                code="solid-in-solid",
             )
         raise MeshError(f"{where} faces inwards, so it encloses no solid. surface.flipped() turns a surface round.")
     # the shell just round a void is the one of its depth less one

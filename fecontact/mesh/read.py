@@ -108,11 +108,13 @@ def _check_request(path: Path, suffix: str, scale: float, element: str | None, p
     if suffix in SURFACES and not own:
         raise InputError(
             f"{path.name} is a surface, not a solid. fc.mesh_solid meshes what it encloses; fc.extrude grows a layer "
-            "on what fc.read_surface reads."
+            "on what fc.read_surface reads.",
+            code="is-a-surface",
         )
     if suffix not in READERS and suffix not in CAD and not own:
         raise InputError(
-            f"Unknown mesh file type {suffix!r}; expected one of {', '.join((*READERS, *CAD))}, or reader=, a function."
+            f"Unknown mesh file type {suffix!r}; expected one of {', '.join((*READERS, *CAD))}, or a function reader=.",
+            code="unknown-file-type",
         )
     positive("the scale", scale)
     if element is not None:
@@ -121,7 +123,8 @@ def _check_request(path: Path, suffix: str, scale: float, element: str | None, p
         text("the name of a part", part)
     if part is not None and suffix in CAD and not own:
         raise InputError(
-            f"Geometry has no parts to be read alone; found part={part!r} and {path.name}. Use fc.mesh_solid."
+            f"Geometry has no parts to be read alone; found part={part!r} and {path.name}. Use fc.mesh_solid.",
+            code="no-parts",
         )
     if not path.is_file():
-        raise InputError(f"There is no file {path}.")
+        raise InputError(f"There is no file {path}.", code="no-file")

@@ -63,14 +63,14 @@ def read_section(path: str | Path, part: str | None = None, scale: float = 1.0) 
         raise InputError(f"Unknown mesh file type {path.suffix!r}; expected one of {', '.join(READERS)}.")
     positive("the scale", scale)
     if not path.is_file():
-        raise InputError(f"There is no file {path}.")
+        raise InputError(f"There is no file {path}.", code="no-file")
     raw = READERS[path.suffix.lower()](path)
     names = list(dict.fromkeys(name for name, _, _ in raw.sheets))
     if part is not None and part not in names:
         raise InputError(f"{path.name} has no plane part {part!r}; there are: {', '.join(map(repr, names)) or 'none'}.")
     sheets = [s for s in raw.sheets if part is None or s[0] == part]
     if not sheets:
-        raise MeshError(f"{path.name} holds no plane cells; solids are read with fc.read_mesh.")
+        raise MeshError(f"{path.name} holds no plane cells; solids are read with fc.read_mesh.", code="no-plane-cells")
     points, cells, owner = _quadratic(raw.points, [(kind, c) for _, kind, c in sheets])
     points = _in_plane(scale * points, np.unique(cells[cells >= 0]), path.name)
     # a cell of several sets is there once for each

@@ -70,14 +70,14 @@ def read_surface(path: str | Path, name: str | None = None, scale: float = 1.0) 
     suffix = path.suffix.lower()
     if suffix not in READERS and suffix not in MESH_READERS:
         known = ", ".join((*READERS, *MESH_READERS))
-        raise InputError(f"Unknown surface file type {path.suffix!r}; expected one of {known}.")
+        raise InputError(f"Unknown surface file type {path.suffix!r}; expected one of {known}.", code="file-type")
     if name is not None and not isinstance(name, str):
         raise InputError(f"The name of a surface must be a text; found {shown(name)}. A scale is given as scale=.")
     if name is not None and suffix in READERS:
-        raise InputError(f"{path.name} holds one surface, so there is none called {name!r}.")
+        raise InputError(f"{path.name} holds one surface, so there is none called {name!r}.", code="one-surface")
     positive("the scale", scale)
     if not path.is_file():
-        raise InputError(f"There is no file {path}.")
+        raise InputError(f"There is no file {path}.", code="no-file")
     if suffix in MESH_READERS:
         return _named(MESH_READERS[suffix](path), path.name, name, scale)
     return _surface(*read_polygons(path), path.name, scale)
@@ -96,7 +96,7 @@ def read_polygons(path: Path) -> tuple[Array, list[IntArray]]:
     except (ValueError, OverflowError, IndexError, KeyError) as error:
         if isinstance(error, MeshError):
             raise
-        raise MeshError(f"{path.name} holds a line that cannot be read: {error}.") from error
+        raise MeshError(f"{path.name} holds a line that cannot be read: {error}.", code="bad-line") from error
 
 
 def _named(raw: RawMesh, source: str, name: str | None, scale: float) -> SurfaceMesh:
@@ -105,11 +105,11 @@ def _named(raw: RawMesh, source: str, name: str | None, scale: float) -> Surface
     known = list(dict.fromkeys([*raw.shells, *raw.facets, *raw.faces]))
     listed = ", ".join(map(repr, known)) or "none"
     if name is None and len(known) != 1:
-        raise InputError(f"{source} has {len(known)} surfaces; say which by name: {listed}.")
+        raise InputError(f"{source} has {len(known)} surfaces; say which by name: {listed}.", code="several-surfaces")
     wanted = known[0] if name is None else name
     exact = [k for k in known if k == wanted] or [k for k in known if k.upper() == wanted.upper()]
     if not exact:
-        raise InputError(f"{source} has no surface {wanted!r}; its shells and surfaces are: {listed}.")
+        raise InputError(f"{source} has no surface {wanted!r}; its shells and surfaces are: {listed}.", code="unknown")
     if exact[0] in own:
         # triangles among quadrilaterals repeat their last corner
         facets = np.concatenate([f[:, [0, 1, 2, -1]] for f in own[exact[0]]])

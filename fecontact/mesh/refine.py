@@ -146,7 +146,7 @@ def touching(mesh: Mesh | SectionMesh, faces: ArrayLike) -> IntArray:
     """
     given = np.asarray(faces, dtype=np.int64).reshape(-1, 2)
     if ((given < 0) | (given >= [len(mesh.cells), mesh.n_faces])).any():
-        raise InputError(f"Faces are pairs (cell, local face) of a mesh of {len(mesh.cells)} cells.")
+        raise InputError(f"Faces are pairs (cell, local face) of a mesh of {len(mesh.cells)} cells.", code="face-pair")
     nodes = _with_middles(mesh)
     met = np.zeros(len(mesh.points) + 1, bool)
     met[nodes[given[:, :1], (FACES[:, :8] if isinstance(mesh, Mesh) else SIDES)[given[:, 1]]]] = True
@@ -189,7 +189,8 @@ def _refuse_other_ties(mesh: Mesh | SectionMesh) -> None:
     if len(other):
         raise InputError(
             f"{len(other)} hanging nodes, the first of them point {other[0]:.0f}, are not those of the divided edges "
-            "and faces that the mesh lists; only meshes whose hanging nodes come from `refined` can be divided."
+            "and faces that the mesh lists; only meshes whose hanging nodes come from `refined` can be divided.",
+            code="hanging-of-others",
         )
 
 

@@ -160,7 +160,8 @@ class SectionMesh(CellSets):
         off = np.abs(self.points[:, 1])
         if off.max() > ON_PLANE * np.linalg.norm(np.ptp(self.points, axis=0)):
             raise MeshError(
-                f"A section lies in the plane y = 0; point {np.argmax(off)} has y = {self.points[off.argmax(), 1]:g}."
+                f"A section lies in the plane y = 0; point {np.argmax(off)} has y = {self.points[off.argmax(), 1]:g}.",
+                code="off-plane",
             )
         if off.any():
             object.__setattr__(self, "points", np.insert(self.points[:, ::2], 1, 0.0, axis=1))
@@ -177,7 +178,8 @@ class SectionMesh(CellSets):
         pairs = cKDTree(self.points).query_pairs(1e-12 * size, output_type="ndarray")
         if len(pairs):
             raise MeshError(
-                f"Points {pairs[0, 0]} and {pairs[0, 1]} lie in the same place; join them (merge_sections)."
+                f"Points {pairs[0, 0]} and {pairs[0, 1]} lie in the same place; join them (merge_sections).",
+                code="double-points",
             )
         again = np.flatnonzero(first_alike(self.cells[:, :4]) != np.arange(len(self.cells)))
         middles = np.bincount(self.cells[:, 4:8].ravel(), minlength=len(self.points))
@@ -185,7 +187,8 @@ class SectionMesh(CellSets):
             wrong = again[0] if len(again) else np.argmax((middles[self.cells[:, 4:8]] > 2).any(axis=1))
             raise MeshError(
                 f"Cell {wrong} lies in another one: it has the corners of one before it, or a side with two others. "
-                "Its stiffness would count twice; leave the copies out."
+                "Its stiffness would count twice; leave the copies out.",
+                code="double-cells",
             )
         _, dN = quad_shapes(self.cells.shape[1], quad_quadrature()[0])
         det = jacobian_2d(self.points[self.cells], dN)[1]
@@ -195,7 +198,8 @@ class SectionMesh(CellSets):
             kind = "clockwise" if (det[cell] < 0).all() else "folded"
             raise MeshError(
                 f"Cell {cell} is {kind} (smallest Jacobian {det[cell].min():.3g}); {bad.sum()} cells in all. Corners "
-                "must run counter-clockwise seen with x to the right and z upwards."
+                "must run counter-clockwise seen with x to the right and z upwards.",
+                code="folded-cell",
             )
 
     @cached_property

@@ -92,10 +92,11 @@ def division(size: float, given: int | ArrayLike, what: str) -> Array:
     found = array_of(given)
     positions = np.zeros(0) if found is None else found
     if positions.ndim != 1 or len(positions) < 2 or not (np.diff(positions) > 0).all():
-        raise InputError(f"The {what} must be a count or increasing positions; found {shown(given)}.")
+        raise InputError(f"The {what} must be a count or increasing positions; found {shown(given)}.", code="divisions")
     if np.abs(positions[[0, -1]] - [0.0, size]).max() > SAME_POSITION * size:
         raise InputError(
-            f"The positions of the {what} must run from 0 to {size:g}; found {positions[0]:g} to {positions[-1]:g}."
+            f"The positions of the {what} must run from 0 to {size:g}; found {positions[0]:g} to {positions[-1]:g}.",
+            code="divisions",
         )
     inner = positions[1:-1]
     return np.concatenate([[0.0], inner[(inner > 0) & (inner < size)], [size]])
@@ -355,7 +356,7 @@ def cap(
         lengths(radius=radius)
     top_depth = 0.0 if math.isinf(radius) else float(sagitta(np.array(extent), radius))
     if top_depth >= depth:
-        raise InputError(f"The depth {depth:g} must exceed the cap's own height {top_depth:g}.")
+        raise InputError(f"The depth {depth:g} must exceed the cap's own height {top_depth:g}.", code="cap-too-deep")
     ring = grading(extent / 10 if contact_radius is None else contact_radius, extent, depth, level)
 
     top = spherical(extent, radius)

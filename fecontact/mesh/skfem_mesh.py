@@ -112,7 +112,8 @@ def skfem_mesh(kinds: tuple[str, ...], mesh: MeshArrays) -> SkfemMesh:
     if len(kinds) != 1 or kinds[0] not in _CLASSES:
         raise InputError(
             f"The mesh has cells of the kinds {', '.join(kinds)} (degenerate hexahedra have coalesced nodes), which "
-            f"scikit-fem has no mesh for. It has one for {EXPECTED}, all cells alike."
+            f"scikit-fem has no mesh for. It has one for {EXPECTED}, all cells alike.",
+            code="no-skfem-mesh",
         )
     points, cells, boundaries, groups = mesh
     kind, order = KINDS[kinds[0]], _order(kinds[0])
@@ -142,7 +143,7 @@ def from_skfem_mesh(theirs: SkfemMesh) -> MeshArrays:
     """
     kind = _KIND_OF_ELEMENT.get(getattr(theirs, "elem", None))
     if kind is None:
-        raise MeshError(f"Expected a scikit-fem mesh of {EXPECTED}; found {type(theirs).__name__}.")
+        raise MeshError(f"Expected a scikit-fem mesh of {EXPECTED}; found {type(theirs).__name__}.", code="no-skfem")
     return _arrays(theirs, kind, theirs.dofs.element_dofs, theirs.doflocs.T)[0]
 
 
@@ -167,12 +168,14 @@ def from_skfem_basis(basis: CellBasis) -> tuple[MeshArrays, IntArray]:
     if kind is None or geometry is None:
         raise InputError(
             f"Expected a basis of ElementVector of {EXPECTED}; found {type(scalar or basis.elem).__name__} on "
-            f"{type(basis.mesh).__name__}."
+            f"{type(basis.mesh).__name__}.",
+            code="no-skfem-basis",
         )
     if geometry.n_nodes > kind.n_nodes:
         raise InputError(
             f"The mesh has {geometry.n_nodes} nodes per cell and the element {kind.n_nodes}: the surface would not be "
-            "that of the mesh. Take an element of the mesh's own order or above."
+            "that of the mesh. Take an element of the mesh's own order or above.",
+            code="basis-too-low",
         )
     if basis.element_dofs.shape[1] != basis.mesh.nelements:
         raise InputError(f"The basis spans {basis.element_dofs.shape[1]} of {basis.mesh.nelements} cells; give all.")

@@ -85,7 +85,8 @@ class SurfaceMesh:
             one, other = pairs[np.argmax(against)]
             raise MeshError(
                 f"Facets {one} and {other} run along their common side the same way, so they face opposite ways; "
-                f"{against.sum()} sides in all. fecontact.mesh.orient.oriented(points, facets) turns facets one way."
+                f"{against.sum()} sides in all. fecontact.mesh.orient.oriented(points, facets) turns facets one way.",
+                code="opposite-facets",
             )
 
     def __repr__(self) -> str:

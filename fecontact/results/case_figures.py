@@ -122,7 +122,7 @@ def plane_of(split: Any, bodies: Sequence[Body]) -> DividingPlane | None:
     if not callable(getattr(split, "in_world", None)):
         given = items("split, where it is no DividingPlane,", split, "a point and a normal")
         if len(given) != 2:
-            raise InputError(f"split is a DividingPlane, or a point and a normal; found {shown(split)}.")
+            raise InputError(f"split is a DividingPlane, or a point and a normal; found {shown(split)}.", code="split")
         plane = DividingPlane(*given)
     if plane.body is not None:
         check_member(plane.body, bodies, "The dividing plane")

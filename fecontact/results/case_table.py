@@ -175,7 +175,7 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         over = "time" if over is None and "time" in self.figures else over
         times = np.arange(len(self), dtype=float) if over is None else self.column(over)
         if not np.isfinite(times).all():
-            raise InputError(f"Not all cases have a figure {over!r}, which is to be the time.")
+            raise InputError(f"Not all cases have a figure {over!r}, which is to be the time.", code="unknown-figure")
         return write_collection(check_writable(path), [Path(found[-1]) for found in files], times.tolist())
 
     def plot(
@@ -204,7 +204,7 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         from fecontact.results.pictures.case_pictures import plot_columns
 
         if not self.rows:
-            raise InputError("There are no cases to draw.")
+            raise InputError("There are no cases to draw.", code="no-cases")
         chosen = texts("the quantities", quantities) or ("force", "area", "max_pressure")
         panels = {self.headed(name).replace("_", " "): self._curves(name) for name in chosen}
         label, place = ("", np.arange(len(self), dtype=float)) if over is None else (over, self.column(over))
@@ -243,7 +243,8 @@ class CaseTable(Sequence[Mapping[str, Any]]):
             if what not in kept:
                 raise InputError(
                     f"The {what} of case {self.names[k]!r} is not in memory: sweep with keep=({what!r},). Cases that "
-                    "were finished in an earlier run, whose rows come from a file, have none."
+                    "were finished in an earlier run, whose rows come from a file, have none.",
+                    code="not-kept",
                 )
             out.append(kept[what][contact])
         return out

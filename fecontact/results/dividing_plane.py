@@ -57,10 +57,10 @@ class DividingPlane:
     def __post_init__(self) -> None:
         vector("the point of the dividing plane", self.point)
         if not vector("the normal of the dividing plane", self.normal).any():
-            raise InputError("The normal of the dividing plane must not be zero.")
+            raise InputError("The normal of the dividing plane must not be zero.", code="normal-zero")
         names = texts("the sides of the dividing plane", self.sides)
         if len(names) != 2 or names[0] == names[1]:
-            raise InputError(f"A plane has two sides with two names; found {shown(self.sides)}.")
+            raise InputError(f"A plane has two sides with two names; found {shown(self.sides)}.", code="side-names")
 
     def in_world(self, pose: Pose) -> tuple[Array, Array]:
         """Point and normal in world axes, with the pose of its body."""

@@ -207,7 +207,7 @@ def save_series(results: Sequence[SolvedScene], path: str | Path, times: Sequenc
     """
     path = check_writable(path)
     if path.suffix.lower() != ".pvd":
-        raise InputError(f"A series is written to a .pvd file; found {path.name!r}.")
+        raise InputError(f"A series is written to a .pvd file; found {path.name!r}.", code="not-pvd")
     instants = [float(k) for k in range(len(results))] if times is None else [float(t) for t in times]
     if not results or len(instants) != len(results):
         raise InputError(f"A series needs results and one time for each; found {len(results)} and {len(instants)}.")

@@ -107,7 +107,7 @@ class ContactResult(SolvedScene):
 
         known_options(write_page, options)
         if (suffix := Path(file_path("the path of a page", path)).suffix.lower()) not in (".html", ".htm"):
-            raise InputError(f"A report is a page; found the suffix {suffix!r}, expected .html.")
+            raise InputError(f"A report is a page; found the suffix {suffix!r}, expected .html.", code="no-html")
         return write_page(self, self.warnings, self.notes, check_writable(path), **options)
 
     def _repr_html_(self) -> str:

@@ -166,7 +166,7 @@ def sides_of_plane(contact: LoadedPoints, point: ArrayLike, normal: ArrayLike) -
     n = vector("The normal of the dividing plane", normal)
     length = np.linalg.norm(n)
     if length == 0:
-        raise InputError("The normal of the dividing plane must not be zero.")
+        raise InputError("The normal of the dividing plane must not be zero.", code="normal-zero")
     p = vector("The point of the dividing plane", point)
     distance = (contact.centres - p) @ (n / length)
     near = np.abs(distance) <= ON_PLANE * contact.slave.size
@@ -190,7 +190,7 @@ def hold_of_boundary(body: ElasticBody, part: BodyBlock, name: str, displacement
     """
     if text("the name of a boundary", name) not in body.supports:
         known = ", ".join(map(repr, body.supports)) or "none"
-        raise InputError(f"{body.name!r} has no support on {name!r}; its supports are on: {known}.")
+        raise InputError(f"{body.name!r} has no support on {name!r}; its supports are on: {known}.", code="no-support")
     K = body.model.stiffness
     load = np.asarray(part.rows.T @ forces[part.index]) + (0.0 if part.loads is None else part.loads)
     if part.hold is not None:

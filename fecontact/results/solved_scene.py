@@ -177,7 +177,7 @@ class SolvedScene:
     def _elastic(self, body: Body) -> tuple[int, ElasticBody]:
         k = self._number(body)
         if body.is_rigid:
-            raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.")
+            raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.", code="rigid")
         if not elastic_among([body]):
             raise InputError(f"{body.name!r} has no field of finite elements by itself; see displacement and contacts.")
         (posed,) = elastic_among([self.scene.bodies[k]])
@@ -279,14 +279,15 @@ class SolvedScene:
             raise InputError(
                 f"{(~found).sum()} of {len(found)} points are not in {body.name!r}, the first: "
                 f"{np.array2string(where[np.argmin(found)], precision=6)}. Points are given in the body's own axes; "
-                f"its mesh reaches from {' to '.join(corners)}."
+                f"its mesh reaches from {' to '.join(corners)}.",
+                code="points-outside-body",
             )
         return self._moved(self._number(body), u, where), stress
 
     def _inner(self, body: Body) -> InnerFields:
         k = self._number(body)
         if body.is_rigid:
-            raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.")
+            raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.", code="rigid")
         part = self.condensed.parts[k]
         forces = (self.friction or self.solution).forces[part.index]
         inner = self.scene.bodies[k].inner_fields(self.state.displacements[k], part.rows, forces)

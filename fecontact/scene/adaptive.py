@@ -83,7 +83,7 @@ class Target:
         unknown = [name for name in asked(self.accuracy) if name not in FIGURES]
         if unknown or not asked(self.accuracy):
             found = repr(unknown[0]) if unknown else "none"
-            raise InputError(f"accuracy by name is asked of {', '.join(FIGURES)}; found {found}.")
+            raise InputError(f"accuracy by name is asked of {', '.join(FIGURES)}; found {found}.", code="no-figure")
         for name, value in asked(self.accuracy).items():
             of = f" of the {name}" if isinstance(self.accuracy, Mapping) else ""
             positive(f"The accuracy{of}", value)

@@ -35,7 +35,8 @@ def check_engine(model: SceneModel, engine: str, ranks: int | None, accuracy: ob
     if engine == "own":
         if ranks is not None:
             raise InputError(
-                f"ranks={ranks!r} is a number of processes of the engine 'petsc': give engine='petsc', too."
+                f"ranks={ranks!r} is a number of processes of the engine 'petsc': give engine='petsc', too.",
+                code="ranks-without-petsc",
             )
         return 0
     if ranks is not None:
@@ -44,7 +45,8 @@ def check_engine(model: SceneModel, engine: str, ranks: int | None, accuracy: ob
         raise InputError("The engine 'petsc' does not divide meshes: leave accuracy out and refine the mesh.")
     if why := _refusal(model):
         raise InputError(
-            f"The engine 'petsc' is for rigid and elastic bodies without friction: {why}. Leave engine out."
+            f"The engine 'petsc' is for rigid and elastic bodies without friction: {why}. Leave engine out.",
+            code="petsc-cannot",
         )
     if solver != "auto":
         raise InputError(f"The engine 'petsc' has a solver of its own: leave solver out; found {solver!r}.")

@@ -73,7 +73,7 @@ def export_problem(
     """
     path = check_writable(path)
     if path.suffix.lower() != ".npz":
-        raise InputError(f"A problem is written to a .npz file; found {path.name!r}.")
+        raise InputError(f"A problem is written to a .npz file; found {path.name!r}.", code="not-npz")
     if scene.has_friction:
         raise InputError("The file has no place for friction: leave it out of the contacts, or use Scene.solve.")
     for body in scene.bodies:

@@ -95,7 +95,8 @@ def solve_finite(
         path.go_on(result)
     raise SolverError(
         f"The poses have not settled after {MOST_STEPS} steps (last change {change:.1e} of the elastic displacement). "
-        "Start nearer to the contact, or hold the components in which the load does not bring the bodies to rest."
+        "Start nearer to the contact, or hold the components in which the load does not bring the bodies to rest.",
+        code="not-settled",
     )
 
 
@@ -442,5 +443,6 @@ def check_rest(result: ContactResult) -> ContactResult:
     raise SupportError(
         "The load drives a motion that nothing resists but rounding or the corners of facets; what was found is no "
         f"rest - {'; '.join(texts)}. Support the body in that motion, prescribe it with motions=, change the load, or "
-        "start nearer to the rest that finite_motion=True is to find."
+        "start nearer to the rest that finite_motion=True is to find.",
+        code="no-rest",
     )

@@ -190,7 +190,7 @@ def slides(error: InfeasibleLoadError, loading: Loading, friction: Sequence[Tang
     text = f"{'; '.join(motion_texts(error.direction, loading))}. {error}"
     if any(each.lay is not None for each in friction):
         text += " Of two coefficients mu is the larger one, with their ratio as given."
-    return SupportError(text)
+    return SupportError(text, code="slides-as-a-whole")
 
 
 def _from_known(

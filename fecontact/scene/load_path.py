@@ -122,19 +122,20 @@ def solve_path(
     """
     steps = [instance("each of the steps", step, Mapping) for step in items("the steps", steps, "steps")]
     if not steps:
-        raise InputError("A load path needs at least one step.")
+        raise InputError("A load path needs at least one step.", code="no-steps")
     for k, step in enumerate(steps):
         if unknown := sorted(map(str, set(step) - {*KEYED, "gravity"})):
             raise InputError(f"Step {k + 1} has {', '.join(map(repr, unknown))}; expected {', '.join(KEYED)}, gravity.")
     if finite_motion not in (True, False):
-        raise InputError(f"finite_motion of a load path must be True or False; found {finite_motion!r}.")
+        raise InputError(f"finite_motion of a load path must be True or False; found {finite_motion!r}.", code="motion")
     if not model.has_friction:
         raise InputError("No contact has friction: the order of loads does not matter; use Scene.solve or Scene.sweep.")
     way = _Way(model, finite_motion, tolerance)
     if accuracy is None:
         if max_dofs is not None or max_seconds is not None:
             raise InputError(
-                "max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too."
+                "max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.",
+                code="limit-without-accuracy",
             )
         return _followed(way, steps, path, progress)
     if path is not None:
@@ -175,7 +176,7 @@ def _followed(
                 last = done[-1] if done else None
                 done.append(_rebuilt(way, step, rows[k]) if k < len(rows) else _step(way, given, step, last))
             except (InputError, SupportError, SolverError) as error:
-                raise type(error)(f"Step {k + 1} of {len(steps)}: {error}", *error.args[1:]) from error
+                raise type(error)(f"Step {k + 1} of {len(steps)}: {error}", *error.args[1:], code=error.code) from error
             if path is not None and k >= len(rows):
                 append_step(path, str(k + 1), prints[k], *done[-1])
             given = step

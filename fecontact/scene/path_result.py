@@ -132,7 +132,7 @@ class LoadPath:
         if times is not None:
             given = [{"time": float(t)} for t in number_array("the times of the steps", times).ravel()]
             if len(given) != len(self):
-                raise InputError(f"There are {len(self)} steps and {len(given)} times.")
+                raise InputError(f"There are {len(self)} steps and {len(given)} times.", code="times-differ")
         rows = []
         for k, result in enumerate(self.steps):
             row = row_of(result, plane, bodies)

@@ -128,7 +128,7 @@ def solve_scene(
     settings.check(inspect.signature(solve_scene).parameters)
     processes = check_engine(model, engine, ranks, accuracy, solver)
     if not isinstance(finite_motion, bool) and not (isinstance(finite_motion, str) and finite_motion == "auto"):
-        raise InputError(f"finite_motion must be 'auto', True or False; found {shown(finite_motion)}.")
+        raise InputError(f"finite_motion must be 'auto', True or False; found {shown(finite_motion)}.", code="motion")
     loads = {
         "forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures,
         "tractions": tractions,
@@ -141,7 +141,10 @@ def solve_scene(
     }  # fmt: skip
     given = {**arguments, "finite_motion": finite_motion}
     if accuracy is None and (max_dofs is not None or max_seconds is not None):
-        raise InputError("max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.")
+        raise InputError(
+            "max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.",
+            code="limit-without-accuracy",
+        )
     started = time.perf_counter()
     with progress_line("solve", progress), on_processes(model, processes):
         if accuracy is None:
@@ -171,12 +174,13 @@ def refuse_with_friction(model: SceneModel, solver: str | CustomSolver) -> None:
     InputError
     """
     if solver != "auto":
-        raise InputError(f"Friction has a solver of its own: leave solver out; found solver={solver!r}.")
+        raise InputError(f"Friction has a solver of its own: leave solver out; found solver={solver!r}.", code="solver")
     for body in {b for c in model.contacts if c.mu > 0 for b in (c.slave, c.master)}:
         if body.is_foundation or has_cells(body.surface(body.contact[0])):
             raise InputError(
                 f"{body.name!r} gives along its normal only, so friction on it has no slip to judge. Give an elastic "
-                "body, or use HalfSpace.press for friction on a half-space."
+                "body, or use HalfSpace.press for friction on a half-space.",
+                code="friction-normal-only",
             )
 
 

@@ -122,7 +122,7 @@ def run_sweep(
     path = None if path is None else file_path("the path of a sweep", path)
     named = {str(case.get("name", k)): case for k, case in enumerate(cases)}
     if len(named) != len(cases):
-        raise InputError("Two cases of the sweep have the same name; names tell the rows apart.")
+        raise InputError("Two cases of the sweep have the same name; names tell the rows apart.", code="same-name")
     for name, case in named.items():
         with naming(name):
             named[name] = checked_search(case)
@@ -228,7 +228,8 @@ def _check_executor(executor: Executor) -> None:
     if isinstance(executor, ProcessPoolExecutor) and context is not None and context.get_start_method() == "fork":
         raise InputError(
             "This executor forks its workers, which then wait for ever for threads that were not forked with them; "
-            'give it mp_context=multiprocessing.get_context("spawn"), or use processes= instead.'
+            'give it mp_context=multiprocessing.get_context("spawn"), or use processes= instead.',
+            code="forking-executor",
         )
 
 

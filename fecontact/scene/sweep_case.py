@@ -102,7 +102,8 @@ def with_files(cases: Mapping[str, Mapping[str, Any]], save: Any) -> dict[str, M
         for path in own:
             if path in taken:
                 raise InputError(
-                    f"The cases {taken[path]!r} and {name!r} would both write {path}: put {{name}} into save=."
+                    f"The cases {taken[path]!r} and {name!r} would both write {path}: put {{name}} into save=.",
+                    code="same-file",
                 )
             taken[path] = name
         out[name] = {**case, "save": [*_own(case), *own]}
@@ -144,7 +145,8 @@ def check_finished(done: Mapping[str, Mapping[str, Any]], cases: Mapping[str, Ma
         if not path.is_file():
             raise InputError(
                 f"Case {name!r} is finished in {rows}, but its file {path} is not there. Give another path= to have "
-                "all cases solved again, or delete that line of the file."
+                "all cases solved again, or delete that line of the file.",
+                code="file-of-case-missing",
             )
 
 
@@ -230,7 +232,7 @@ def naming(name: str) -> Iterator[None]:
     except FecontactError as error:
         if len(error.args) != 1:
             raise
-        raise type(error)(f"Case {name!r}: {error}") from error
+        raise type(error)(f"Case {name!r}: {error}", code=error.code) from error
 
 
 def fingerprints(scene: SceneModel, cases: Mapping[str, Case]) -> dict[str, dict[str, str]]:
@@ -294,11 +296,15 @@ def finished(
         if not isinstance(then, dict):
             raise InputError(
                 f"The row {name!r} in {path} has no fingerprint (it was written by an earlier version or by hand), so "
-                f"that it cannot be told whether it is of this model and case. {remedy}"
+                f"that it cannot be told whether it is of this model and case. {remedy}",
+                code="no-fingerprint",
             )
         other = sorted(k for k in {*then, *now} if then.get(k) != now.get(k))
         if other:
-            raise InputError(f"The row {name!r} in {path} is of another model or case ({', '.join(other)}). {remedy}")
+            raise InputError(
+                f"The row {name!r} in {path} is of another model or case ({', '.join(other)}). {remedy}",
+                code="row-of-another",
+            )
     return {name: rows[name] for name in prints if name in rows}
 
 

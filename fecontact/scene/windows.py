@@ -108,7 +108,8 @@ def _first_window(body: LocalBody, model: SceneModel, loading: Loading) -> Local
     if len(contacts) != 1:
         raise InputError(
             f"{body.name!r} is in {len(contacts)} contacts; a local body has one window. Leave it an ElasticBody, or "
-            "give it one contact."
+            "give it one contact.",
+            code="several-contacts",
         )
     (contact,) = contacts
     assert contact.surfaces is not None
@@ -168,7 +169,8 @@ def _check_facing(model: SceneModel) -> None:
             if body.met_by(other) is not body:
                 raise InputError(
                     f"The cells of {body.name!r} cannot lie opposite the window of {other.name!r} and of another local "
-                    "body too: it has one window. Give it one contact with a local body, or leave it an ElasticBody."
+                    "body too: it has one window. Give it one contact with a local body, or leave it an ElasticBody.",
+                    code="two-windows",
                 )
 
 

@@ -102,7 +102,8 @@ class FreshInterpreters(Executor):
             code = process.wait()
             raise FecontactError(
                 f"A worker process has ended (exit {code}) before its task was done; if it was killed for lack of "
-                "memory, use fewer processes."
+                "memory, use fewer processes.",
+                code="worker-ended",
             ) from None
         good, value = pickle.loads(reply)
         if good:

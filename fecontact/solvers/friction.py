@@ -131,7 +131,8 @@ def solve_friction(
     assert best is not None
     raise SolverError(
         f"No certified answer of the problem with friction: {best.message} ({best.residuals}; tolerance "
-        f"{tolerance:.0e}). {_advice(problem, tolerance)}"
+        f"{tolerance:.0e}). {_advice(problem, tolerance)}",
+        code="not-certified",
     )
 
 

@@ -68,6 +68,8 @@ class SlidingLoadError(InfeasibleLoadError):
         Of the body that a guide keeps from sliding further.
     """
 
+    code = "slides-as-a-whole"
+
     def __init__(self, message: str, direction: np.ndarray, forces: np.ndarray, motion: np.ndarray) -> None:
         super().__init__(message, direction)
         self.forces, self.motion = forces, motion

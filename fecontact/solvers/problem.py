@@ -79,6 +79,8 @@ class InfeasibleLoadError(SolverError):
         by Farkas' lemma the proof that no solution exists.
     """
 
+    code = "no-balance"
+
     def __init__(self, message: str, direction: np.ndarray) -> None:
         super().__init__(message)
         self.direction = direction
@@ -188,13 +190,13 @@ class ComplementarityProblem:
     def __post_init__(self) -> None:
         g = _array("g", self.g, 1)
         if g.size == 0:
-            raise InputError("The problem has no candidate point: g is empty. Give at least one point.")
+            raise InputError("The problem has no candidate point: g is empty. Give at least one point.", code="no-gap")
         B = np.empty((0, g.size)) if self.B is None or np.size(self.B) == 0 else _array("B", self.B, 2)
         F = np.empty(0) if self.F is None else _array("F", self.F, 1)
         if B.shape[1] != g.size:
-            raise InputError(f"B must have one column per point, {g.size}; found shape {B.shape}.")
+            raise InputError(f"B must have one column per point, {g.size}; found shape {B.shape}.", code="column-shape")
         if B.shape[0] != F.size:
-            raise InputError(f"F must have one entry per row of B, {B.shape[0]}; found {F.size}.")
+            raise InputError(f"F must have one entry per row of B, {B.shape[0]}; found {F.size}.", code="row-shape")
         S = self.S if isinstance(self.S, LinearOperator) else _array("S", self.S, 2)
         if S.shape != (g.size, g.size):
             raise InputError(f"S must have shape {(g.size, g.size)}, one row per entry of g; found {S.shape}.")
@@ -283,7 +285,8 @@ class ComplementarityProblem:
         if forces.shape != (self.n,) or q.shape != (self.m,):
             raise InputError(
                 f"Residuals need forces of shape {(self.n,)} and q of shape {(self.m,)}; "
-                f"found {forces.shape} and {q.shape}."
+                f"found {forces.shape} and {q.shape}.",
+                code="residual-shape",
             )
         if not (np.isfinite(forces).all() and np.isfinite(q).all()):
             return Residuals(np.inf, np.inf, np.inf, np.inf)
@@ -385,7 +388,7 @@ def _array(name: str, value: object, ndim: int) -> np.ndarray:
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} must be an array of numbers; found {type(value).__name__} ({error}).") from error
     if array.ndim != ndim:
-        raise InputError(f"{name} must have {ndim} dimension(s); found shape {array.shape}.")
+        raise InputError(f"{name} must have {ndim} dimension(s); found shape {array.shape}.", code="dimensions")
     if not np.isfinite(array).all():
         raise InputError(f"{name} must be finite; found {int((~np.isfinite(array)).sum())} entries that are not.")
     array.flags.writeable = False
@@ -399,7 +402,8 @@ def _check_compliance(S: np.ndarray) -> None:
         k = int(diagonal.argmin())
         raise InputError(
             f"S must be positive semidefinite; found the diagonal entry S[{k}, {k}] = {diagonal[k]:.3g}. "
-            "A force must open the gap where it acts: check the sign of the coupling."
+            "A force must open the gap where it acts: check the sign of the coupling.",
+            code="not-semidefinite",
         )
     # in strips: no second copy of a large S
     for first in range(0, len(S), 512):
@@ -409,7 +413,8 @@ def _check_compliance(S: np.ndarray) -> None:
             i, k = (int(index) for index in np.unravel_index(int(difference.argmax()), difference.shape))
             raise InputError(
                 f"S must be symmetric; found S[{first + i}, {k}] = {S[first + i, k]:.6g} and "
-                f"S[{k}, {first + i}] = {S[k, first + i]:.6g}."
+                f"S[{k}, {first + i}] = {S[k, first + i]:.6g}.",
+                code="not-symmetric",
             )
 
 

@@ -142,7 +142,8 @@ def check_custom(solver: CustomSolver, options: Mapping[str, object]) -> None:
         given = "".join(f", {name}=..." for name in options)
         raise InputError(
             f"The solver {solver_name(solver)!r} is called as solver(problem{given}), and its parameters are "
-            f"{parameters}: {error}."
+            f"{parameters}: {error}.",
+            code="solver-call",
         ) from error
 
 
@@ -162,7 +163,8 @@ def solve_custom(
     if not isinstance(answer, Outcome):
         raise SolverError(
             f"The solver {solver_name(solver)!r} must return the pair (forces, q) or an Outcome; "
-            f"found {type(answer).__name__}."
+            f"found {type(answer).__name__}.",
+            code="solver-answer",
         )
     forces = _entries(solver, "forces", answer.x, problem.n, "point")
     q = _entries(solver, "q", answer.p, problem.m, "row of B")
@@ -178,7 +180,8 @@ def _entries(solver: CustomSolver, what: str, value: object, n: int, per: str) -
     if array.shape != (n,):
         raise SolverError(
             f"The solver {solver_name(solver)!r} must return {what} of shape {(n,)}, one per {per}; "
-            f"found shape {array.shape}."
+            f"found shape {array.shape}.",
+            code="solver-answer",
         )
     if not np.isfinite(array).all():
         count = int((~np.isfinite(array)).sum())

@@ -191,7 +191,8 @@ def solve(
         )
         raise SolverError(
             f"No certified answer from solver {solver_name(solver)!r}: {solution.message} "
-            f"(status {solution.status.value}; {solution.residuals}; tolerance {tolerance:.0e}). {advice}"
+            f"(status {solution.status.value}; {solution.residuals}; tolerance {tolerance:.0e}). {advice}",
+            code="not-certified",
         )
     return solution
 
@@ -318,7 +319,8 @@ def validate_options(solver: str | CustomSolver, options: Mapping[str, object], 
     if solver in REMOVED:
         raise SolverNotFoundError(
             f"The solver {solver!r} was removed. Use solver={REMOVED[solver]!r}, which answers the same problems, "
-            "or solver='auto'."
+            "or solver='auto'.",
+            code="removed-solver",
         )
     if solver != "auto" and solver not in NATIVE and solver not in backends():
         raise SolverNotFoundError(
@@ -332,11 +334,12 @@ def validate_options(solver: str | CustomSolver, options: Mapping[str, object], 
             meant = difflib.get_close_matches(unknown[0], [*arguments, *allowed], 1)
             raise InputError(
                 f"The solver {name!r} has no option {', '.join(map(repr, unknown))}"
-                f"{f'. Did you mean {meant[0]!r}? I' if meant else '; i'}ts options are: {', '.join(sorted(allowed))}."
+                f"{f'. Did you mean {meant[0]!r}? I' if meant else '; i'}ts options are: {', '.join(sorted(allowed))}.",
+                code="unknown-option",
             )
     iterations = options.get("max_iterations", 1)
     if not (isinstance(iterations, int) and iterations > 0):
-        raise InputError(f"max_iterations must be a positive integer; found {iterations!r}.")
+        raise InputError(f"max_iterations must be a positive integer; found {iterations!r}.", code="max-iterations")
 
 
 def _chain(problem: ComplementarityProblem, solver: str | CustomSolver) -> tuple[str | CustomSolver, ...]:
@@ -347,7 +350,8 @@ def _chain(problem: ComplementarityProblem, solver: str | CustomSolver) -> tuple
     if operator and isinstance(solver, str) and solver != "projected-cg":
         raise SolverError(
             f"The solver {solver!r} needs the compliance as an array, and it is an operator. "
-            "Use solver='projected-cg' or 'auto', or form the array."
+            "Use solver='projected-cg' or 'auto', or form the array.",
+            code="needs-array",
         )
     return (solver,)
 

@@ -294,7 +294,8 @@ class FacetSurface:
         length = np.linalg.norm(n, axis=1)
         if (length == 0).any():
             raise MeshError(
-                f"Facet {facet[np.argmin(length)]} of {self.name!r} has no normal: two of its sides coincide."
+                f"Facet {facet[np.argmin(length)]} of {self.name!r} has no normal: two of its sides coincide.",
+                code="no-normal",
             )
         return n / length[:, None]
 

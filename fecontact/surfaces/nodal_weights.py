@@ -45,7 +45,8 @@ def _contact_weights(surface: FacetSurface) -> Array:
         where = np.array2string(surface.points[free[np.argmin(weights[free])]], precision=4)
         raise MeshError(
             f"The node of the contact surface {surface.name!r} at {where} has no positive area: the faces round it are "
-            "too different in size. Divide the larger ones too."
+            "too different in size. Divide the larger ones too.",
+            code="no-area",
         )
     return weights
 
@@ -67,6 +68,7 @@ def facet_weights(surface: FacetSurface) -> Array:
     if bad.any():
         raise MeshError(
             f"Face {np.argmax(bad)} of the contact surface {surface.name!r} is so distorted that a nodal weight is not "
-            "positive; a contact force there would not be a pressure. Make its sides and angles more equal."
+            "positive; a contact force there would not be a pressure. Make its sides and angles more equal.",
+            code="no-area",
         )
     return weights

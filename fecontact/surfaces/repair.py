@@ -80,10 +80,11 @@ def repair_surface(
         if path.suffix.lower() not in READERS:
             raise InputError(
                 f"{path.name} is none of {', '.join(READERS)}; fc.read_surface reads surfaces of meshes and decks, "
-                "and what it gives is repaired."
+                "and what it gives is repaired.",
+                code="file-type",
             )
         if not path.is_file():
-            raise InputError(f"There is no file {path}.")
+            raise InputError(f"There is no file {path}.", code="no-file")
         name, read = path.name, ()
         points, facets = cut_facets(*read_polygons(path), name, scale)
     points, facets, told = welded(points, facets)

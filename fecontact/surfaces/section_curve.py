@@ -149,7 +149,8 @@ class CurveSurface(FacetSurface):
             where = np.array2string(self.points[self.nodes[np.argmax(bad)]], precision=4)
             raise MeshError(
                 f"The node of {self.name!r} at {where} has no area of its own, as every node on the axis of a body of "
-                "revolution: a force on it is no pressure. Leave coupling='auto' or take 'mortar'."
+                "revolution: a force on it is no pressure. Leave coupling='auto' or take 'mortar'.",
+                code="no-area",
             )
         return weights
 

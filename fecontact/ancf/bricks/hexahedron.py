@@ -114,7 +114,7 @@ def gauss(n_points: int) -> tuple[Array, Array]:
         If the number is not one of 2 ... 5 (or 1, for volume changes only).
     """
     if n_points not in (1, *ZERO_MODES):
-        raise InputError(f"The Gauss rule has 2, 3, 4 or 5 points per direction; found {n_points!r}.")
+        raise InputError(f"The Gauss rule has 2, 3, 4 or 5 points per direction; found {n_points!r}.", code="gauss")
     t, w = np.polynomial.legendre.leggauss(n_points)
     t, w = (t + 1) / 2, w / 2
     X = np.stack(np.meshgrid(t, t, t, indexing="ij"), axis=-1).reshape(-1, 3)

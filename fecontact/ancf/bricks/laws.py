@@ -20,6 +20,8 @@ from fecontact.fem.stiffness import determinant_3x3, inverse_3x3
 class InvertedError(FecontactError):
     """The deformation inverts material (det F <= 0); take a smaller step."""
 
+    code = "inverted-material"
+
 
 @dataclass(frozen=True, eq=False)
 class Response:

@@ -187,13 +187,14 @@ class AncfSolid:
 
     def __post_init__(self) -> None:
         if self.points not in (2, 3, 4, 5):
-            raise InputError(f"points must be 2, 3, 4 or 5 per direction; found {self.points!r}.")
+            raise InputError(f"points must be 2, 3, 4 or 5 per direction; found {self.points!r}.", code="gauss")
         if self.volumetric == "linear" and getattr(self.law, "dilatation", None) is None:
-            raise InputError("volumetric='linear' needs a law with a dilatation, such as NeoHookean().")
+            raise InputError("volumetric='linear' needs a law with a dilatation, such as NeoHookean().", code="no-dila")
         if self.volumetric not in (None, "linear", *range(1, self.points)):
             raise InputError(
                 f"volumetric must be None, 'linear' or a number of points from 1 to {self.points - 1}, fewer than "
-                f"points; found {self.volumetric!r}."
+                f"points; found {self.volumetric!r}.",
+                code="volumetric",
             )
         _ = self._materials
 

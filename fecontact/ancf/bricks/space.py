@@ -72,7 +72,8 @@ def check_bricks(mesh: Mesh) -> None:
     if mesh.has_coalesced:
         raise MeshError(
             "The brick with gradient coordinates needs hexahedra with eight distinct corners; the mesh has "
-            f"degenerate cells ({', '.join(mesh.kinds)}). Use ElasticBody, or a mesh of hexahedra only."
+            f"degenerate cells ({', '.join(mesh.kinds)}). Use ElasticBody, or a mesh of hexahedra only.",
+            code="degenerate-cells",
         )
     refuse_hanging(mesh.hanging, "used with gradient coordinates")
 
@@ -371,7 +372,8 @@ def _refuse_outside(points: Array, found: IntArray) -> None:
     if len(lost):
         raise InputError(
             f"{len(lost)} of {len(points)} points lie outside the initial shape, the first at "
-            f"{points[lost[0]].tolist()}; choose points inside it or on its surface."
+            f"{points[lost[0]].tolist()}; choose points inside it or on its surface.",
+            code="points-outside-body",
         )
 
 

@@ -59,12 +59,13 @@ class Viscosity:
     def __post_init__(self) -> None:
         found = array_of(self.prony)
         if found is None or not (found.size == 0 or (found.ndim == 2 and found.shape[1] == 2)):
-            raise InputError(f"A Prony series is a list of (share, time); found {self.prony!r}.")
+            raise InputError(f"A Prony series is a list of (share, time); found {self.prony!r}.", code="prony-series")
         times = np.array([self.retardation, *found.ravel()], dtype=float)
         if not (np.isfinite(times).all() and (times >= 0).all() and (times[1:] > 0).all() and times.any()):
             raise InputError(
                 "Viscosity needs a retardation time or a Prony series of positive shares and times, all finite; found "
-                f"retardation {self.retardation!r} and {self.prony!r}."
+                f"retardation {self.retardation!r} and {self.prony!r}.",
+                code="retardation",
             )
 
     @property

@@ -75,11 +75,12 @@ class CorotationalBeam(Nodal):
         lengths(EA=self.EA, EI=self.EI)
         if not (self.mass_per_length >= 0 and self.rotary >= 0):
             raise InputError(
-                f"Masses cannot be negative; found mass_per_length {self.mass_per_length!r}, rotary {self.rotary!r}."
+                f"Masses cannot be negative; found mass_per_length {self.mass_per_length!r}, rotary {self.rotary!r}.",
+                code="negative-mass",
             )
         among("procedure", self.procedure, ("modern", "1986"))
         if np.abs(self._nodes[:, 2]).max() > 0:
-            raise InputError("A corotational beam lies in the plane x, y: give points with z = 0.")
+            raise InputError("A corotational beam lies in the plane x, y: give points with z = 0.", code="not-in-plane")
 
     @cached_property
     def _axis(self) -> tuple[Array, Array, IntArray, Array]:

@@ -103,7 +103,7 @@ def line(
     box = np.column_stack([size, np.ones((len(size), 2))])
     four = _rule(4)
     if tangents is not None and np.ptp(nodes[:, 2]) + np.abs(t[:, 2]).max() > 1e-12 * size.sum():
-        raise InputError("A curved line must lie in the plane x, y; take `beam` for a curve in space.")
+        raise InputError("A curved line must lie in the plane x, y; take `beam` for a curve in space.", code="in-space")
     bent = EI * (np.eye(3) if tangents is None else np.diag([0.0, 0.0, 1.0]))
     stretch: Measure = Stretch() if measure == "turn" else green_lagrange((0,))
     parts = [
@@ -221,7 +221,7 @@ def beam(
     t, cells, size = axis_of(nodes, tangents)
     across = np.cross(np.asarray(up, dtype=float), t)
     if (np.linalg.norm(across, axis=1) < 1e-6).any():
-        raise InputError(f"up = {tuple(np.ravel(up))} lies along the axis; give a direction across it.")
+        raise InputError(f"up = {tuple(np.ravel(up))} lies along the axis; give a direction across it.", code="up-axis")
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     vectors = np.stack([nodes, t, across, np.cross(t, across)], axis=1)
     box = np.column_stack([size, np.full(len(size), width), np.full(len(size), height)])
@@ -328,7 +328,7 @@ def _plate(
     nx, ny = divisions
     x, y = a - o, b - o
     if abs(x @ y) > 1e-12 * np.linalg.norm(x) * np.linalg.norm(y):
-        raise InputError("The sides of a plate must be at right angles.")
+        raise InputError("The sides of a plate must be at right angles.", code="plate-not-rectangular")
     i, j = np.meshgrid(np.arange(nx + 1), np.arange(ny + 1), indexing="ij")
     nodes = o + i.reshape(-1, 1) / nx * x + j.reshape(-1, 1) / ny * y
     ex, ey = x / np.linalg.norm(x), y / np.linalg.norm(y)

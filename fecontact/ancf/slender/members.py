@@ -178,7 +178,8 @@ def _kept(sides: Sides, q: Array, pairs: Pairs, reach: float) -> IntArray:
     if len(second):
         raise SolverError(
             f"Element {one[second[0]]} of a member is crossed in two places and touches at both, and has one contact "
-            "force. Take elements shorter than the distance of crossings."
+            "force. Take elements shorter than the distance of crossings.",
+            code="crossed-twice",
         )
     return np.asarray(kept)
 
@@ -437,7 +438,7 @@ def touching_members(
     """
     for k in (slave, master):
         if not 0 <= k < len(structures):
-            raise InputError(f"There are {len(structures)} structures, counted from 0; found {k}.")
+            raise InputError(f"There are {len(structures)} structures, counted from 0; found {k}.", code="unknown")
     if slave == master:
         raise InputError(f"Structure {slave} cannot touch itself; give what touches as structures of their own.")
     if len(offsets) != 2 or not all(0 <= number(r) < np.inf for r in offsets) or sum(offsets) == 0:
@@ -453,6 +454,7 @@ def touching_members(
     if overlap > contact.reach / 2:
         raise InputError(
             f"Structures {slave} and {master} overlap by {overlap:.4g} at the start, more than half the sum of their "
-            f"offsets, {contact.reach:.4g}: it is open on which side of each other they are. Move them apart."
+            f"offsets, {contact.reach:.4g}: it is open on which side of each other they are. Move them apart.",
+            code="initial-overlap",
         )
     return contact

@@ -355,19 +355,19 @@ def axis_of(points: Array, tangents: ArrayLike | None) -> tuple[Array, IntArray,
     """Unit tangents at the nodes, elements and their lengths along an axis of nodes in order."""
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
-        raise InputError(f"An axis needs two nodes or more, (n, 3); found an array {points.shape}.")
+        raise InputError(f"An axis needs two nodes or more, (n, 3); found an array {points.shape}.", code="axis-nodes")
     chords = np.diff(points, axis=0)
     lengths_ = np.linalg.norm(chords, axis=1)
     if not (lengths_ > 0).all():
-        raise InputError(f"Elements must have lengths; {(~(lengths_ > 0)).sum()} have none.")
+        raise InputError(f"Elements must have lengths; {(~(lengths_ > 0)).sum()} have none.", code="zero-length")
     if tangents is None:
         if not np.allclose(np.cross(chords, chords[0]), 0.0, atol=1e-12 * lengths_.max() ** 2):
-            raise InputError("The axis is not straight: give the unit tangents at its nodes, tangents=.")
+            raise InputError("The axis is not straight: give the unit tangents at its nodes, tangents=.", code="bent")
         t = np.repeat(chords[:1] / lengths_[0], len(points), axis=0)
     else:
         t = np.asarray(tangents, dtype=float)
         if t.shape != points.shape or not np.allclose(np.linalg.norm(t, axis=1), 1.0):
-            raise InputError(f"tangents must be unit vectors {points.shape}; found an array {t.shape}.")
+            raise InputError(f"tangents must be unit vectors {points.shape}; found an array {t.shape}.", code="tangent")
         # length of the cubic through both ends, by arcs: chord times angle over twice its sine
         half = np.arccos(np.clip((t[1:] * t[:-1]).sum(axis=1), -1.0, 1.0)) / 2
         lengths_ = lengths_ / np.sinc(half / np.pi)
@@ -381,7 +381,7 @@ def axes_of(
     if np.ndim(points[0]) == 1:  # type: ignore[index]
         return np.asarray(points, dtype=float), *axis_of(np.asarray(points, dtype=float), tangents)
     if tangents is not None:
-        raise InputError("Tangents are for one curved axis; several axes in one structure are straight.")
+        raise InputError("Tangents are for one curved axis; several axes in one structure are straight.", code="axes")
     nodes = [np.asarray(axis, dtype=float) for axis in points]  # type: ignore[union-attr]
     found = [axis_of(axis, None) for axis in nodes]
     starts = np.cumsum([0] + [len(axis) for axis in nodes])

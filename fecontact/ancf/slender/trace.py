@@ -227,7 +227,7 @@ def touching(
     (4, 0.0)
     """
     if not 0 <= number_of < len(structures):
-        raise InputError(f"There are {len(structures)} structures, counted from 0; found {number_of}.")
+        raise InputError(f"There are {len(structures)} structures, counted from 0; found {number_of}.", code="unknown")
     if not 0 <= number(offset) < np.inf:
         raise InputError(f"offset must be a radius or half a thickness, zero or positive; found {offset!r}.")
     s = structures[number_of]

@@ -205,7 +205,7 @@ class Assembly:
 
         def side(k: int, boundary: str) -> tuple[Faces, int]:
             if not 0 <= k < len(solids):
-                raise InputError(f"A contact names solid {k}; there are {len(solids)}, counted from 0.")
+                raise InputError(f"A contact names solid {k}; there are {len(solids)}, counted from 0.", code="unknown")
             return Faces(solids[k].space, solids[k].space.mesh.faces(boundary)), int(start[k])
 
         touches = []
@@ -213,14 +213,15 @@ class Assembly:
             match given:
                 case (int(k), str(boundary), (int(), str()) as other, *friction) if len(friction) < 2:
                     if other[0] == k:
-                        raise InputError(f"Solid {k} cannot be in contact with itself.")
+                        raise InputError(f"Solid {k} cannot be in contact with itself.", code="contact-with-itself")
                     master: Master = FacesMaster(*side(*other))
                 case (int(k), str(boundary), RigidBody() as body, *friction) if len(friction) < 2:
                     master = RigidMaster(body)
                 case _:
                     raise InputError(
                         "A contact is (solid, boundary, rigid body) or (solid, boundary, (solid, boundary)), and its "
-                        f"friction if there is any; found {shown(given)}."
+                        f"friction if there is any; found {shown(given)}.",
+                        code="contact-entry",
                     )
             touches.append(ContactConstraints(*side(k, boundary), master, int(start[-1]), *friction))
         return cls(tuple(solids), sp.csr_matrix(free), tuple(touches))
@@ -347,7 +348,7 @@ class Assembly:
             try:
                 solid.check_inverted(self.part(q, k))
             except InvertedError as error:
-                raise InvertedError(f"Solid {k + 1}: {error}") from error
+                raise InvertedError(f"Solid {k + 1}: {error}", code=error.code) from error
 
     @property
     def mass(self) -> sp.csr_matrix:
@@ -383,7 +384,8 @@ class Assembly:
             for k, member in enumerate(self.solids):
                 if not member.mass.data.any():
                     raise InputError(
-                        f"Member {k} has no mass, so it weighs nothing: give its material a density, a line its mass."
+                        f"Member {k} has no mass, so it weighs nothing: give its material a density, a line its mass.",
+                        code="no-mass",
                     )
         return np.asarray(self.mass @ self.translation(acceleration))
 

@@ -181,7 +181,7 @@ def move(
     """
     lengths(until=until, step=step, **({} if accuracy is None else {"accuracy": accuracy}))
     if every < 1:
-        raise InputError(f"every must be at least 1; found {every!r}.")
+        raise InputError(f"every must be at least 1; found {every!r}.", code="every-below-one")
     chosen = GeneralisedAlpha() if scheme is None else scheme
     begin = None if start is None else start.begin
     given = assembly if callable(assembly) else _held_at(assembly, begin)
@@ -189,7 +189,7 @@ def move(
     a = first.assembly
     load = np.zeros(a.n_dofs) if forces is None else np.asarray(forces, dtype=float)
     if load.shape != (a.n_dofs,):
-        raise InputError(f"forces must hold {a.n_dofs} numbers; found the shape {load.shape}.")
+        raise InputError(f"forces must hold {a.n_dofs} numbers; found the shape {load.shape}.", code="force-shape")
     if gravity is not None:
         load = load + a.gravity(np.asarray(gravity, dtype=float))
     file = None if path is None else check_writable(path)
@@ -242,7 +242,8 @@ class _Stages:
         if a is not b and (a.n_dofs, _multipliers(a)) != (b.n_dofs, _multipliers(b)):
             raise InputError(
                 f"The stage at t = {time:.6g} has {a.n_dofs} coordinates and contacts of {_multipliers(a)} multipliers"
-                f", the first one {b.n_dofs} and {_multipliers(b)}: only supports, loads and poses may vary in time."
+                f", the first one {b.n_dofs} and {_multipliers(b)}: only supports, loads and poses may vary in time.",
+                code="stage-differs",
             )
         return replace(stage, forces=self.load if stage.forces is None else self.load + stage.forces)
 
@@ -258,7 +259,7 @@ def _held_at(assembly: Assembly, start: Start | None) -> StageAt:
     elif start.q.shape == (assembly.n_dofs,):
         stage = Stage(assembly, motion=start.q - assembly.q0)
     else:
-        raise InputError(f"The start has {start.q.size} coordinates and the assembly {assembly.n_dofs}.")
+        raise InputError(f"The start has {start.q.size} coordinates and the assembly {assembly.n_dofs}.", code="start")
     return lambda _: stage
 
 
@@ -292,10 +293,11 @@ def _begun(at: _Stages, start: Start | None, velocity: ArrayLike | None, step: f
                 f"The start has {q.size} coordinates and {forces.size} contact forces, the assembly {a.n_dofs} and "
                 f"{sum(_multipliers(a))}, and the supports at t = {time:.6g} hold it {off:.3g} away from where it is: "
                 "start from a state of the same solids and contacts, with Stage(.., motion=state.q - assembly.q0) at "
-                "first."
+                "first.",
+                code="start-differs",
             )
         if velocity is not None and start.v is not None:
-            raise InputError("A motion that goes on from another has its velocity; give no other.")
+            raise InputError("A motion that goes on from another has its velocity; give no other.", code="two-starts")
     v = _velocity(a, velocity) if start is None or start.v is None else start.v
     e = RATE * step
     v = v - a.held(v) + rate(at, time, -e)
@@ -445,16 +447,18 @@ class _Record:
                 rows, frames, times = list(data["rows"]), list(data["frames"]), data["frame_times"].tolist()
                 kept = json.loads(str(data["prints"])) if "prints" in data else {}
         except (OSError, ValueError, KeyError) as error:
-            raise InputError(f"{file} is not the record of a motion; choose another file.") from error
+            raise InputError(f"{file} is not the record of a motion; choose another file.", code="no-record") from error
         if not kept:
             raise InputError(
                 f"{file} does not say of which motion it is the record (it was written by an earlier version), so that "
-                "it cannot be gone on with; choose another path, or delete the file."
+                "it cannot be gone on with; choose another path, or delete the file.",
+                code="record-too-old",
             )
         if other := [name for name, value in prints.items() if kept.get(name) != value]:
             raise InputError(
                 f"{file} is the record of another motion: it differs in {' and '.join(other)}. Choose another path, "
-                "delete the file, or continue with the original input."
+                "delete the file, or continue with the original input.",
+                code="record-of-another",
             )
         now = replace(
             now, time=float(now.time), work=float(now.work), viscous_work=float(now.viscous_work),

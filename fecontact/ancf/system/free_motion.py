@@ -89,12 +89,14 @@ def check_supports(a: Assembly) -> bool:
         if loose and k not in rubbing:
             raise InputError(
                 f"Solid {k + 1} is free in {loose} rigid motions; statics needs supports against all six, or friction. "
-                "Hold more of its boundaries, or follow the motion in time (dynamics)."
+                "Hold more of its boundaries, or follow the motion in time (dynamics).",
+                code="free-rigid-motion",
             )
         free = free or loose > 0
     if free and a.hubs is not None:
         raise InputError(
             "Statics with rigid hubs needs supports against all rigid motions of each solid; friction alone holds some "
-            "here. Hold more boundaries, or leave the hub as stiff as its material (rigid=())."
+            "here. Hold more boundaries, or leave the hub as stiff as its material (rigid=()).",
+            code="free-rigid-motion",
         )
     return free

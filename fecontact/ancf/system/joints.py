@@ -117,7 +117,8 @@ def _refuse_curved(space: AncfSpace, name: str, support: Support) -> None:
     if thickness[2] > 1e-9 * thickness[0]:
         raise InputError(
             f"The boundary {name!r} is not plane, so the brick with gradient coordinates cannot be supported along its "
-            "normal 'n'; support it in components or a direction, or use ElasticBody."
+            "normal 'n'; support it in components or a direction, or use ElasticBody.",
+            code="boundary-not-plane",
         )
 
 
@@ -240,20 +241,21 @@ class Joints:
         if max(vectors) >= len(every):
             raise InputError(
                 f"A node of a {getattr(member, 'name', 'solid')} has a position and {len(every) - 1} gradients; this "
-                f"joint needs {max(vectors)}."
+                f"joint needs {max(vectors)}.",
+                code="too-few-gradients",
             )
         along = np.eye(3) if directions is None else np.atleast_2d(np.asarray(directions, dtype=float))
         return self._placed(k, sp.kron(sp.vstack([every[v] for v in vectors]), along, format="csr"))
 
     def _check(self, k: int) -> None:
         if not 0 <= k < len(self.structures):
-            raise InputError(f"There are {len(self.structures)} structures, counted from 0; found {k}.")
+            raise InputError(f"There are {len(self.structures)} structures, counted from 0; found {k}.", code="unknown")
 
     def _space(self, k: int) -> AncfSpace:
         self._check(k)
         space: AncfSpace | None = getattr(self.structures[k], "space", None)
         if space is None:
-            raise InputError(f"Member {k} has no bricks, which this condition needs.")
+            raise InputError(f"Member {k} has no bricks, which this condition needs.", code="no-bricks")
         return space
 
     def _placed(self, k: int, rows: sp.csr_matrix) -> sp.csr_matrix:
@@ -314,7 +316,7 @@ class Joints:
         """
         space, centre = self._space(k), self._space(hub)
         if k == hub:
-            raise InputError(f"Solid {k} cannot follow itself; give the number of the hub.")
+            raise InputError(f"Solid {k} cannot follow itself; give the number of the hub.", code="follows-itself")
         # A and b from the hub's first node: r = r_0 + F_0 (X - X_0)
         first = int(centre.start[0])
         at = centre.q0.reshape(-1, 3)[first]
@@ -364,7 +366,8 @@ class Joints:
             raise InputError(
                 f"Gradient {apart[0]} of {one} and that of {other} differ, as of members that meet at an angle: tied "
                 "to each other they would stop them from turning together. Tie positions alone (`spherical`), or let "
-                "the members follow a hub of bricks (`follows`)."
+                "the members follow a hub of bricks (`follows`).",
+                code="members-at-an-angle",
             )
         return rows
 
@@ -389,7 +392,8 @@ class Joints:
         if any(len(d) != C.shape[0] for C, d in zip(conditions, given, strict=True)):
             raise InputError(
                 f"The conditions have {[C.shape[0] for C in conditions]} components and the changes "
-                f"{[len(d) for d in given]}; give as many to each, or None."
+                f"{[len(d) for d in given]}; give as many to each, or None.",
+                code="change-shape",
             )
         rows, values = sp.vstack(conditions, format="csr"), np.concatenate(given).astype(float)
         touched = np.unique(rows.indices)
@@ -429,7 +433,7 @@ def _vectors(member: Any, k: int, where: Any) -> Sequence[sp.csr_matrix]:
         return tuple(of_place(where))
     n_nodes, per_node = member.vectors.shape[:2]
     if not -n_nodes <= where < n_nodes:
-        raise InputError(f"Structure {k} has {n_nodes} nodes, counted from 0; found {where}.")
+        raise InputError(f"Structure {k} has {n_nodes} nodes, counted from 0; found {where}.", code="unknown-node")
     rows = sp.eye_array(n_nodes * per_node, format="csr")
     first = per_node * (where % n_nodes)
     return [rows[[first + v]] for v in range(per_node)]

@@ -54,6 +54,8 @@ DEPENDENT = 1e-12
 class UnstableError(FecontactError):
     """The tangent is not positive definite: the state is not a stable one, or the step was too long."""
 
+    code = "unstable"
+
 
 @dataclass(frozen=True, eq=False)
 class Ties:

@@ -234,7 +234,7 @@ class GeneralisedAlpha:
 
     def __post_init__(self) -> None:
         if not 0 <= self.rho <= 1:
-            raise InputError(f"rho must lie between 0 and 1; found {self.rho!r}.")
+            raise InputError(f"rho must lie between 0 and 1; found {self.rho!r}.", code="rho-range")
 
     @property
     def constants(self) -> tuple[float, float, float, float]:
@@ -450,7 +450,9 @@ def _settled(a: Assembly, change: Array, moved: Array, tolerance: float) -> bool
     """
     largest = float(np.abs(a.lengths * change).max(initial=0.0))
     if not largest <= RUNAWAY * a.size:
-        raise UnstableError(f"The iterations of a step ran away: a coordinate changed by {largest:.3g}.")
+        raise UnstableError(
+            f"The iterations of a step ran away: a coordinate changed by {largest:.3g}.", code="diverged"
+        )
     return largest <= max(tolerance * float(np.abs(a.lengths * moved).max(initial=0.0)), ROUNDING * a.size)
 
 

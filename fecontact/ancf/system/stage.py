@@ -64,7 +64,8 @@ class Stage:
             if given is not None and (np.shape(given) != (n,) or not np.isfinite(given).all()):
                 raise InputError(
                     f"The {name} of a stage must be {n} finite numbers, one per coordinate of its assembly; found the "
-                    f"shape {np.shape(given)}{'' if np.shape(given) != (n,) else ' with numbers that are not finite'}."
+                    f"shape {np.shape(given)}{'' if np.shape(given) != (n,) else ' with numbers that are not finite'}.",
+                    code="stage-shape",
                 )
         _ = self._followed
 
@@ -77,7 +78,8 @@ class Stage:
             if space is None:
                 raise InputError(
                     f"A load that follows the deformation acts on a solid of bricks; number {load.solid} is none of "
-                    f"the {len(a.solids)} members, counted from 0."
+                    f"the {len(a.solids)} members, counted from 0.",
+                    code="no-bricks",
                 )
             out.append((load, space, slice(a.starts[load.solid], a.starts[load.solid + 1])))
         return out

@@ -207,7 +207,7 @@ class Path:
             If there is none.
         """
         if not self.states:
-            raise SolverError(f"No equilibrium was found, so there is no last one. {self.message}")
+            raise SolverError(f"No equilibrium was found, so there is no last one. {self.message}", code="no-last")
         return self.states[-1]
 
     def __str__(self) -> str:
@@ -349,7 +349,8 @@ def _missing(stage: Stage, state: State) -> _Missing:
         raise InputError(
             f"The state to go on from has {state.q.size} coordinates and contact forces on {multipliers} multipliers, "
             f"the assembly {a.n_dofs} and {tuple(t.n_multipliers for t in a.touches)}: start from a state of the same "
-            "solids and contacts."
+            "solids and contacts.",
+            code="start-differs",
         )
     a.check_inverted(state.q)
     Z, conditions, internal = a.free, a.conditions(state.q), a.forces(state.q)

@@ -156,10 +156,11 @@ def _key(scene: SceneFile, way: str, k: int) -> str:
     if scene.cases:
         raise InputError(
             f"{scene.path} has {len(scene.cases)} cases, and one is compared: leave [[cases]] out and give its loads "
-            "under [loads]."
+            "under [loads].",
+            code="several-cases",
         )
     if not scene.scene.contacts:
-        raise InputError(f"{scene.path} has no contact, so there is no pressure to compare.")
+        raise InputError(f"{scene.path} has no contact, so there is no pressure to compare.", code="no-contact")
     return fingerprint(scene.scene, scene.loads, scene.options, way, k, machine(), threads_as_set(), code())
 
 

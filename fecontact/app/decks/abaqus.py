@@ -108,7 +108,8 @@ class Found:
         if PLANE.match(kind := self.types.get(name.upper(), "")):
             raise InputError(
                 f"{s.place}: the elements of {name!r} are plane or axisymmetric ({kind}); decks are scenes of "
-                "solids. fc.read_section reads their mesh, for fc.PlaneBody or fc.AxisymmetricBody."
+                "solids. fc.read_section reads their mesh, for fc.PlaneBody or fc.AxisymmetricBody.",
+                code="elements-not-solid",
             )
         if self.part and not self.instances.get(self.part):
             return np.zeros(0, np.int64)
@@ -124,7 +125,8 @@ class Found:
         """
         if name.upper() in self.by_nodes:
             raise InputError(
-                f"{place}: {name!r} is a surface of nodes (TYPE=NODE), which has no faces; make it one of elements."
+                f"{place}: {name!r} is a surface of nodes (TYPE=NODE), which has no faces; make it one of elements.",
+                code="surface-of-nodes",
             )
         if "." in name and name.upper() not in {k.upper() for k in mesh.boundaries}:
             name = name.partition(".")[2]
@@ -141,7 +143,7 @@ def read_deck(path: Path) -> DeckContent:
     """
     keywords = one_spelling(list(read_sections(path)))
     if missing := missing_files(keywords):
-        raise InputError(f"Files that {path.name} includes are missing: {', '.join(missing)}.")
+        raise InputError(f"Files that {path.name} includes are missing: {', '.join(missing)}.", code="missing-files")
     found = Found.of(keywords)
     _refuse_plane(keywords, found)
     mesh = read_mesh(path)
@@ -164,11 +166,12 @@ def read_deck(path: Path) -> DeckContent:
     except (ValueError, IndexError, OverflowError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{path.name} holds a value that cannot be read: {error}.") from error
+        raise InputError(f"{path.name} holds a value that cannot be read: {error}.", code="bad-value") from error
     for _, name in found.sections:
         if name not in materials:
             raise InputError(
-                f"{path.name}: there is no *MATERIAL {name!r}; there are: {', '.join(materials) or 'none'}."
+                f"{path.name}: there is no *MATERIAL {name!r}; there are: {', '.join(materials) or 'none'}.",
+                code="unknown-material",
             )
     title = next((s.lines[0] for s in keywords if s.keyword == "HEADING" and s.lines), "")
     return DeckContent(
@@ -198,7 +201,8 @@ def _refuse_plane(keywords: Sequence[KeywordSection], found: Found) -> None:
     if kinds and all(map(PLANE.match, kinds)):
         raise InputError(
             f"{keywords[0].place.partition(',')[0]}: all elements are plane or axisymmetric ({kinds[0]}); decks are "
-            "scenes of solids. fc.read_section reads their mesh, for fc.PlaneBody or fc.AxisymmetricBody."
+            "scenes of solids. fc.read_section reads their mesh, for fc.PlaneBody or fc.AxisymmetricBody.",
+            code="elements-not-solid",
         )
 
 
@@ -254,7 +258,7 @@ def _pairs(found: Found, mesh: Mesh, materials: dict[str, Material]) -> tuple[li
     for s, line in found.pairs:
         name = s.parameters.get("INTERACTION", "")
         if name.upper() not in found.interactions:
-            raise InputError(f"{s.place}: there is no *SURFACE INTERACTION {name!r}.")
+            raise InputError(f"{s.place}: there is no *SURFACE INTERACTION {name!r}.", code="unknown-interaction")
         friction, ties = 0.0, "TIED" in s.parameters
         for part in found.interactions[name.upper()]:
             if part.keyword == "FRICTION":
@@ -313,7 +317,8 @@ def _material(name: str, parts: Sequence[KeywordSection], said: Remarks) -> Mate
             form = s.parameters.get("TYPE", "ISO").upper()
             if not form.startswith("ISO") or len(c) < 2:
                 raise InputError(
-                    f"{s.place}: expected an isotropic material, E and nu; found type {form}, {s.lines[:1]}."
+                    f"{s.place}: expected an isotropic material, E and nu; found type {form}, {s.lines[:1]}.",
+                    code="not-isotropic",
                 )
             if len(s.lines) > 1:
                 said.note(f"{s.place}: the moduli of the first line are used at every temperature.")
@@ -323,7 +328,7 @@ def _material(name: str, parts: Sequence[KeywordSection], said: Remarks) -> Mate
         try:
             made = hyperfoam(order, c, density) if keyword == "HYPERFOAM" else hyperelastic(form, order, c, density)
         except InputError as error:
-            raise InputError(f"{s.place}: {error}") from None
+            raise InputError(f"{s.place}: {error}", code=error.code) from None
         said.note(f"{s.place}: linear, with the moduli at rest: E = {made.E:.6g}, nu = {made.nu:.6g}.")
         return made
     raise InputError(f"The material {name!r} has none of *ELASTIC, *HYPERELASTIC and *HYPERFOAM.")

@@ -70,7 +70,7 @@ def unused(s: KeywordSection, said: Remarks) -> None:
         If it changes the question.
     """
     if s.keyword in REFUSED:
-        raise InputError(f"{s.place}: *{s.keyword} {REFUSED[s.keyword]}, which is not done here.")
+        raise InputError(f"{s.place}: *{s.keyword} {REFUSED[s.keyword]}, which is not done here.", code="not-supported")
     if s.keyword == "INITIAL CONDITIONS" and s.parameters.get("TYPE", "").upper() == "STRESS":
         raise InputError(f"{s.place}: *INITIAL CONDITIONS, TYPE=STRESS are not done here: bodies begin without stress.")
     beginning = s.keyword == "INITIAL CONDITIONS" and s.parameters.get("TYPE", "").upper() == "TEMPERATURE"
@@ -172,7 +172,7 @@ class Amplitude:
         flat = np.array([v for line in s.lines for v in values_of(line)])
         shifts = [values_of(s.parameters.get(name, "0"))[0] for name in ("SHIFTX", "SHIFTY")]
         if len(flat) == 0 or len(flat) % 2 or (np.diff(flat[::2]) < 0).any():
-            raise InputError(f"{s.place}: expected pairs of growing times and values; found {s.lines}.")
+            raise InputError(f"{s.place}: expected pairs of growing times and values; found {s.lines}.", code="growing")
         total = s.parameters.get("TIME", "").upper().startswith("TOTAL")
         return cls(
             flat[::2] + shifts[0], flat[1::2] + shifts[1], total, s.parameters.get("VALUE", "").upper() == "ABSOLUTE"
@@ -215,7 +215,7 @@ class StepState:
         if name is None:
             return given
         if name.upper() not in self.amplitudes:
-            raise InputError(f"{s.place}: there is no *AMPLITUDE {name!r}.")
+            raise InputError(f"{s.place}: there is no *AMPLITUDE {name!r}.", code="unknown-amplitude")
         amplitude = self.amplitudes[name.upper()]
         return amplitude.at(times[1] if amplitude.total else times[0], given)
 
@@ -313,7 +313,7 @@ def apply(s: KeywordSection, state: StepState, names: Names, times: tuple[float,
         unused(s, said)
         return
     if wrong := [p for p in MEANING if p in s.parameters]:
-        raise InputError(f"{s.place}: *{s.keyword} with {', '.join(wrong)} is not done here.")
+        raise InputError(f"{s.place}: *{s.keyword} with {', '.join(wrong)} is not done here.", code="not-supported")
     _reset(s, state)
     value = partial(state.value, s, times)
     for line in s.lines:
@@ -340,7 +340,7 @@ def apply(s: KeywordSection, state: StepState, names: Names, times: tuple[float,
 def _lost(s: KeywordSection, why: str, value: float, said: Remarks) -> None:
     """Note what has no effect here; refuse it where its value is not zero."""
     if value:
-        raise InputError(f"{s.place}: *{s.keyword} of {value:g} would be lost: {why}.")
+        raise InputError(f"{s.place}: *{s.keyword} of {value:g} would be lost: {why}.", code="load-would-be-lost")
     said.note(f"{s.place}: a line of *{s.keyword} is not used: {why}.")
 
 

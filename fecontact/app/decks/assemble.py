@@ -155,7 +155,8 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     if not contacts:
         raise InputError(
             f"{deck.source} brings no two bodies into contact. {' '.join(unused)} A scene needs a contact between "
-            "surfaces of two bodies, parts of the mesh that share no node."
+            "surfaces of two bodies, parts of the mesh that share no node.",
+            code="no-contact",
         )
     loads = [_loads(deck, step, made, rigid) for step in deck.steps]
     bodies: list[ElasticBody | RigidBody] = [*(m.body for m in made), *rigid.values()]
@@ -238,7 +239,8 @@ def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
     if len(lost := np.setdiff1d(cells, covered)):
         numbers = lost if whole.file_elements is None else whole.file_elements[lost]
         raise InputError(
-            f"{deck.source}: {len(lost)} elements of {name!r} have no material; the first is {numbers[0]}."
+            f"{deck.source}: {len(lost)} elements of {name!r} have no material; the first is {numbers[0]}.",
+            code="no-material",
         )
     whole = replace(whole, cells=whole.cells[:, : _columns(whole, cells)])
     mesh = replace(whole, groups={name: cells, **{k: g for k, g in groups.items() if len(g)}}).part(name)
@@ -318,7 +320,8 @@ def _loads(
         if (np.isfinite(held) != np.isfinite(deck.steps[0].held[m.nodes])).any():
             raise InputError(
                 f"{deck.source}: step {step.name!r} holds other components of nodes of {m.body.name!r} than the first "
-                "step; supports must be the same in all steps."
+                "step; supports must be the same in all steps.",
+                code="supports-change",
             )
         motion = _frame_motion(m.body, held, deck.source)
         given["motions"] |= {m.body: motion} if motion else {}
@@ -383,5 +386,6 @@ def _frame_motion(body: ElasticBody, held: Array, source: str) -> dict[str, floa
             return {COMPONENTS[c]: float(q[c]) for c in np.flatnonzero(q).tolist()}
     raise InputError(
         f"{source}: the prescribed displacements of {body.name!r} are those of no rigid motion, so its supports would "
-        "deform it; supports can only be moved as a whole."
+        "deform it; supports can only be moved as a whole.",
+        code="no-rigid-motion",
     )

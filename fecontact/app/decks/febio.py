@@ -76,7 +76,7 @@ def read_feb(path: Path) -> DeckContent:
     raw = read_febio(path)
     mesh = build(raw, path.name)
     if missing:
-        raise InputError(f"Files that {path.name} includes are missing: {', '.join(missing)}.")
+        raise InputError(f"Files that {path.name} includes are missing: {', '.join(missing)}.", code="missing-files")
     said = Remarks(list(mesh.notes))
     try:
         parts = _parts(root, raw, mesh, path.name, said)
@@ -90,7 +90,7 @@ def read_feb(path: Path) -> DeckContent:
     except (ValueError, TypeError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{path.name} holds a value that cannot be read: {error}.") from error
+        raise InputError(f"{path.name} holds a value that cannot be read: {error}.", code="bad-value") from error
     for s in (s for s in root if s.tag not in USED):
         said.warn(f"{s.get('line')}: <{s.tag}> is not used: what it changes is left out.")
     cells = np.setdiff1d(np.arange(len(mesh.cells)), np.concatenate([np.zeros(0, np.int64), *parts.rigid.values()]))
@@ -171,7 +171,8 @@ def _material(material: Element, said: Remarks) -> Material:
         if child.get("lc"):
             raise InputError(
                 f"{child.get('line')}: <{child.tag}> of a material changes by a load curve, which is not done here; "
-                "write its value."
+                "write its value.",
+                code="not-supported",
             )
         try:
             values[child.tag] = float(child.text or "")
@@ -180,7 +181,8 @@ def _material(material: Element, said: Remarks) -> Material:
     made = of_febio(kind, values)
     if made is None:
         raise InputError(
-            f"{material.get('line')}: the law {kind!r} has no linear isotropic material at rest that is known here."
+            f"{material.get('line')}: the law {kind!r} has no linear isotropic material at rest that is known here.",
+            code="unknown-law",
         )
     if kind != "isotropic elastic":
         moduli = f"E = {made.E:.6g}, nu = {made.nu:.6g}"
@@ -253,10 +255,11 @@ def _pairs(root: Element, said: Remarks) -> tuple[list[DeckPair], list[DeckPair]
             raise InputError(f"{place}: there is no surface pair {name!r}; there are: {', '.join(pairs) or 'none'}.")
         if (wrong := c.find("fric_coeff")) is not None and wrong.get("lc"):
             raise InputError(
-                f"{wrong.get('line')}: friction by a load curve changes with time, which is not done here."
+                f"{wrong.get('line')}: friction by a load curve changes with time, which is not done here.",
+                code="not-supported",
             )
         if (c.findtext("tension") or "0").strip() != "0" and kind in SLIDING:
-            raise InputError(f"{place}: surfaces that pull on each other (tension) are not done here.")
+            raise InputError(f"{place}: surfaces that pull on each other (tension) are not done here.", code="tension")
         if several and c in inner:
             said.warn(f"{place}: the contact {c.get('name') or name!r} acts in all steps, not in its own alone.")
         friction = float(c.findtext("fric_coeff") or 0.0)
@@ -270,4 +273,4 @@ def _end(pair: Element, tags: Sequence[str]) -> str:
     for tag in tags:
         if (found := pair.find(tag)) is not None:
             return (found.get("surface") or found.text or "").strip()
-    raise InputError(f"{pair.get('line')}: the surface pair {pair.get('name')!r} has no <{tags[0]}>.")
+    raise InputError(f"{pair.get('line')}: the surface pair {pair.get('name')!r} has no <{tags[0]}>.", code="no-pair")

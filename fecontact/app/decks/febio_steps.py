@@ -58,7 +58,8 @@ class LoadCurve:
         if between not in BETWEEN or beyond not in BEYOND:
             raise InputError(
                 f"{c.get('line')}: expected a load curve that is {', '.join(BETWEEN)} and goes on {', '.join(BEYOND)}; "
-                f"found {between!r} and {beyond!r}."
+                f"found {between!r} and {beyond!r}.",
+                code="load-curve",
             )
         if not len(points) or (np.diff(points[:, 0]) <= 0).any():
             raise InputError(f"{c.get('line')}: expected points with growing times; found {points[:, 0].tolist()}.")
@@ -129,7 +130,7 @@ class Curves:
         if lc is None:
             return 1.0
         if lc not in self.curves:
-            raise InputError(f"{entry.get('line')}: there is no load curve {lc!r} of points.")
+            raise InputError(f"{entry.get('line')}: there is no load curve {lc!r} of points.", code="unknown-curve")
         return self.curves[lc].at(time)
 
     def numbers(self, entry: Element, time: float) -> Array:
@@ -137,7 +138,7 @@ class Curves:
         try:
             values = np.array((entry.text or "").split(","), dtype=float)
         except ValueError:
-            raise InputError(f"{entry.get('line')}: expected numbers; found {entry.text!r}.") from None
+            raise InputError(f"{entry.get('line')}: expected numbers; found {entry.text!r}.", code="numbers") from None
         return values * self.at(entry, time)
 
 
@@ -220,7 +221,8 @@ def deck_steps(
             out.append(DeckStep(name, state.held, state.forces, state.pressures, state.tractions, np.zeros(3), frames))
     if not out:
         raise InputError(
-            f"{source} has no load and no prescribed motion that is not zero, so there is nothing to solve."
+            f"{source} has no load and no prescribed motion that is not zero, so there is nothing to solve.",
+            code="no-load",
         )
     return out
 
@@ -275,7 +277,7 @@ def _apply(
     else:
         what = f"<{entry.tag}>" if kind == entry.tag else f"<{entry.tag} type={kind!r}>"
         if entry.tag.endswith("_load"):
-            raise InputError(f"{place}: {what} is not done here, and its load would be lost.")
+            raise InputError(f"{place}: {what} is not done here, and its load would be lost.", code="not-supported")
         said.warn(f"{place}: {what} is not used: what it changes is left out.")
 
 
@@ -304,7 +306,7 @@ def _value(entry: Element, time: float, curves: Curves, *tags: str) -> Array:
     for tag in tags:
         if (found := entry.find(tag)) is not None:
             return curves.numbers(found, time)
-    raise InputError(f"{entry.get('line')}: expected <{'> or <'.join(tags)}>.")
+    raise InputError(f"{entry.get('line')}: expected <{'> or <'.join(tags)}>.", code="missing-element")
 
 
 def _component(entry: Element) -> int:
@@ -360,7 +362,7 @@ def rigid_name(entry: Element, rigid_names: Mapping[str, str]) -> str:
     """Name of the rigid part of an element, by its <rb> or attribute ``rb``."""
     given = (entry.findtext("rb") or entry.get("rb") or "").strip()
     if given not in rigid_names:
-        raise InputError(f"{entry.get('line')}: there is no rigid material {given!r}.")
+        raise InputError(f"{entry.get('line')}: there is no rigid material {given!r}.", code="unknown-rigid-material")
     return rigid_names[given]
 
 

@@ -79,11 +79,12 @@ def hyperelastic(form: str, order: int, c: Sequence[float], density: float | Non
         needed = sizes[form][0] + 1
     else:
         raise InputError(
-            f"*HYPERELASTIC, {form} is not known; expected {', '.join((*sizes, 'OGDEN', 'ARRUDA-BOYCE'))}."
+            f"*HYPERELASTIC, {form} is not known; expected {', '.join((*sizes, 'OGDEN', 'ARRUDA-BOYCE'))}.",
+            code="unknown-law",
         )
     values = [*c, 0.0]
     if len(values) < needed:
-        raise InputError(f"*HYPERELASTIC, {form} needs {needed} constants; found {len(c)}.")
+        raise InputError(f"*HYPERELASTIC, {form} needs {needed} constants; found {len(c)}.", code="constants")
     D = values[needed - 1]
     bulk = 2 / D if D else None
     if form == "OGDEN":

@@ -24,5 +24,5 @@ def read_deck_scene(path: Path) -> SceneFile:
         If there is no such file, or it has no scene with a contact of two bodies.
     """
     if not path.is_file():
-        raise InputError(f"There is no file {path}.")
+        raise InputError(f"There is no file {path}.", code="no-file")
     return make_scene(DECKS[path.suffix.lower()](path), path)

@@ -127,7 +127,8 @@ def block_study(
     pull = 0.6 * limit if tangential is None else checks.positive("tangential", tangential)
     if pull >= limit:
         raise InputError(
-            f"The block slides as a whole: friction holds {limit:g}; found a tangential force of {pull:g}."
+            f"The block slides as a whole: friction holds {limit:g}; found a tangential force of {pull:g}.",
+            code="slides-as-a-whole",
         )
     mesh = shapes.block((side, side, side / 2), (cells, cells, max(cells // 2, 1)))
     block = ElasticBody(mesh, material, "bottom", {"top": "xyz"}, name="block")

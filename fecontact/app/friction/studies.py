@@ -83,7 +83,7 @@ class Setting:
         if self.tangential is not None:
             checks.lengths(tangential=self.tangential)
         if self.cells < 8:
-            raise InputError(f"A study needs at least 8 cells; found {self.cells}.")
+            raise InputError(f"A study needs at least 8 cells; found {self.cells}.", code="too-few-cells")
 
     @property
     def drag(self) -> float:

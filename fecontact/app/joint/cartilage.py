@@ -89,7 +89,8 @@ def thickness_between(bone: SurfaceMesh, outer: SurfaceMesh) -> Array:
         raise InputError(
             f"The free surface of the cartilage does not lie over {wrong.sum()} of the bone's {len(nodes)} points, the "
             f"first at ({', '.join(f'{x:.6g}' for x in point)}). Cut the bone to the part with cartilage, and let both "
-            "surfaces face the same way (surface.flipped())."
+            "surfaces face the same way (surface.flipped()).",
+            code="cartilage-off-bone",
         )
     thickness = np.zeros(len(bone.points))
     thickness[nodes] = way

@@ -155,10 +155,10 @@ class Joint:
         path_poses = [_pose(k, pose) for k, pose in enumerate(items("the poses of a joint", poses, "poses"))]
         n = len(path_poses)
         if n == 0:
-            raise InputError("A path has at least one pose.")
+            raise InputError("A path has at least one pose.", code="no-steps")
         when = np.arange(n) if times is None else number_array("the times of the poses", times)
         if when.shape != (n,):
-            raise InputError(f"There are {n} poses and {when.size} times.")
+            raise InputError(f"There are {n} poses and {when.size} times.", code="times-differ")
         loads = {"forces": _for_each("forces", forces, n), "moments": _for_each("moments", moments, n)}
         key = {"forces": moving if at is None else (moving, tuple(vector("the point of application", at).tolist()))}
         folder = None if maps is None else make_folder(maps)
@@ -179,7 +179,7 @@ def _both(given: Any) -> tuple[Any, Any]:
     if not isinstance(given, tuple):
         return given, given
     if len(given) != 2:
-        raise InputError(f"Expected one value for both bones, or two; found {len(given)}.")
+        raise InputError(f"Expected one value for both bones, or two; found {len(given)}.", code="one-or-two-values")
     return given
 
 
@@ -190,7 +190,8 @@ def _pose(k: int, given: Pose | ArrayLike) -> Pose:
         return instance(f"pose {k}, where it is no matrix (4, 4),", cast(Pose, given), Pose)
     if matrix.shape != (4, 4) or not np.array_equal(matrix[3], (0.0, 0.0, 0.0, 1.0)):
         raise InputError(
-            f"Pose {k} must be a fecontact.Pose or a matrix (4, 4) whose last row is 0 0 0 1; found {shown(given)}."
+            f"Pose {k} must be a fecontact.Pose or a matrix (4, 4) whose last row is 0 0 0 1; found {shown(given)}.",
+            code="no-pose",
         )
     return Pose(matrix[:3, :3], matrix[:3, 3])
 

@@ -103,7 +103,8 @@ class GroodSuntay:
         if np.hypot(forwards, upwards) < ALIGNED:
             raise InputError(
                 "The tibia is adducted by 90 degrees: flexion and rotation are about one axis. Check the axes of both "
-                "bones; z is along the shaft, x along the axis of flexion."
+                "bones; z is along the shaft, x along the axis of flexion.",
+                code="gimbal-lock",
             )
         axes = _axes(turn)
         angles = (

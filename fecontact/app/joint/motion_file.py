@@ -105,19 +105,19 @@ def read_motion(path: str | Path) -> Motion:
             raise InputError(f"{path} has more than {LARGEST // 10**6} MB: cut the motion to what is needed.")
         lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     except OSError as error:
-        raise InputError(f"The motion {path} cannot be read: {error.strerror or error}.") from error
+        raise InputError(f"The motion {path} cannot be read: {error.strerror or error}.", code="unreadable") from error
     end = next((k for k, line in enumerate(lines) if line.strip().lower() == "endheader"), None)
     if end is None:
-        raise InputError(f"{path} is no motion file of OpenSim: it has no line 'endheader'.")
+        raise InputError(f"{path} is no motion file of OpenSim: it has no line 'endheader'.", code="no-endheader")
     counts, in_degrees = _head(path, lines[:end])
     body = [(k, line.split()) for k, line in enumerate(lines[end + 1 :], start=end + 2) if line.strip()]
     if len(body) < 2:
-        raise InputError(f"{path} has no rows after its head and the names of its columns.")
+        raise InputError(f"{path} has no rows after its head and the names of its columns.", code="no-rows")
     names = body[0][1]
     if names[0].lower() != "time":
         raise InputError(f"{path}, line {body[0][0]}: the first column must be 'time'; found {names[0]!r}.")
     if twice := sorted({n for n in names if names.count(n) > 1}):
-        raise InputError(f"{path}, line {body[0][0]}: columns occur twice: {', '.join(twice)}.")
+        raise InputError(f"{path}, line {body[0][0]}: columns occur twice: {', '.join(twice)}.", code="columns-twice")
     table = np.array([_row(path, k, words, len(names)) for k, words in body[1:]])
     for what, found in (("rows", len(table)), ("columns", len(names))):
         if counts.get(what, found) != found:
@@ -137,11 +137,11 @@ def _head(path: Path, lines: list[str]) -> tuple[dict[str, int], bool]:
         value = value.strip().lower()
         if key.lower() == "indegrees":
             if value not in ("yes", "no"):
-                raise InputError(f"{path}, line {k}: inDegrees must be yes or no; found {value!r}.")
+                raise InputError(f"{path}, line {k}: inDegrees must be yes or no; found {value!r}.", code="in-degrees")
             in_degrees = value == "yes"
         elif key.lower() in _COUNTS:
             if not value.isdecimal():
-                raise InputError(f"{path}, line {k}: {key} must be a number; found {value!r}.")
+                raise InputError(f"{path}, line {k}: {key} must be a number; found {value!r}.", code="not-a-number")
             counts[_COUNTS[key.lower()]] = int(value[:18])
     return counts, in_degrees
 
@@ -149,11 +149,11 @@ def _head(path: Path, lines: list[str]) -> tuple[dict[str, int], bool]:
 def _row(path: Path, line: int, words: list[str], count: int) -> list[float]:
     """Numbers of one line."""
     if len(words) != count:
-        raise InputError(f"{path}, line {line}: {len(words)} values for {count} columns.")
+        raise InputError(f"{path}, line {line}: {len(words)} values for {count} columns.", code="row-length")
     try:
         row = [float(word) for word in words]
     except ValueError:
-        raise InputError(f"{path}, line {line}: a value is no number.") from None
+        raise InputError(f"{path}, line {line}: a value is no number.", code="not-a-number") from None
     if not np.isfinite(row).all():
-        raise InputError(f"{path}, line {line}: a value is not finite.")
+        raise InputError(f"{path}, line {line}: a value is not finite.", code="not-finite")
     return row

@@ -78,7 +78,8 @@ class SceneFile:
         """
         if not self.steps:
             raise InputError(
-                f"{self.path.name} has no steps of a load path: call {self._verb}() instead of solve_path()."
+                f"{self.path.name} has no steps of a load path: call {self._verb}() instead of solve_path().",
+                code="no-steps",
             )
         return self.scene.solve_path(self.steps, **self.options)
 
@@ -91,7 +92,7 @@ class SceneFile:
             If it has none.
         """
         if not self.cases:
-            raise InputError(f"{self.path.name} has no cases: call {self._verb}() instead of sweep().")
+            raise InputError(f"{self.path.name} has no cases: call {self._verb}() instead of sweep().", code="no-cases")
         table = self.scene.sweep([{**self.options, **case} for case in self.cases], keep=keep)
         for output in self.outputs:
             table.save(output.path)

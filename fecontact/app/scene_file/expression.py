@@ -64,7 +64,8 @@ class Expression:
         found = repr(self.text[:60]) if part is None else f"{ast.unparse(part)!r} in {self.text[:60]!r}"
         return InputError(
             f"A formula has numbers, + - * / **, parentheses, {', '.join(NAMES)} and {', '.join(FUNCTIONS)}, in at "
-            f"most {LONGEST} characters; found {found}."
+            f"most {LONGEST} characters; found {found}.",
+            code="formula",
         )
 
     def __call__(self, points: Array) -> Array:

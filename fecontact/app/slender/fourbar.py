@@ -70,7 +70,8 @@ class Linkage:
         if not (ordered[0] + ordered[3] < ordered[1] + ordered[2] and ordered[0] in (self.crank, self.ground)):
             raise InputError(
                 f"The crank cannot go round with the lengths {sizes}: shortest and longest together must be below the "
-                "others, and the shortest the crank or the ground."
+                "others, and the shortest the crank or the ground.",
+                code="crank-cannot-turn",
             )
 
     def angles(self, crank: Array) -> tuple[Array, Array]:

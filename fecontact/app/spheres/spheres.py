@@ -176,7 +176,8 @@ def _check(case: str | Spheres, element: str, pressure: str, model: str) -> Sphe
     spheres = CASES[case] if isinstance(case, str) else case
     if model == "symmetric" and spheres.radii[0] != spheres.radii[1]:
         raise InputError(
-            f"The symmetric model needs equal spheres; found radii {spheres.radii}. Use model='two-bodies'."
+            f"The symmetric model needs equal spheres; found radii {spheres.radii}. Use model='two-bodies'.",
+            code="unequal-spheres",
         )
     if model == "axisymmetric" and (element not in SECTIONS or pressure == "nodal"):
         raise InputError(

@@ -103,7 +103,7 @@ class LocalBody(OnMesh):
         name: str | None = None,
     ) -> None:
         if not isinstance(body, ElasticBody) or body.dimension != "space":
-            raise InputError(f"A local body is made of an ElasticBody in space; found {body!r}.")
+            raise InputError(f"A local body is made of an ElasticBody in space; found {body!r}.", code="no-elastic")
         wish = Wish.of(at, window, shape)
         placed = None if wish.at is None or wish.sides is None else place_window(body, wish.at, wish.sides, wish.shape)
         fields = {
@@ -166,7 +166,8 @@ class LocalBody(OnMesh):
         if self.given is None:
             raise InputError(
                 f"{self.name!r} has no window yet; Scene.solve places it where the bodies touch. For anything else "
-                "give at=(x, y, z) and window=side when the body is made."
+                "give at=(x, y, z) and window=side when the body is made.",
+                code="no-window",
             )
         return self.given
 

@@ -109,7 +109,8 @@ def first_touch(
         if force == 0 and least >= 0:
             raise InputError(
                 f"{names[0]!r} and {names[1]!r} do not touch: {least:.4g} lies between them, and no force presses them "
-                "together. Give a force, or motions that close the gap."
+                "together. Give a force, or motions that close the gap.",
+                code="do-not-touch",
             )
         semi_axes = _semi_axes(values, modulus, force, -least)
         if semi_axes[0] > own.size:
@@ -184,5 +185,6 @@ def _conforming(names: tuple[str, str], curvatures: Array) -> InputError:
     return InputError(
         f"{names[0]!r} and {names[1]!r} conform where they touch: the curvatures of their gap are {curvatures[0]:.3g} "
         f"and {curvatures[1]:.3g}, so the load does not tell the size of the contact. Give at= and window= of the "
-        "local body, or use the ElasticBody itself with accuracy= when the scene is solved."
+        "local body, or use the ElasticBody itself with accuracy= when the scene is solved.",
+        code="conforming",
     )

@@ -77,7 +77,8 @@ def place_window(body: ElasticBody, at: Array, size: tuple[float, float], shape:
         raise InputError(
             f"The middle of the window, at={np.array2string(at, precision=6)}, must lie on the surface of "
             f"{body.name!r}; it is {away:.4g} from it. The nearest point of the surface is "
-            f"{np.array2string(found.points[0], precision=6)}."
+            f"{np.array2string(found.points[0], precision=6)}.",
+            code="window-off-surface",
         )
     assert found.facet is not None
     assert found.local is not None
@@ -114,7 +115,8 @@ def facing_window(body: ElasticBody, other: Window, pose: Pose, names: tuple[str
     if lost[0] or mirrored != other.mirrored or len(planes) != sum(mirrored):
         raise InputError(
             f"{names[0]!r} has no window opposite that of {names[1]!r}: "
-            + ("its surface is not there." if lost[0] else "their planes of symmetry are not the same.")
+            + ("its surface is not there." if lost[0] else "their planes of symmetry are not the same."),
+            code="no-opposite-window",
         )
     skin = _skin(body, at, planes)
     found = skin.project(at[None])
@@ -164,13 +166,15 @@ def _on_relief(
     if relief.misfit > KINKS * float(window.half.min()):
         raise InputError(
             f"The surface of {body.name!r} in its window, sides {window.grid.size}, has kinks: it departs by "
-            f"{relief.misfit:.3g} from a smooth one. {REMEDY}"
+            f"{relief.misfit:.3g} from a smooth one. {REMEDY}",
+            code="surface-has-kinks",
         )
     steepest = float(np.linalg.norm(relief.slopes(x, y), axis=1).max())
     if steepest > STEEPEST:
         raise InputError(
             f"The surface of {body.name!r} inclines by {steepest:.2g} to the tangent plane within its window, sides "
-            f"{window.grid.size}; up to {STEEPEST:g} is possible. {REMEDY}"
+            f"{window.grid.size}; up to {STEEPEST:g} is possible. {REMEDY}",
+            code="surface-too-steep",
         )
     window = replace(window, relief=relief)
     start = window.on_surface(*window.places)
@@ -184,7 +188,8 @@ def _ends(body: ElasticBody, window: Window, depths: Array) -> InputError:
     return InputError(
         f"The window of {body.name!r}, sides {window.grid.size} about {np.array2string(window.origin, precision=4)}, "
         f"reaches across an edge: below its point {np.array2string(place, precision=4)} there is no surface that goes "
-        f"on smoothly from the middle. {REMEDY}"
+        f"on smoothly from the middle. {REMEDY}",
+        code="window-across-edge",
     )
 
 

@@ -355,7 +355,8 @@ def on_divided_mesh(body: ElasticBody, window: Window, material: Material, found
         f"The compliance of {name!r} in its window contradicts Betti's theorem by {100 * found.defect:.2g} %, more "
         f"than {100 * LARGEST_DEFECT:g} %, also with its mesh divided round the window, to {tried} cells: {needs} to "
         "what lies beside or below the window (edges, holes, supports, layers). Take a smaller window, or a finer mesh "
-        f"there; its sides are {window.grid.size}."
+        f"there; its sides are {window.grid.size}.",
+        code="compliance-not-symmetric",
     )
 
 

@@ -402,7 +402,7 @@ def _cells_of(normals: Sequence[sp.csr_matrix]) -> IntArray | None:
 
 def _check(parts: Sequence[LocalBody]) -> None:
     if len(parts) < 2 or not all(isinstance(part, LocalBody) for part in parts):
-        raise InputError(f"Expected two or more LocalBody; found {parts!r}.")
+        raise InputError(f"Expected two or more LocalBody; found {parts!r}.", code="too-few-windows")
     if any(part.body is not parts[0].body for part in parts):
         raise InputError("Expected windows of one elastic body; found LocalBody of several. Make them of the same one.")
     if not all(part.is_placed for part in parts):
@@ -415,7 +415,8 @@ def _check(parts: Sequence[LocalBody]) -> None:
                 raise InputError(
                     f"Two windows of {part.body.name!r}, about {np.array2string(part.window.origin, precision=4)} and "
                     f"{np.array2string(other.window.origin, precision=4)}, are {apart:.4g} apart; expected "
-                    f"{least:.4g} or more. Take smaller ones, or one window for both contacts."
+                    f"{least:.4g} or more. Take smaller ones, or one window for both contacts.",
+                    code="windows-too-close",
                 )
 
 

@@ -84,7 +84,8 @@ def material_at(model: Model, window: Window) -> Material:
         raise InputError(
             f"The window, sides {window.grid.size} about {np.array2string(window.origin, precision=4)}, reaches across "
             f"a boundary of materials: {', '.join(repr(model.materials[k]) for k in kinds)} lie in it. Take a smaller "
-            "window, or use the ElasticBody itself with accuracy= when the scene is solved."
+            "window, or use the ElasticBody itself with accuracy= when the scene is solved.",
+            code="window-across-materials",
         )
     return model.materials[kinds[0]]
 

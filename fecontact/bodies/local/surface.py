@@ -156,7 +156,8 @@ def half_space_opposite(half: HalfSpace, other: Window, pose: Pose, names: tuple
         found = "it is periodic" if half.periodic else f"it has pressure={half.pressure!r}"
         raise InputError(
             f"{names[0]!r} meets the local body {names[1]!r} cell on cell, with pressures uniform over the cells and "
-            f"none beyond the window; {found}. Make it with periodic=False and pressure='uniform'."
+            f"none beyond the window; {found}. Make it with periodic=False and pressure='uniform'.",
+            code="local-body-coupling",
         )
     axes = pose.rotation @ other.axes * np.array([1.0, 1.0, -1.0])
     slopes = axes[2, :2] / axes[2, 2] if axes[2, 2] > 0 else np.full(2, np.inf)
@@ -164,13 +165,15 @@ def half_space_opposite(half: HalfSpace, other: Window, pose: Pose, names: tuple
     if np.linalg.norm(slopes) > steepest:
         raise InputError(
             f"The surface of {names[0]!r} inclines by {np.linalg.norm(slopes):.3g} to the window of {names[1]!r}; up "
-            f"to {steepest:g} is possible. Put the window where the surfaces are parallel, or check the poses."
+            f"to {steepest:g} is possible. Put the window where the surfaces are parallel, or check the poses.",
+            code="window-inclined",
         )
     across = [side for side, even, s in zip("xy", other.mirrored, slopes, strict=True) if even and abs(s) > OPPOSITE]
     if across:
         raise InputError(
             f"{names[1]!r} is modelled up to planes of symmetry, to which {names[0]!r} is not normal. Model the body "
-            "without them, or check the poses."
+            "without them, or check the poses.",
+            code="not-normal-to-symmetry",
         )
     origin = pose.to_world(other.origin[None])[0]
     origin = origin - origin[2] / axes[2, 2] * axes[:, 2]

@@ -59,19 +59,22 @@ def check_faced(interface: Interface, seen: Averted | None = None) -> None:
         raise InputError(
             f"The surfaces {one} and {other} do not face each other: {nearest}their outward normals are "
             f"{found.angle:.0f} degrees apart; expected about 180. Check the poses, and name as contact the boundaries "
-            "that face each other."
+            "that face each other.",
+            code="not-facing",
         )
     if empty and found.facing == np.inf:
         raise InputError(
             f"The surfaces {one} and {other} do not face each other: no point of the one projects on the other. "
-            "Check the poses and which boundaries are named, or refine faces that are wider than the other surface."
+            "Check the poses and which boundaries are named, or refine faces that are wider than the other surface.",
+            code="not-facing",
         )
     share = 0.0 if empty else _covered_share(interface, surface)
     if share < LEAST_SHARE:
         raise InputError(
             f"The surfaces {one} and {other} meet on a line, a point or a sliver only: the area in which they face "
             f"each other is {pairing.weights.sum():.3g}, {share:.1e} of the faces there; expected "
-            f"{LEAST_SHARE:g} or more. Check the poses and which boundaries are named, or refine the faces there."
+            f"{LEAST_SHARE:g} or more. Check the poses and which boundaries are named, or refine the faces there.",
+            code="sliver",
         )
 
 
@@ -144,7 +147,8 @@ class CouplingChoice:
         surface = facets_of(self.slave.surface(self.surfaces[0]))
         if surface is None:
             raise InputError(
-                f"Neither {self.slave.name!r} nor {self.master.name!r} is elastic: one body of a contact must deform."
+                f"Neither {self.slave.name!r} nor {self.master.name!r} is elastic: one body of a contact must deform.",
+                code="none-elastic",
             )
         return surface
 
@@ -202,7 +206,8 @@ def sides(contact: Contact, search_radius: SearchRadius | None = None) -> Coupli
     if whole and contact.coupling == "nodal":
         raise InputError(
             f"{given.slave.name!r} has gradient coordinates, and forces on the nodes of its faces would leave the "
-            "gradients out: use coupling='auto' or 'mortar', or make the other body the slave."
+            "gradients out: use coupling='auto' or 'mortar', or make the other body the slave.",
+            code="gradients-left-out",
         )
     return replace(given, kind="mortar" if contact.coupling == "mortar" or ring or whole else "nodal")
 

@@ -64,7 +64,8 @@ def pair_mortar(surfaces: SurfacePair) -> Pairing:
     if not has_mortar_basis(slave):
         raise InputError(
             f"Mortar coupling needs a slave whose quadrilateral faces have four or nine nodes; {slave.name!r} has "
-            "plain eight-node faces. Make the other body the slave, use pressure='midface', or coupling='nodal'."
+            "plain eight-node faces. Make the other body the slave, use pressure='midface', or coupling='nodal'.",
+            code="mortar-of-eight-nodes",
         )
     cut, other = slave.cut(master, rotation, translation, share), facets_of(master)
     if cut is not None:

@@ -108,8 +108,8 @@ def read_abaqus(path: Path, part: str | None = None) -> RawMesh:
     except (ValueError, IndexError, OverflowError) as error:
         also = f" Files that it includes are missing: {', '.join(missing)}." if missing else ""
         if isinstance(error, InputError | MeshError):
-            raise type(error)(f"{error}{also}") from None
-        raise MeshError(f"{path.name} holds a line that cannot be read: {error}.{also}") from error
+            raise type(error)(f"{error}{also}", code=error.code) from None
+        raise MeshError(f"{path.name} holds a line that cannot be read: {error}.{also}", code="bad-line") from error
     left = {**raw.left, **{f"file to be included, {name}, which is missing": 1 for name in missing}}
     return replace(raw, left=left)
 

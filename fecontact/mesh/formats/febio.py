@@ -89,7 +89,7 @@ def _model(path: Path, within: tuple[Path, ...], missing: list[str], parse: Call
     try:
         root = parse(path)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise MeshError(f"{path.name} is no complete XML file: {error}.") from error
+        raise MeshError(f"{path.name} is no complete XML file: {error}.", code="incomplete-xml") from error
     if root.tag != "febio_spec":
         raise MeshError(f"{path.name} is no FEBio model, whose root is <febio_spec>; found the root <{root.tag}>.")
     whole = ElementTree.Element(root.tag, root.attrib)
@@ -136,7 +136,7 @@ def read_febio(path: Path) -> RawMesh:
     sections = [s for tag in MESH_SECTIONS for s in root.findall(tag)]
     if not sections:
         also = f" Files that it includes are missing: {', '.join(missing)}." if missing else ""
-        raise MeshError(f"{path.name} has no <Mesh> or <Geometry> section under <febio_spec>.{also}")
+        raise MeshError(f"{path.name} has no <Mesh> or <Geometry> section under <febio_spec>.{also}", code="no-mesh")
     try:
         raw = _joined(
             [_mesh([s for section in sections for s in section], "", path.name), *_parts(sections, path.name)]
@@ -144,7 +144,7 @@ def read_febio(path: Path) -> RawMesh:
     except (ValueError, TypeError, OverflowError) as error:
         if isinstance(error, MeshError):
             raise
-        raise MeshError(f"{path.name} holds a number that cannot be read: {error}.") from error
+        raise MeshError(f"{path.name} holds a number that cannot be read: {error}.", code="bad-number") from error
     if not len(raw.points):
         raise MeshError(f"{path.name} defines no nodes.")
     left = Counter(raw.left) + Counter({f"file to be included, {name}, which is missing": 1 for name in missing})
@@ -159,7 +159,8 @@ def _parts(sections: Sequence[Element], source: str) -> list[RawMesh]:
         name = i.get("part", "")
         if name not in parts:
             raise MeshError(
-                f"{source}: an instance is of the part {name!r}; the parts are: {', '.join(parts) or 'none'}."
+                f"{source}: an instance is of the part {name!r}; the parts are: {', '.join(parts) or 'none'}.",
+                code="unknown-part",
             )
         raw = _mesh(list(parts[name]), f"{i.get('name', name)}.", source)
         out.append(RawMesh(**{**vars(raw), "points": _placed(raw.points, i, source)}))
@@ -270,7 +271,7 @@ def _nodes(sections: Sequence[Element], source: str) -> tuple[IntArray, Array]:
     ids = _ids(nodes)
     wrong = next((k for k, row in enumerate(rows) if len(row) != 3), None)
     if wrong is not None:
-        raise MeshError(f"{source}: node {ids[wrong]} has {len(rows[wrong])} coordinates; expected 3.")
+        raise MeshError(f"{source}: node {ids[wrong]} has {len(rows[wrong])} coordinates; expected 3.", code="no-point")
     return ids, np.array(rows, dtype=float).reshape(-1, 3)
 
 

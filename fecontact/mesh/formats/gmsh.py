@@ -192,7 +192,7 @@ def read_gmsh(path: Path) -> RawMesh:
     except (ValueError, IndexError, KeyError, OverflowError) as error:
         if isinstance(error, MeshError):
             raise
-        raise MeshError(f"{path.name} could not be read: {error}. The file is damaged.") from error
+        raise MeshError(f"{path.name} could not be read: {error}. The file is damaged.", code="damaged") from error
     if not out.points:
         raise MeshError(f"{path.name} could not be read: it has no nodes. The file is damaged or of another type.")
     return _mesh(out, path.name)
@@ -211,7 +211,7 @@ def _section(name: str, stream: Stream, out: Contents) -> None:
         version, binary, _ = stream.line().split()
         stream.version, stream.binary = float(version), binary == "1"
         if not (2 <= stream.version < 3 or 4 <= stream.version < 5):
-            raise MeshError(f"{stream.name} is of gmsh's version {version}; expected 1, 2, 4.0 or 4.1.")
+            raise MeshError(f"{stream.name} is of gmsh's version {version}; expected 1, 2, 4.0 or 4.1.", code="version")
         if stream.binary:
             one = np.frombuffer(stream.data, "<i4", 1, stream.at)[0]
             stream.order, stream.at = "<" if one == 1 else ">", stream.at + 4

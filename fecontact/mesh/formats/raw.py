@@ -74,7 +74,8 @@ def numbers_of(ids: IntArray, wanted: IntArray, what: str, source: str) -> IntAr
     if missing.any():
         raise MeshError(
             f"{source} refers to {what} {wanted[missing].flat[0]}, which it does not define; {missing.sum()} "
-            "references are missing. The file is incomplete."
+            "references are missing. The file is incomplete.",
+            code="unknown-node",
         )
     return found
 
@@ -113,7 +114,7 @@ def part_of(raw: RawMesh, name: str, source: str) -> RawMesh:
     names = {k.upper(): k for k in reversed(list(raw.groups))}
     if name not in raw.groups and name.upper() not in names:
         known = ", ".join(map(repr, raw.groups)) or "none"
-        raise InputError(f"{source} has no part {name!r}; its element sets are: {known}.")
+        raise InputError(f"{source} has no part {name!r}; its element sets are: {known}.", code="unknown-part")
     members = raw.groups[name if name in raw.groups else names[name.upper()]]
     number = np.full(sum(len(cells) for _, cells in raw.blocks), -1, dtype=np.int64)
     number[np.unique(members)] = np.arange(len(np.unique(members)))

@@ -26,7 +26,8 @@ def read_stl(path: Path) -> tuple[Array, list[IntArray]]:
         if b"\0" in data:
             raise MeshError(
                 f"{path.name} is binary, but its {len(data)} bytes are not those of the triangles that it announces. "
-                "The file is incomplete."
+                "The file is incomplete.",
+                code="incomplete",
             )
         lines = [line.split() for line in data.decode("latin-1").splitlines()]
         rows = [words[1:] for words in lines if words and words[0].lower() == "vertex"]
@@ -49,7 +50,7 @@ def read_obj(path: Path) -> tuple[Array, list[IntArray]]:
             continue
         if words[0] == "v":
             if len(words) < 4:
-                raise MeshError(f"{path.name}: the vertex {' '.join(words)!r} needs three coordinates.")
+                raise MeshError(f"{path.name}: the vertex {' '.join(words)!r} needs three coordinates.", code="no-xyz")
             points.append(words[1:4])
         elif words[0] == "f":
             given = [int(word.split("/")[0]) for word in words[1:]]
@@ -97,7 +98,7 @@ def read_ply(path: Path) -> tuple[Array, list[IntArray]]:
     head, mark, body = data.partition(b"end_header")
     lines = [line.decode("latin-1").split() for line in head.splitlines()]
     if not mark or not lines or lines[0] != ["ply"]:
-        raise MeshError(f"{path.name} could not be read: it has no header of a .ply file.")
+        raise MeshError(f"{path.name} could not be read: it has no header of a .ply file.", code="no-ply-header")
     form = ""
     elements: list[tuple[str, int, list[_Property]]] = []
     for words in lines[1:]:
@@ -114,7 +115,7 @@ def read_ply(path: Path) -> tuple[Array, list[IntArray]]:
     elif form in ("binary_little_endian", "binary_big_endian"):
         found = _ply_binary(body, elements, "<" if "little" in form else ">", path.name)
     else:
-        raise MeshError(f"{path.name} is of the format {form!r}; expected ascii or binary.")
+        raise MeshError(f"{path.name} is of the format {form!r}; expected ascii or binary.", code="ply-format")
     points, polygons = np.zeros((0, 3)), []
     if {"x", "y", "z"} <= set(found.get("vertex", {})):
         points = np.stack([np.asarray(found["vertex"][c], dtype=float) for c in "xyz"], axis=1)

@@ -99,9 +99,9 @@ def read_vtp(path: Path) -> tuple[Array, list[IntArray]]:
     try:
         root = ElementTree.fromstring(head)
     except ElementTree.ParseError as error:
-        raise MeshError(f"{path.name} is no complete XML file: {error}.") from error
+        raise MeshError(f"{path.name} is no complete XML file: {error}.", code="incomplete-xml") from error
     if root.get("type") != "PolyData":
-        raise MeshError(f"{path.name} holds {root.get('type')!r}; expected the PolyData of a surface.")
+        raise MeshError(f"{path.name} holds {root.get('type')!r}; expected the PolyData of a surface.", code="no-poly")
     order = "<" if root.get("byte_order", "LittleEndian") == "LittleEndian" else ">"
     compressor = root.get("compressor")
     if compressor not in (None, "vtkZLibDataCompressor"):
@@ -119,7 +119,7 @@ def read_vtp(path: Path) -> tuple[Array, list[IntArray]]:
             points.append(own)
             start += len(own)
     except (KeyError, IndexError, zlib.error) as error:
-        raise MeshError(f"{path.name} could not be read: {error}. The file is damaged.") from error
+        raise MeshError(f"{path.name} could not be read: {error}. The file is damaged.", code="damaged") from error
     return np.concatenate(points), [np.concatenate(parts) for parts in polygons.values()]
 
 

@@ -152,7 +152,7 @@ def _size(pixels: tuple[int, int]) -> tuple[int, int]:
     """Width and height of a drawing, checked."""
     two = items("pixels", pixels, "two whole numbers")
     if len(two) != 2:
-        raise InputError(f"Pixels must be a width and a height; found {shown_value(pixels)}.")
+        raise InputError(f"Pixels must be a width and a height; found {shown_value(pixels)}.", code="pixels")
     width, height = (whole("each of pixels", n, least=LEAST_PIXELS, most=MOST_PIXELS) for n in two)
     return width, height
 

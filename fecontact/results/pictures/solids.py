@@ -97,7 +97,8 @@ class Solid:
         near = difflib.get_close_matches(name, known, 1)
         raise InputError(
             f"There is no field {name!r}{f', did you mean {near[0]!r}?' if near else '.'} "
-            f"The fields are: {', '.join(known)}."
+            f"The fields are: {', '.join(known)}.",
+            code="unknown-field",
         )
 
 
@@ -121,7 +122,8 @@ def solids_of_result(result: SolvedScene) -> tuple[Solid, ...]:
     """
     if not result.meshed_bodies:
         raise InputError(
-            "No body of this scene is meshed inside; only its contacts can be drawn: plot 'pressure' or 'gap' instead."
+            "No body of this scene is meshed inside; only its contacts can be drawn: plot 'pressure' or 'gap' instead.",
+            code="nothing-to-draw",
         )
     bodies = [
         Solid(b.name, b.mesh.drawn_at(result.given(b).pose.to_world(b.mesh.points)), body_fields(result, b))
@@ -162,7 +164,7 @@ def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
 
     path = Path(path)
     if not path.is_file():
-        raise InputError(f"Cannot show {path}: there is no such file.")
+        raise InputError(f"Cannot show {path}: there is no such file.", code="no-file")
     import meshio
 
     file, _ = load(path, meshio.read)
@@ -206,9 +208,9 @@ def cut(solid: Solid, where: str) -> Solid | None:
     """
     found = CUT.fullmatch(where)
     if found is None:
-        raise InputError(f"A cut reads like 'x<0' or 'z>12.5', of what is to be kept; found {where!r}.")
+        raise InputError(f"A cut reads like 'x<0' or 'z>12.5', of what is to be kept; found {where!r}.", code="no-cut")
     if solid.mesh.is_flat:
-        raise InputError("A section shows its inside already: there is nothing to cut open.")
+        raise InputError("A section shows its inside already: there is nothing to cut open.", code="section-not-cut")
     axis, sign, level = "xyz".index(found[1]), found[2], float(found[3])
     centre = solid.mesh.points[solid.mesh.cells[:, :8]].mean(axis=1)[:, axis]
     kept = centre < level if sign == "<" else centre > level
@@ -230,11 +232,11 @@ def chosen(solids: Sequence[Solid], only: Sequence[str] | None, where: str | Non
     if where is not None:
         text("the cut", where)
     if unknown := [n for n in only or () if n not in names]:
-        raise InputError(f"There is no body {unknown[0]!r} to show; the bodies are: {', '.join(names)}.")
+        raise InputError(f"There is no body {unknown[0]!r} to show; the bodies are: {', '.join(names)}.", code="unseen")
     left = [s for s in solids if not only or s.name in only]
     shown = left if where is None else [c for c in (cut(s, where) for s in left) if c is not None]
     if not shown:
-        raise InputError(f"The cut {where!r} leaves nothing to show.")
+        raise InputError(f"The cut {where!r} leaves nothing to show.", code="empty-cut")
     return tuple(shown)
 
 

@@ -108,7 +108,8 @@ def self_affine(
     band = (k >= lowest * (1 - 1e-12)) & (k <= highest * (1 + 1e-12)) & (k > 0)
     if not band.any():
         raise InputError(
-            f"No wave of the grid lies between the cut-offs {2 * math.pi / highest:g} and {2 * math.pi / lowest:g}."
+            f"No wave of the grid lies between the cut-offs {2 * math.pi / highest:g} and {2 * math.pi / lowest:g}.",
+            code="no-wave",
         )
     flat = 2 * math.pi / roll_off if roll_off is not None else 0.0
     amplitude = np.zeros(k.shape)

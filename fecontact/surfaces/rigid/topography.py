@@ -81,7 +81,7 @@ def read_topography(path: str | Path, unit: float | None = None, size: tuple[flo
     if suffix not in READABLE:
         raise InputError(f"Cannot read a topography from {file.name!r}; known are {', '.join(READABLE)}.")
     if not file.is_file():
-        raise InputError(f"There is no file {str(file)!r}.")
+        raise InputError(f"There is no file {str(file)!r}.", code="no-file")
     try:
         if suffix == ".npy":
             out = Topography(number_array("the heights", np.load(file, allow_pickle=False, mmap_mode="r")), None)
@@ -91,7 +91,7 @@ def read_topography(path: str | Path, unit: float | None = None, size: tuple[flo
             table = np.loadtxt(file, delimiter="," if suffix == ".csv" else None, ndmin=2)
             out = _columns(table) if suffix == ".xyz" else Topography(np.ascontiguousarray(table.T), None)
     except (ValueError, KeyError, OSError, OverflowError, MemoryError, EOFError, SyntaxError, TokenError) as error:
-        raise InputError(f"{file.name!r} is not a readable {suffix} topography: {error}") from error
+        raise InputError(f"{file.name!r} is not a readable {suffix} topography: {error}", code="unreadable") from error
     if out.z.ndim != 2 or min(out.z.shape) < 2:
         raise InputError(f"{file.name!r} holds no grid of at least 2 x 2 heights; found shape {out.z.shape}.")
     if size is not None:
@@ -116,7 +116,8 @@ def _check_unit(z: Array, size: tuple[float, float], name: str) -> None:
         raise InputError(
             f"The heights in {name!r} rise by {slope:.3g} per length (rms): they seem to be in another unit than the "
             f"sides {size[0]:g} x {size[1]:g}. Give their unit in that of lengths (unit=, --height-unit), such as "
-            "1e-6 for nanometres beside millimetres, or 1 if they are as steep."
+            "1e-6 for nanometres beside millimetres, or 1 if they are as steep.",
+            code="heights-unit",
         )
 
 
