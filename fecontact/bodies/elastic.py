@@ -15,9 +15,8 @@ from scipy.spatial import cKDTree
 from fecontact.bodies.geometry import Geometry, recovered
 from fecontact.bodies.inner_fields import InnerFields
 from fecontact.bodies.outside import Outside
-from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Reduced
+from fecontact.bodies.protocol import Body, Reduced
 from fecontact.common.arguments import instance, mapping, text, texts
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among
@@ -44,7 +43,7 @@ FLAT = 1e-9
 
 @one_line
 @dataclass(frozen=True, eq=False)
-class ElasticBody(Placed):
+class ElasticBody(Body):
     """A linear elastic body of hexahedra.
 
     Parameters

@@ -1,24 +1,34 @@
-"""Members of a body that a scene uses: compliance, rigid motions, contact surfaces."""
+"""Bodies of a scene: compliance, rigid motions, contact surfaces, pose.
+
+Other modules use the members of `Body` instead of the class of a body, so that a new kind of body needs no change
+there.
+"""
 
 from __future__ import annotations
 
+import copy
 import inspect
+from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Self
 
+import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 from scipy.sparse.linalg import LinearOperator
 
 from fecontact.bodies.inner_fields import InnerFields
 from fecontact.bodies.outside import Outside
 from fecontact.bodies.pose import Pose
+from fecontact.common.arguments import text
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, shown
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.fem.energy_error import EnergyError
+from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.mesh.section_mesh import Extent
 from fecontact.surfaces.facet_surface import Projection, Surface
+from fecontact.surfaces.nodal_weights import components_along
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,167 +47,264 @@ class Reduced:
     response: Array
 
 
-class Body(Protocol):
-    """Interface of bodies in a scene. All arrays are in the body's own axes.
+class Body:
+    """A body of a scene. All arrays are in its own axes; the pose is separate from them.
 
-    Members from `is_rigid` on have defaults in `answers.Answers`, the base of user-defined bodies.
+    A kind of body defines the abstract members; the others have defaults: nodal displacements, no mesh, and no loads on
+    boundaries.
+
+    Attributes
+    ----------
+    name : str
+        For messages and tables.
+    pose : Pose
     """
 
-    @property
-    def name(self) -> str:
-        """Name for messages and tables."""
+    name: str
+    pose: Pose
 
     @property
-    def pose(self) -> Pose:
-        """Pose of the body."""
-
-    @property
+    @abstractmethod
     def contact(self) -> Sequence[str]:
         """Names of its contact surfaces."""
 
     @property
+    @abstractmethod
     def n_dofs(self) -> int:
         """Number of generalised displacements."""
 
     @property
+    @abstractmethod
     def size(self) -> float:
         """Length that scales rotations to translations."""
 
     @property
+    @abstractmethod
     def reference_point(self) -> Array:
         """Reference point (3,) of rotations and moments."""
 
     @property
+    @abstractmethod
     def contact_modulus(self) -> float:
         """E / (1 - nu^2) of the softest material, infinite for a rigid body; for estimates only."""
 
     @property
+    @abstractmethod
     def rigid_modes(self) -> Array:
         """Displacements (n_dofs, 6) of the rigid motions about the reference point."""
 
     @property
+    @abstractmethod
     def free_motions(self) -> Array:
         """Rigid motions (6, k) that the body's supports do not resist."""
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Corrections made when its mesh or surface was read."""
-
+    @abstractmethod
     def surface(self, name: str) -> Surface:
         """A contact surface."""
 
-    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
-        """Rows (n, n_dofs) for the displacement at closest points along directions (n, 3)."""
-
+    @abstractmethod
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
         """One row (1, n_dofs) for the displacement at a point (3,) along a direction (3,)."""
 
+    @abstractmethod
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance and response along rows (n, n_dofs), under external loads (n_dofs,)."""
 
+    @abstractmethod
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
         """Elastic displacements (n_dofs,) under forces (n,) along rows and external loads."""
 
+    @abstractmethod
     def describe(self) -> str:
         """One-line description of the model."""
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """Corrections made when its mesh or surface was read."""
+        return ()
+
+    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
+        """Rows (n, n_dofs) for the displacement at closest points along directions (n, 3), interpolated from nodes."""
+        assert projection.weights is not None
+        return components_along(projection.weights, directions)
+
+    def _described(self, what: str) -> str:
+        """One-line description with notes."""
+        return "; ".join((f"{self.name}: {what}", *self.notes))
+
+    def placed(
+        self,
+        translation: ArrayLike = (0.0, 0.0, 0.0),
+        rotation: ArrayLike | None = None,
+        name: str | None = None,
+    ) -> Self:
+        """The same body rotated about the world's origin by `rotation` (3, 3), then translated by `translation`.
+
+        Stiffness, factor and surfaces are shared by both. A plane body stays in the plane y = 0: it rotates about y, or
+        by pi about an axis in the plane. A body of revolution stays on its axis: it is translated along z, or rotated
+        by pi about x.
+
+        Parameters
+        ----------
+        translation : (3,), optional
+        rotation : (3, 3), optional
+        name : str, optional
+            Name of the copy; unchanged unless given.
+
+        Returns
+        -------
+        Body
+            A body of the same class.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> floor = fc.RigidBody(fc.Plane(), name="floor")
+        >>> floor.placed((0.0, 0.0, -1.0), name="cellar").pose.translation
+        array([ 0.,  0., -1.])
+        """
+        pose = self.pose.then(np.eye(3) if rotation is None else rotation, translation)
+        other = copy.copy(self)
+        # bodies are frozen; set before the copy escapes
+        object.__setattr__(other, "pose", pose)
+        object.__setattr__(other, "name", self.name if name is None else text("the name of a body", name))
+        return other
+
+    @property
     def is_rigid(self) -> bool:
         """Whether the body is rigid."""
+        return False
 
     @property
     def dimension(self) -> str | None:
         """'space', 'plane' or 'axis'; None: compatible with all."""
+        return "space"
 
     @property
     def out_of_plane(self) -> Extent | None:
         """Out-of-plane extent of a section; None for a body in space."""
+        return None
 
     @property
     def matrix_free(self) -> bool:
         """Whether the compliance of many rows is an operator, never a matrix."""
+        return False
 
     @property
     def is_placed(self) -> bool:
         """Whether its contact surface is known before a scene is solved; False: see `scene.windows`."""
+        return True
 
     def met_by(self, partner: Body) -> Self:
         """The body as it meets a partner in a contact; itself unless its surface follows the partner's."""
+        return self
 
     @property
     def is_foundation(self) -> bool:
         """Whether a surface node is displaced by its own pressure only."""
+        return False
 
     @property
     def is_cut_off(self) -> bool:
         """Whether its surface is part of a larger one that is not known, as measured maps are."""
+        return False
 
     @property
     def farthest(self) -> float:
         """Largest coordinate of its mesh; zero without one."""
+        return 0.0
 
     def boundary_force(self, name: str, force: Array) -> Array:
-        """Nodal forces (n_dofs,) of a resultant (3,) uniform over a boundary; InputError without boundaries."""
+        """Nodal forces (n_dofs,) of a resultant (3,) uniform over a boundary.
+
+        Raises
+        ------
+        InputError
+            For a body without boundaries, as from all members on loads of boundaries.
+        """
+        raise self._refused("A force on a boundary")
 
     def boundary_traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
         """Nodal forces (n_dofs,) of ``field(points (n, 3), outward normals (n, 3)) -> (n, 3)``, all in its axes."""
+        raise self._refused("A pressure or traction")
 
     def over_boundary(self, name: str, values: Array) -> Callable[[Array], Array]:
         """Function of points (n, 3) on a boundary that interpolates values at its nodes (n_nodes, ...)."""
+        raise self._refused("A pressure or traction")
 
     def count_nodes(self, name: str) -> int:
         """Number of nodes of a boundary."""
+        raise self._refused("A pressure or traction")
 
     def point_force(self, point: Array, force: Array) -> Array | None:
         """Nodal forces (n_dofs,) of a force (3,) at a point (3,); None where it acts on the body as a whole."""
+        return None
 
     def body_force(self, gravity: Array) -> Array | None:
         """Nodal forces (n_dofs,) of gravity (3,); None where it does not act."""
+        return None
 
     @property
     def weighted_modes(self) -> Array:
         """Nodal forces (n_dofs, 6) of unit accelerations in the rigid motions; InputError for a body without mass."""
+        raise self._refused("A floating body")
+
+    def _refused(self, what: str) -> InputError:
+        return InputError(
+            f"{what} needs an elastic body; {self.name!r} is not. Give the force on the body as a whole.",
+            code="needs-elastic-body",
+        )
 
     def shared_faces(self, one: str, other: str) -> int:
         """Number of common faces of two of its contact surfaces."""
+        return int(one == other)
 
     def energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
         """Error of displacements (n_dofs,) in the cells within `reach` of points (n, 3)."""
+        return NO_CELLS
 
     def outside(self, displacement: Array) -> Outside:
         """Its whole outer surface, displaced by (n_dofs,)."""
+        return Outside(np.zeros((0, 3)), None, np.inf)
 
     def at_points(self, displacement: Array) -> Array | None:
         """Displacements (n_points, 3) of its mesh's points by generalised ones (n_dofs,); None where it has no mesh."""
+        return None
 
     def inner_fields(self, displacement: Array, rows: sp.csr_matrix, forces: Array) -> InnerFields | None:
         """Fields inside by displacements (n_dofs,) under forces (n,) along rows; None where it has no mesh."""
+        return None
 
     def planes_through(self, nodes: IntArray) -> int:
         """Number of its planes of symmetry on which any of these nodes lies."""
+        return 0
 
     def divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
         """The body on a finer mesh: cells at marked facets of its contact surfaces divided; itself if it has none."""
+        return self
 
     def size_lines(self, twin: str = "") -> list[str]:
         """Report lines on the size that the model represents; `twin` names a body of the same model."""
+        return []
 
 
 def check_body(body: Body) -> None:
-    """Refuse an object that lacks members of a body; the message names them.
+    """Refuse an object that is no body, or lacks members of one; the message names them.
 
     Raises
     ------
     InputError
     """
-    members = (*(name for name in vars(Body) if not name.startswith("_")), *getattr(type(body), "required", ()))
     if isinstance(body, type):
         raise InputError(f"{shown(body)} is a class of bodies: make one, such as RigidBody(Plane()).")
-    nothing = object()
-    # looked up without evaluation, as some are costly
-    if missing := [name for name in members if inspect.getattr_static(body, name, nothing) is nothing]:
+    help_ = "A subclass of bodies.SurfaceBody needs `facets` and `flexibility` only; docs/extending.md has an example."
+    if not isinstance(body, Body):
         raise InputError(
-            f"{shown(body)} is no body: it lacks {', '.join(missing)}. A subclass of bodies.SurfaceBody needs `facets` "
-            "and `flexibility` only; docs/extending.md has an example.",
-            code="no-body",
+            f"{shown(body)} is no body: its class does not derive from bodies.Body. {help_}", code="no-body"
         )
+    needed = [name for name in (*Body.__annotations__, *vars(Body)) if not name.startswith("_")]
+    needed += getattr(type(body), "required", ())
+    # looked up without evaluation, as some are costly
+    found = {name: inspect.getattr_static(body, name, None) for name in needed}
+    if missing := [k for k, v in found.items() if v is None or getattr(v, "__isabstractmethod__", False)]:
+        raise InputError(f"{shown(body)} is no whole body: it lacks {', '.join(missing)}. {help_}", code="no-body")

@@ -13,9 +13,8 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.outside import Outside
-from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Reduced
+from fecontact.bodies.protocol import Body, Reduced
 from fecontact.common.arguments import file_path, instance, text, texts
 from fecontact.common.arrays import Array
 from fecontact.common.checks import number_array, positive
@@ -121,7 +120,7 @@ def _over(heights: Callable[[Array, Array], Array], size: float) -> Array:
 
 @one_line
 @dataclass(frozen=True, eq=False)
-class RigidBody(Placed):
+class RigidBody(Body):
     """A rigid body. It is held unless a load or a motion is prescribed for it.
 
     Parameters

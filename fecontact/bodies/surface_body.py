@@ -9,9 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
 
-from fecontact.bodies.placed import Placed
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Reduced
+from fecontact.bodies.protocol import Body, Reduced
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
@@ -43,7 +42,7 @@ def boundary_surface(mesh: Mesh, boundary: str) -> FacetSurface:
     return FacetSurface(mesh.points, mesh.face_nodes(mesh.faces(boundary)), boundary, hanging=mesh.hanging)
 
 
-class SurfaceBody(Placed):
+class SurfaceBody(Body):
     """Base of bodies defined by a surface and its flexibility; the underlying body is rigid and held unless free.
 
     A subclass defines `facets` and `flexibility`, as attributes or properties. All else has a default: generalised

@@ -14,13 +14,13 @@ from fecontact.bodies.inner_fields import InnerFields
 from fecontact.bodies.local.pressed import BelowWindows
 from fecontact.bodies.local.remainder import Remainder
 from fecontact.bodies.outside import Outside
-from fecontact.bodies.placed import Placed
+from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.mesh.mesh import Mesh
 
 
-class OnMesh(Placed, ABC):
+class OnMesh(Body, ABC):
     """A body whose displacements are those of the cells of its windows, then those of the nodes of its mesh."""
 
     body: ElasticBody

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import aslinearoperator
 
 import fecontact as fc
-from fecontact.bodies import SurfaceBody, boundary_surface
+from fecontact.bodies import Body, SurfaceBody, boundary_surface
 from fecontact.surfaces.nodal_weights import contact_weights
 
 STIFFNESS, RADIUS = 100.0, 50.0
@@ -95,9 +95,13 @@ def test_missing_members_are_named(mesh) -> None:
         facets = boundary_surface(mesh, "top")
 
     floor = fc.RigidBody(fc.Plane())
-    with pytest.raises(fc.InputError, match=r"is no body: it lacks flexibility. A subclass of bodies.SurfaceBody"):
+    with pytest.raises(
+        fc.InputError, match=r"is no whole body: it lacks flexibility. A subclass of bodies.SurfaceBody"
+    ):
         fc.Contact(Half(), floor)
-    with pytest.raises(fc.InputError, match=r"is no body: it lacks name, pose, contact, n_dofs.*describe"):
+    with pytest.raises(fc.InputError, match=r"is no whole body: it lacks name, pose, contact, n_dofs.*describe"):
+        fc.Contact(floor, Body())  # type: ignore[abstract]
+    with pytest.raises(fc.InputError, match=r"does not derive from bodies.Body"):
         fc.Contact(floor, object())  # type: ignore[arg-type]
-    with pytest.raises(fc.InputError, match=r"'a body' is no body: it lacks"):
+    with pytest.raises(fc.InputError, match=r"'a body' is no body"):
         fc.Scene([floor, "a body"], [fc.Contact(floor, fc.RigidBody(fc.Plane()))])  # type: ignore[list-item]
