@@ -17,10 +17,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse as sp
 
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
@@ -28,47 +27,14 @@ from fecontact.contact.coupling.surface_pair import STEEPEST
 from fecontact.contact.search.region import with_rings
 from fecontact.mesh.facets import facet_centres
 from fecontact.results.facet_samples import facet_samples
-from fecontact.results.geometry_error import TouchingSurfaces
 from fecontact.surfaces.between_nodes import ROUNDING, overlap_outline, samples_of, smallest_gaps, star_area
 from fecontact.surfaces.facet_surface import FacetSurface, has_cells, own_facets, with_nodes
 
+if TYPE_CHECKING:
+    from fecontact.results.contact_fields import ContactFields
+
 #: Samples along each side of a face in the mean of its gap.
 SAMPLES = 4
-
-
-class PointsInContact(TouchingSurfaces, Protocol):
-    """Contact points and their facets, as in `contact_fields.ContactFields`."""
-
-    @property
-    def pressure(self) -> Array:
-        """Pressure (n,)."""
-
-    @property
-    def weights(self) -> Array:
-        """Area (n,) of each point."""
-
-    @property
-    def nodes(self) -> Array:
-        """Nodes (m, 3) of the facets."""
-
-    @property
-    def at_nodes(self) -> sp.csr_matrix:
-        """Matrix (m, n) from values at the contact points to the nodes."""
-
-    def extent(self, points: Array) -> Array:
-        """Out-of-plane extent (n,) of a section's side at points (n, 3)."""
-
-    @property
-    def facets(self) -> IntArray:
-        """Facets (n_facets, 3 | 4 | 8 | 9) in terms of the nodes."""
-
-    @property
-    def facet_numbers(self) -> IntArray:
-        """Their numbers (n_facets,) among the facets of the whole surface."""
-
-    @property
-    def displacements(self) -> tuple[Array, Array]:
-        """Displacements (n_dofs,) of slave and master, in their own axes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +66,7 @@ class Overlap:
 class GapsBetweenNodes:
     """Gaps over the faces of a contact."""
 
-    def __init__(self, contact: PointsInContact) -> None:
+    def __init__(self, contact: ContactFields) -> None:
         self.contact = contact
         self.surface: FacetSurface = with_nodes(contact.slave.surface(contact.surfaces[0]))
         self.other = contact.master.surface(contact.surfaces[1])

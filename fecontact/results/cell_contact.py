@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -11,9 +11,11 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.halfspace.grid_error import LEAST_SHARE, EdgeCells, edge_cells, grid_error_estimate, pressed_ends
 from fecontact.halfspace.surface import GridSurface
-from fecontact.results.edge_level import PressureAndGap
 from fecontact.results.error_estimate import AT_KINKS
 from fecontact.surfaces.facet_surface import Surface, has_cells
+
+if TYPE_CHECKING:
+    from fecontact.results.contact_fields import ContactFields
 
 #: All cells of a grid: in a scene no symmetry halves it.
 WHOLE = (slice(None), slice(None))
@@ -64,7 +66,7 @@ class CellContact:
         )
 
 
-def cell_contact(contact: PressureAndGap) -> CellContact | None:
+def cell_contact(contact: ContactFields) -> CellContact | None:
     """The pressure on the cells of a half-space that is the slave of a contact; None for other slaves."""
     if not is_half_space(contact.surface):
         return None

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,9 +23,12 @@ from fecontact.contact.coupling.choose import line_share
 from fecontact.contact.coupling.covered_area import covered_shares
 from fecontact.mesh.facets import facet_integrals, facet_shapes, sides_of, triangular
 from fecontact.mesh.surface_mesh import averaged_normals
-from fecontact.results.edge_level import PressureAndGap, edge_level, facet_sizes
+from fecontact.results.edge_level import edge_level, facet_sizes
 from fecontact.results.facet_samples import facet_samples
 from fecontact.results.outline import planes_of_symmetry, smoothed
+
+if TYPE_CHECKING:
+    from fecontact.results.contact_fields import ContactFields
 
 #: By number of columns of a quadrilateral and of a triangle: triangles between its nodes, the last one in its middle.
 QUADRILATERALS = {
@@ -79,13 +82,13 @@ class ContactOutline:
     ----------
     areas : (n_facets,) array
         Area of each facet within the outline.
-    contact : PressureAndGap
+    contact : ContactFields
     cut : _Cut, optional
         Triangles of its facets, cut by the outline; None for sections.
     """
 
     areas: Array
-    contact: PressureAndGap = field(repr=False)
+    contact: ContactFields = field(repr=False)
     cut: _Cut | None = field(default=None, repr=False)
 
     @cached_property
@@ -144,12 +147,12 @@ class _Cut(NamedTuple):
         return np.searchsorted(self.crossed @ [m, 1], turned @ [m, 1])
 
 
-def contact_outline(contact: PressureAndGap) -> ContactOutline:
+def contact_outline(contact: ContactFields) -> ContactOutline:
     """Outline of a contact; of sections the areas only.
 
     Parameters
     ----------
-    contact : PressureAndGap
+    contact : ContactFields
     """
     level, hanging = edge_level(contact), _hanging(contact)
     for _ in range(CHAINS):
@@ -161,7 +164,7 @@ def contact_outline(contact: PressureAndGap) -> ContactOutline:
     return ContactOutline(_to_covered(contact, level, beyond, *_areas(contact, cut)), contact, cut)
 
 
-def _beyond(contact: PressureAndGap, level: Array) -> Mask:
+def _beyond(contact: ContactFields, level: Array) -> Mask:
     """Nodes (m,) that face nothing or, of facets with a node inside, lie past the rim of the other body.
 
     With nodal coupling all nodes past the rim face nothing.
@@ -176,7 +179,7 @@ def _beyond(contact: PressureAndGap, level: Array) -> Mask:
     return beyond
 
 
-def _to_covered(contact: PressureAndGap, level: Array, beyond: Mask, areas: Array, whole: Array) -> Array:
+def _to_covered(contact: ContactFields, level: Array, beyond: Mask, areas: Array, whole: Array) -> Array:
     """Areas (n_facets,) of which no facet at the rim has more than is covered, and all of it if only the rim ends it.
 
     Chords would cut off the corners of the other body, and halvings find its sides to 1e-6 of a face; the covered share
@@ -200,7 +203,7 @@ def _to_covered(contact: PressureAndGap, level: Array, beyond: Mask, areas: Arra
     return areas
 
 
-def _cut(contact: PressureAndGap, level: Array, beyond: Mask) -> _Cut:
+def _cut(contact: ContactFields, level: Array, beyond: Mask) -> _Cut:
     """Triangles between the nodes of the contact's facets, cut where its level is zero."""
     corners, facet, bare = _triangles(contact.facets, len(level))
     quads = contact.facets[bare]
@@ -240,7 +243,7 @@ def _triangles(facets: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
     return np.concatenate(corners), np.concatenate(owner), bare
 
 
-def _hanging(contact: PressureAndGap) -> IntArray:
+def _hanging(contact: ContactFields) -> IntArray:
     """Sides (n, 3) between nodes of coarse facets, divided on the other side: both ends and the middle."""
     ties = contact.surface.hanging
     if ties is None or not len(ties.edges):
@@ -253,14 +256,14 @@ def _hanging(contact: PressureAndGap) -> IntArray:
     return np.asarray(here[(here >= 0).all(axis=1)])
 
 
-def _past_rim(contact: PressureAndGap, points: Array) -> Mask:
+def _past_rim(contact: ContactFields, points: Array) -> Mask:
     """Whether points (n, 3) of the slave lie beyond the rim of the master."""
     if not len(points):
         return np.zeros(0, bool)
     return contact.master.surface(contact.surfaces[1]).project(contact.master.pose.to_body(points)).outside
 
 
-def _to_rim(contact: PressureAndGap, start: Array, end: Array) -> Array:
+def _to_rim(contact: ContactFields, start: Array, end: Array) -> Array:
     """Place (n,) of the rim of the other body on ways from points (n, 3) to others, by halving."""
     way, low, high = end - start, np.zeros(len(start)), np.ones(len(start))
     for _ in range(HALVINGS):
@@ -270,7 +273,7 @@ def _to_rim(contact: PressureAndGap, start: Array, end: Array) -> Array:
     return (low + high) / 2
 
 
-def _areas(contact: PressureAndGap, cut: _Cut) -> tuple[Array, Array]:
+def _areas(contact: ContactFields, cut: _Cut) -> tuple[Array, Array]:
     """Area (n_facets,) of each facet inside the outline, and its whole area."""
     x, inside = cut.points[cut.corners], cut.inside[cut.corners]
     flat = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1)
@@ -291,7 +294,7 @@ def _areas(contact: PressureAndGap, cut: _Cut) -> tuple[Array, Array]:
     return np.asarray(whole * np.bincount(cut.facet, part * flat, n) / np.bincount(cut.facet, flat, n)), whole
 
 
-def _section_areas(contact: PressureAndGap, levels: Array) -> tuple[Array, Array]:
+def _section_areas(contact: ContactFields, levels: Array) -> tuple[Array, Array]:
     """Area (n,) inside the edge of each side of a section by the levels at both ends and the middle, and whole area."""
     level = levels[contact.facets]
     samples = facet_samples(contact.nodes, contact.facets, False, contact.extent, SAMPLES)
@@ -305,7 +308,7 @@ def _section_areas(contact: PressureAndGap, levels: Array) -> tuple[Array, Array
     return (samples.areas * np.clip(part + 0.5, 0, 1)).sum(axis=1), samples.areas.sum(axis=1)
 
 
-def _curves(contact: PressureAndGap, cut: _Cut, hanging: IntArray) -> tuple[OutlineCurve, ...]:
+def _curves(contact: ContactFields, cut: _Cut, hanging: IntArray) -> tuple[OutlineCurve, ...]:
     """Smooth closed curves, the longest area first."""
     start, end, is_edge = _segments(cut, hanging)
     inner, outer = cut.points[cut.crossed].transpose(1, 0, 2)

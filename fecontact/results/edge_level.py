@@ -19,14 +19,15 @@ by an order of magnitude in thin layers and agree in thick bodies.
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.results.error_estimate import PressureOnFacets
 from fecontact.results.recovery import facet_frames, fitted, monomials, node_weights, patches
-from fecontact.surfaces.facet_surface import FacetSurface
+
+if TYPE_CHECKING:
+    from fecontact.results.contact_fields import ContactFields
 
 #: Errors, relative to a facet's size: of distances by pressures, over the root of the distance; by gaps, times the
 #: root of the distance, and at least. The factors are the scatter of nodal values round Hertz's, on hexahedra and
@@ -45,18 +46,6 @@ SPRINGS = 2.5
 LIMIT = 0.5
 #: Least distance in facets of nodes all of whose facets are on one side.
 CLEAR = 0.05
-
-
-class PressureAndGap(PressureOnFacets, Protocol):
-    """Pressures and gaps of a contact on its facets, as in `contact_fields.ContactFields`."""
-
-    @property
-    def gap(self) -> Array:
-        """Gaps (n,) after deformation."""
-
-    @property
-    def surface(self) -> FacetSurface:
-        """The slave's surface, in its own axes."""
 
 
 class _Patches(NamedTuple):
@@ -84,14 +73,14 @@ class _Patches(NamedTuple):
         return np.stack([np.bincount(self.facet, weights * x, n) / total for x in self.local.T], axis=1)
 
 
-def edge_level(contact: PressureAndGap) -> Array:
+def edge_level(contact: ContactFields) -> Array:
     """Distances (m,) of the nodes from the edge of the contact; far from it only their signs count.
 
     Nodes that face nothing are outside.
 
     Parameters
     ----------
-    contact : PressureAndGap
+    contact : ContactFields
     """
     nodes, facets = contact.nodes, contact.facets
     inside = contact.at_nodes @ contact.pressure > 0
@@ -124,7 +113,7 @@ def facet_sizes(nodes: Array, facets: IntArray) -> Array:
     return np.asarray(np.bincount(facets.ravel(), each, len(nodes)) / np.maximum(count, 1))
 
 
-def _fitted_levels(contact: PressureAndGap, chosen: IntArray) -> tuple[Array, Mask]:
+def _fitted_levels(contact: ContactFields, chosen: IntArray) -> tuple[Array, Mask]:
     """Levels (n, k) at the nodes of chosen facets by the polynomial of each, and which (n,) have one."""
     own = contact.facets[chosen]
     centres, axes = facet_frames(contact.nodes, own)
@@ -135,7 +124,7 @@ def _fitted_levels(contact: PressureAndGap, chosen: IntArray) -> tuple[Array, Ma
     return np.einsum("fak,fk->fa", monomials(at_nodes), coefficients) * found.size[:, None], good
 
 
-def _patches(contact: PressureAndGap, chosen: IntArray, centres: Array, axes: Array) -> _Patches:
+def _patches(contact: ContactFields, chosen: IntArray, centres: Array, axes: Array) -> _Patches:
     known = np.diff(contact.at_nodes.indptr) == 1
     facet, node = patches(contact.facets, chosen, known)
     local = np.einsum("pdi,pi->pd", axes[facet], contact.nodes[node] - centres[facet])

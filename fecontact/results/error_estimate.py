@@ -18,20 +18,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.error_estimate import NO_CONTACT, ErrorEstimate
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.mesh.facets import triangular
 from fecontact.results.facet_samples import facet_samples, hats
-from fecontact.results.geometry_error import TouchingSurfaces, geometry_error
+from fecontact.results.geometry_error import geometry_error
 from fecontact.results.recovery import RecoveredPressure, recovered
-from fecontact.results.resultants import LoadedPoints
-from fecontact.results.singular import SingularEdge
+
+if TYPE_CHECKING:
+    from fecontact.results.contact_fields import ContactFields
 
 #: Least and largest number of samples along each side of a face, and the total above which it is reduced.
 SAMPLES, MOST_SAMPLES = (3, 6), 40_000
@@ -57,53 +57,6 @@ STIFFNESS = 1.5
 NARROWEST = 2.0
 #: Share of a contact's force above which a region counts.
 LEAST_REGION = 0.05
-
-
-class PressureOnFacets(LoadedPoints, TouchingSurfaces, Protocol):
-    """Pressure of a contact on its facets, as in `contact_fields.ContactFields`."""
-
-    @property
-    def nodes(self) -> Array:
-        """Nodes (m, 3) of the facets."""
-
-    @property
-    def node_numbers(self) -> IntArray:
-        """Their numbers (m,) in the slave's mesh."""
-
-    @property
-    def facets(self) -> IntArray:
-        """Facets (n_facets, 3 | 4 | 8 | 9) in terms of the nodes."""
-
-    @property
-    def facet_numbers(self) -> IntArray:
-        """Their numbers (n_facets,) among those of the whole surface."""
-
-    @property
-    def at_nodes(self) -> sp.csr_matrix:
-        """Matrix (m, n) from values at the contact points to the nodes."""
-
-    @property
-    def singular_edge(self) -> SingularEdge | None:
-        """Edge where the pressure has no bound."""
-
-    @property
-    def region(self) -> IntArray:
-        """Connected region (n,) of each contact point, zero without force."""
-
-    @property
-    def is_ring(self) -> bool:
-        """Whether the contact is between bodies of revolution."""
-
-    @property
-    def energy_errors(self) -> tuple[EnergyError, EnergyError]:
-        """Errors in the cells of slave and master below the contact."""
-
-    @property
-    def displacements(self) -> tuple[Array, Array]:
-        """Displacements (n_dofs,) of slave and master, in their own axes."""
-
-    def extent(self, points: Array) -> Array:
-        """Out-of-plane extent (n,) of a section's side at points (n, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +124,7 @@ def larger_misfit(areas: Array, field: Array, others: Sequence[Array]) -> Array:
     return np.asarray(np.max([(areas * (other - field) ** 2).sum(axis=1) for other in others], axis=0))
 
 
-def readings_of(contact: PressureOnFacets, samples: int | None = None) -> PressureReadings | None:
+def readings_of(contact: ContactFields, samples: int | None = None) -> PressureReadings | None:
     """Three reconstructions of a contact's pressure, at so many samples a side of a face; None without pressure."""
     field = nodal_pressure(contact)
     if field is None:
@@ -196,7 +149,7 @@ def readings_of(contact: PressureOnFacets, samples: int | None = None) -> Pressu
     return replace(found, across=faces_across(contact, found))
 
 
-def _lengths(contact: PressureOnFacets, facets: IntArray) -> Array:
+def _lengths(contact: ContactFields, facets: IntArray) -> Array:
     """Length (n,) of the first side of facets."""
     ends = contact.nodes[contact.facets[facets, :2]]
     return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
@@ -211,7 +164,7 @@ class NodalPressure(NamedTuple):
     bounded: Mask
 
 
-def nodal_pressure(contact: PressureOnFacets) -> NodalPressure | None:
+def nodal_pressure(contact: ContactFields) -> NodalPressure | None:
     """Pressure of a contact at the nodes of its facets; None without pressure."""
     nodal = contact.at_nodes @ contact.pressure
     # nodes between contact points, as on a triangle's sides in a mortar coupling, carry no information
@@ -226,7 +179,7 @@ def nodal_pressure(contact: PressureOnFacets) -> NodalPressure | None:
     return NodalPressure(nodal, known, loaded, loaded & ~at_edge[contact.facets].any(axis=1))
 
 
-def _read(contact: PressureOnFacets, field: NodalPressure, chosen: IntArray, n: int, highest: int) -> tuple[Array, ...]:
+def _read(contact: ContactFields, field: NodalPressure, chosen: IntArray, n: int, highest: int) -> tuple[Array, ...]:
     """Points, areas and the three pressures on some facets, n samples along each side, and the smooth at a node."""
     facets, mortar = contact.facets[chosen], contact.coupling == "mortar"
     samples = facet_samples(contact.nodes, facets, mortar, contact.extent, n)
@@ -241,7 +194,7 @@ def _read(contact: PressureOnFacets, field: NodalPressure, chosen: IntArray, n: 
     return samples.points, samples.areas, interpolated, np.sqrt(np.maximum(squares, 0.0)), smooth, at_node
 
 
-def recovered_on(contact: PressureOnFacets, field: NodalPressure, chosen: IntArray) -> RecoveredPressure:
+def recovered_on(contact: ContactFields, field: NodalPressure, chosen: IntArray) -> RecoveredPressure:
     """Recovered pressure on chosen facets on which it is bounded."""
     # on an elastic foundation the pressure falls to zero linearly
     power = 1 if contact.slave.is_foundation else 2
@@ -251,7 +204,7 @@ def recovered_on(contact: PressureOnFacets, field: NodalPressure, chosen: IntArr
     return recovered(contact.nodes, facets, own, field.known, contact.at_nodes @ contact.weights, power)
 
 
-def error_estimate(contact: PressureOnFacets, readings: PressureReadings | None) -> ErrorEstimate:
+def error_estimate(contact: ContactFields, readings: PressureReadings | None) -> ErrorEstimate:
     """Errors of a contact estimated from its reconstructed pressures and the kinks between its faces."""
     if readings is None:
         return ErrorEstimate.none(NO_CONTACT)
@@ -291,7 +244,7 @@ def interior_error(errors: Sequence[EnergyError]) -> float:
     return min(1.0, STIFFNESS * error / energy) if energy > 0 else 0.0
 
 
-def energy_errors(contact: PressureOnFacets, readings: PressureReadings | None) -> tuple[EnergyError, EnergyError]:
+def energy_errors(contact: ContactFields, readings: PressureReadings | None) -> tuple[EnergyError, EnergyError]:
     """Errors in the cells of slave and master below a contact, as deep as it is wide."""
     if readings is None:
         return NO_CELLS, NO_CELLS
@@ -303,7 +256,7 @@ def energy_errors(contact: PressureOnFacets, readings: PressureReadings | None) 
     )
 
 
-def faces_across(contact: PressureOnFacets, readings: PressureReadings) -> float:
+def faces_across(contact: ContactFields, readings: PressureReadings) -> float:
     """Faces across the narrowest region of a contact that carries a twentieth of its force.
 
     The number on the shorter diameter of an ellipse with the same number of faces, including mirror images.
@@ -319,9 +272,7 @@ def faces_across(contact: PressureOnFacets, readings: PressureReadings) -> float
     return min(_across(contact, readings, of_facet == k, share, contact.node_numbers[region == k]) for k in chosen)
 
 
-def _across(
-    contact: PressureOnFacets, readings: PressureReadings, chosen: Mask, share: Array, numbers: IntArray
-) -> float:
+def _across(contact: ContactFields, readings: PressureReadings, chosen: Mask, share: Array, numbers: IntArray) -> float:
     """Faces across one region, from its facets (n,), their shares (n,) in contact, and its node numbers."""
     n = share[chosen].sum() * 2 ** contact.slave.planes_through(numbers)
     points, weights = readings.points[chosen].reshape(-1, 3), readings.areas[chosen]

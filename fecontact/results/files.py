@@ -6,10 +6,10 @@ Grids of cells on the surfaces of local bodies, with their fields, for files and
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, cast
 
 import meshio
 import numpy as np
@@ -26,8 +26,10 @@ from fecontact.contact.interface import Interface
 from fecontact.halfspace.surface import GridSurface
 from fecontact.mesh.formats.generic import teach_meshio
 from fecontact.results.contact_fields import ContactFields
-from fecontact.results.solved_scene import SolvedScene
 from fecontact.surfaces.facet_surface import has_cells, with_nodes
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
 
 LINES = 32
 """Lines of cells along a side at which displacement and stress are evaluated; between them they are interpolated."""
@@ -54,21 +56,21 @@ class WindowPatch:
     fields: Mapping[str, Array]
 
 
-def on_window(result: SolvedScene, interface: Interface) -> bool:
+def on_window(result: ContactResult, interface: Interface) -> bool:
     """Whether the contact of an interface is on cells of a body with a mesh."""
     k = result.scene.bodies.index(interface.slave)
     meshed = interface.slave.at_points(result.state.displacements[k]) is not None
     return meshed and has_cells(interface.slave_surface)
 
 
-def window_patches(result: SolvedScene) -> Iterator[WindowPatch]:
+def window_patches(result: ContactResult) -> Iterator[WindowPatch]:
     """The patches of all contacts on windows of local bodies."""
     for interface, contact in zip(result.interfaces, result.contacts, strict=True):
         if on_window(result, interface):
             yield _patch(result, interface, contact)
 
 
-def _patch(result: SolvedScene, interface: Interface, contact: ContactFields) -> WindowPatch:
+def _patch(result: ContactResult, interface: Interface, contact: ContactFields) -> WindowPatch:
     body, surface, shown = interface.slave, interface.slave_surface, contact.node_numbers
     u, stress = _inside(result, interface, shown)
     pressure, gap = (contact.at_nodes @ values for values in (contact.pressure, contact.gap))
@@ -83,7 +85,7 @@ def _patch(result: SolvedScene, interface: Interface, contact: ContactFields) ->
     return WindowPatch(body, surface.points[shown], contact.facets, fields)
 
 
-def _inside(result: SolvedScene, interface: Interface, shown: IntArray) -> tuple[Array, Array]:
+def _inside(result: ContactResult, interface: Interface, shown: IntArray) -> tuple[Array, Array]:
     """Displacement in world axes (n, 3) and stress (n, 6) at cells (n,) of a window."""
     surface = cast(GridSurface, interface.slave_surface)
     first = int(surface.facets.min())
@@ -101,7 +103,7 @@ def _inside(result: SolvedScene, interface: Interface, shown: IntArray) -> tuple
 WRITERS = (".vtu", ".json", ".csv")
 
 
-def save_result(result: SolvedScene, path: str | Path, summary: Callable[[], dict[str, Any]]) -> Path:
+def save_result(result: ContactResult, path: str | Path) -> Path:
     """Write a result; the suffix decides.
 
     Raises
@@ -114,11 +116,11 @@ def save_result(result: SolvedScene, path: str | Path, summary: Callable[[], dic
     if suffix not in WRITERS:
         raise InputError(f"Unknown file type {suffix!r} for a result; expected one of {', '.join(WRITERS)}.")
     check_writable(path)
-    writers = {".vtu": save_vtu, ".json": lambda r, p: save_json(p, summary()), ".csv": save_csv}
+    writers = {".vtu": save_vtu, ".json": lambda r, p: save_json(p, r.summary()), ".csv": save_csv}
     return writers[suffix](result, path)
 
 
-def save_csv(result: SolvedScene, path: str | Path) -> Path:
+def save_csv(result: ContactResult, path: str | Path) -> Path:
     """One row per contact point: contact, position, normal, area, force, pressure, gap, region (0: no contact).
 
     With friction also traction (tx, ty, tz), slip of the step (sx, sy, sz) and state (open, stick, slip).
@@ -142,7 +144,7 @@ def save_csv(result: SolvedScene, path: str | Path) -> Path:
     return path
 
 
-def save_vtu(result: SolvedScene, path: str | Path) -> Path:
+def save_vtu(result: ContactResult, path: str | Path) -> Path:
     """All bodies with a mesh: displacement, stress, equivalent stress and contact pressure as point data.
 
     Stresses are in each body's own axes. Wedges, pyramids and tetrahedra are written as such. Mid-face nodes, which the
@@ -189,12 +191,12 @@ def save_vtu(result: SolvedScene, path: str | Path) -> Path:
     return path
 
 
-def save_series(results: Sequence[SolvedScene], path: str | Path, times: Sequence[float] | None = None) -> Path:
+def save_series(results: Sequence[ContactResult], path: str | Path, times: Sequence[float] | None = None) -> Path:
     """Write results as a series for ParaView: a PVD file and one VTU file for each result.
 
     Parameters
     ----------
-    results : sequence of SolvedScene
+    results : sequence of ContactResult
     path : str or Path
         Ends in ``.pvd``; the others are named after it, with a number.
     times : sequence of float, optional
@@ -215,7 +217,7 @@ def save_series(results: Sequence[SolvedScene], path: str | Path, times: Sequenc
     return write_collection(path, files, instants)
 
 
-def body_fields(result: SolvedScene, body: ElasticBody) -> dict[str, Array]:
+def body_fields(result: ContactResult, body: ElasticBody) -> dict[str, Array]:
     """Nodal fields of a body by name.
 
     displacement (n, 3), stress (n, 6), von_mises (n,), contact_pressure (n,), contact_pressure_error (n,). The latter
@@ -231,7 +233,7 @@ def body_fields(result: SolvedScene, body: ElasticBody) -> dict[str, Array]:
     }
 
 
-def nodal_error(result: SolvedScene, body: ElasticBody) -> Array:
+def nodal_error(result: ContactResult, body: ElasticBody) -> Array:
     """Estimated error (n_points,) of the contact pressure where the body is the slave: the mean over adjacent faces."""
     error = np.zeros(len(body.mesh.points))
     for interface, contact in zip(result.interfaces, result.contacts, strict=True):
@@ -245,7 +247,7 @@ def nodal_error(result: SolvedScene, body: ElasticBody) -> Array:
     return error
 
 
-def nodal_pressure(result: SolvedScene, body: ElasticBody) -> Array:
+def nodal_pressure(result: ContactResult, body: ElasticBody) -> Array:
     """Contact pressure (n_points,) on a body's nodes; zero where there is none.
 
     As slave: that of the contact. As master: the slave's pressure at the point opposite each node.

@@ -18,16 +18,18 @@ the share sinc^2(k d / H) of the k-th harmonic.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fecontact.bodies.protocol import Body
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray
 from fecontact.contact.coupling.choose import NESTED
 from fecontact.mesh.facets import facet_centres, triangular
 from fecontact.mesh.pick import shared_sides, side_normals
 from fecontact.surfaces.facet_surface import FacetSurface, Surface, facets_of, own_facets
+
+if TYPE_CHECKING:
+    from fecontact.results.contact_fields import ContactFields
 
 #: Largest angle between neighbouring faces of a round shape; above it they form an edge.
 EDGE = np.radians(40.0)
@@ -37,38 +39,6 @@ FLAT = 1e-12
 BENT = 1 / (4 * np.sqrt(3))
 #: Number of harmonics.
 HARMONICS = np.arange(1, 33)
-
-
-class TouchingSurfaces(Protocol):
-    """Two surfaces in contact, as in `contact_fields.ContactFields`."""
-
-    @property
-    def slave(self) -> Body:
-        """The body with the contact points."""
-
-    @property
-    def master(self) -> Body:
-        """The other body."""
-
-    @property
-    def surfaces(self) -> tuple[str, str]:
-        """Names of the two surfaces."""
-
-    @property
-    def points(self) -> Array:
-        """Contact points (n, 3)."""
-
-    @property
-    def active(self) -> Mask:
-        """Points (n,) that carry force."""
-
-    @property
-    def coupling(self) -> str:
-        """'nodal' or 'mortar'."""
-
-    @property
-    def note(self) -> str:
-        """Note on the two meshes and the coupling."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +74,7 @@ class Kinks:
         return self.sign * BENT * self.angle * float(np.sqrt(self.directions))
 
 
-def geometry_error(contact: TouchingSurfaces) -> float:
+def geometry_error(contact: ContactFields) -> float:
     """Root mean square of the pressure due to the kinks between faces of a contact."""
     if contact.slave.is_foundation:
         return 0.0  # springs at nodes, which lie on the shape

@@ -1,8 +1,30 @@
-"""How much of a result linearised motions leave out."""
+"""Error of linearised motions: change of gaps and lines of action when the same motions are finite.
+
+The problem of a scene is linear in the displacements of its surfaces. A tangential motion d of a surface of curvature k
+changes the gap by a further k d^2 / 2 or so, and a rotation changes the direction of the forces. Both are measured at
+the pairs in contact, without a further solve: the surfaces are projected on each other again after the bodies' rigid
+motions and the mean of their deflections in the contact (a sphere on a bending arm moves with it).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.bodies.pose import Pose, turned
+from fecontact.bodies.protocol import Body
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.contact.interface import Interface
+from fecontact.contact.springs import SpringState
+from fecontact.fem.rigid import COMPONENTS
+from fecontact.results.contact_fields import ContactFields
+from fecontact.surfaces.facet_surface import Projection, Surface, with_nodes
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
 
 
 @dataclass(frozen=True)
@@ -55,3 +77,247 @@ class CarriedMotion:
     motion: float
     force: float
     rest: float
+
+
+#: Tolerated error of linearised motions, relative to the approach.
+BEARABLE = 1e-3
+#: Largest number of points examined in contact, and of the nearest others.
+MOST_POINTS = 400
+#: Opening by a unit of a rigid motion, relative to the largest, below which the motion changes no gap.
+NEUTRAL = 1e-7
+#: Largest weight of inner nodes in a closest point on the rim.
+ON_RIM = 1e-9
+#: Share of the force up to which a point does not make a contact wider.
+ALONE = 1e-6
+#: Least approach, relative to the smallest body, used as a scale: less is rounding.
+LEAST_APPROACH = 1e-9
+
+
+def linearisation_error(result: ContactResult) -> LinearisationError:
+    """Errors of a result due to linearised rigid motions.
+
+    Parameters
+    ----------
+    result : ContactResult
+
+    Returns
+    -------
+    LinearisationError
+        The one that the result already has, if it was judged before.
+    """
+    if result.linearisation is not None:
+        return result.linearisation
+    least = LEAST_APPROACH * float(result.scene.sizes.min())
+    found = [LinearisationError(0.0, least, 0.0)]
+    motions = driven_motions(result)
+    after = {
+        id(f.body): _Motion(f.body, f.point, m, _driven(result, k, m))
+        for k, (f, m) in enumerate(zip(result.loading.frames, motions, strict=True))
+    }
+    contacts = zip(result.interfaces, result.contacts, strict=True)
+    if np.any(motions):
+        found += [_of_contact(i, c, after) for i, c in contacts]
+        found += [_of_spring(s, after) for s in result.springs]
+    else:
+        found += [_of_contact(i, c, after) for i, c in contacts if _turn_by_deflection(i, c, after) > BEARABLE]
+    return LinearisationError(
+        gap=max(e.gap for e in found),
+        approach=max(e.approach for e in found),
+        direction=max(e.direction for e in found),
+        stretch=max(float(m[3:] @ m[3:]) / 2 for m in motions),
+        friction=max(e.friction for e in found),
+        deflected=max(e.deflected for e in found),
+    )
+
+
+def driven_motions(result: ContactResult) -> Array:
+    """Rigid motions (n_bodies, 6) of a result, without those that change no gap: undetermined ones, and twists."""
+    motions = result.motions
+    if result.scene.twists:
+        motions = motions * (np.arange(6) != COMPONENTS.index("rz"))
+    B = result.condensed.problem.B
+    if not len(B):
+        return motions
+    squares, directions = np.linalg.eigh(B @ B.T)
+    neutral = directions[:, squares <= NEUTRAL**2 * squares[-1]]
+    scale = np.where(np.arange(6) < 3, 1.0, result.scene.sizes[:, None])
+    count = np.cumsum([0] + [p.free.shape[1] for p in result.condensed.parts])
+    fields = [p.frame.free @ neutral[a:b] for p, a, b in zip(result.condensed.parts, count, count[1:], strict=False)]
+    basis, _ = np.linalg.qr(scale.reshape(-1, 1) * np.concatenate(fields))
+    flat = (scale * motions).ravel()
+    return np.asarray((flat - basis @ (basis.T @ flat)).reshape(motions.shape) / scale)
+
+
+def _driven(result: ContactResult, k: int, motion: Array) -> Array | None:
+    """Displacements (n_points, 3) of an elastic body, in the world, less its neutral motion; None for others."""
+    body, frame = result.scene.bodies[k], result.loading.frames[k]
+    u = body.at_points(result.state.displacements[k] - frame.modes((result.motions[k] - motion)[:, None])[:, 0])
+    return None if u is None else u @ body.pose.rotation.T
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """A small rigid motion (6,) of a body about a world point, linearised and finite.
+
+    `displacements` (n_points, 3) of an elastic body's points include its deflection.
+    """
+
+    body: Body
+    point: Array
+    motion: Array
+    displacements: Array | None = None
+
+    def in_contact(self, weights: sp.csr_matrix | None, places: Array, forces: Array) -> _Motion:
+        """The motion with the mean translation of contact points (n, 3), weighted by their forces (n,).
+
+        `weights` (n, n_points) interpolate the contact points from the body's points. Rotations are those of the body:
+        the slope of an indentation on half a contact (with a plane of symmetry) is not a rotation.
+        """
+        if self.displacements is None or weights is None or not forces.any():
+            return self
+        if weights.shape[1] != len(self.displacements):  # a surface with its own points
+            return self
+        deflection = weights @ self.displacements - self.linear(places)
+        shift = forces @ deflection / forces.sum()
+        return _Motion(self.body, self.point, self.motion + np.concatenate([shift, np.zeros(3)]))
+
+    def linear(self, points: Array) -> Array:
+        """Displacements (n, 3) of world points (n, 3)."""
+        return np.asarray(self.motion[:3] + np.cross(self.motion[3:], points - self.point))
+
+    @property
+    def pose(self) -> Pose:
+        """The pose after the finite motion."""
+        return turned(self.body.pose, self.motion, self.point)
+
+
+def _turn_by_deflection(interface: Interface, fields: ContactFields, after: dict[int, _Motion]) -> float:
+    """Bound (radians) of how far normals turn as bodies deflect: the curvature of the contact times the deflections."""
+    if not fields.active.any():
+        return 0.0
+    width, spread = (float(np.linalg.norm(np.ptp(v[fields.active], axis=0))) for v in (fields.points, fields.normals))
+    deflected = (after[id(body)].displacements for body in (interface.slave, interface.master))
+    size = sum(float(np.abs(u).max()) for u in deflected if u is not None)
+    return size * spread / width if width > 0 else 0.0
+
+
+def _of_contact(interface: Interface, fields: ContactFields, after: dict[int, _Motion]) -> LinearisationError:
+    chosen = _looked_at(fields)
+    active = fields.forces[chosen] > 0
+    surface = interface.master.surface(interface.surfaces[1])
+    x = fields.points[chosen]
+    own = interface.slave.pose.to_body(x)
+    before = surface.project(interface.master.pose.to_body(x))
+    lines = before.normals @ interface.master.pose.rotation.T
+    foot = interface.master.pose.to_world(before.points)
+
+    def closing(one: _Motion, other: _Motion) -> Array:
+        return np.asarray(before.gap + np.einsum("ni,ni->n", lines, one.linear(x) - other.linear(foot)))
+
+    rigid_motions = slave, master = after[id(interface.slave)], after[id(interface.master)]
+    rigid = closing(slave, master)
+    slave = slave.in_contact(_nodes_of(interface, chosen), x, fields.forces[chosen])
+    master = master.in_contact(before.weights, foot, fields.forces[chosen])
+    there = master.pose
+    projection = surface.project(there.to_body(slave.pose.to_world(own)))
+    linear = closing(slave, master)
+    seen = ~(before.outside | projection.outside)
+    inside = seen & ~(_at_rim(surface, before) | _at_rim(surface, projection))
+    # a closest point on the rim does not show how the surface continues
+    seen = inside if (active & inside).any() else seen
+    if not active.any():
+        overlooked = bool((projection.gap[seen] < -LEAST_APPROACH * interface.slave.size).any())
+        return LinearisationError(np.inf if overlooked else 0.0, 1.0, 0.0)
+    if not (active & seen).any():
+        return LinearisationError(np.inf, 1.0, 0.0)
+    change = projection.gap - linear
+    approach = min(max(float(-rigid[active].min()), 0.0), _indentation(fields))
+    # others count where the change would bring them into contact
+    counted = seen & (active | (fields.gap[chosen] + change < -BEARABLE * approach))
+    forces = np.where(active & seen, fields.forces[chosen], 0.0)
+    turn = _smooth(surface, projection) @ there.rotation.T - _smooth(surface, before) @ interface.master.pose.rotation.T
+    direction = float(np.linalg.norm(forces @ turn) / forces.sum())
+    friction = _of_friction(fields, chosen, forces, turn)
+    shifts = [forces @ (a.linear(x) - b.linear(foot)) / forces.sum() for a, b in ((slave, master), rigid_motions)]
+    along = forces @ lines / forces.sum()
+    whole, left = (np.linalg.norm(np.cross(along, s)) for s in (shifts[0], shifts[0] - shifts[1]))
+    deflected = float(left / whole) if whole > 0 else np.inf
+    return LinearisationError(float(np.abs(change[counted]).max()), approach, direction, 0.0, friction, deflected)
+
+
+def _of_friction(fields: ContactFields, chosen: IntArray, forces: Array, turn: Array) -> float:
+    """Change of friction as normals turn by `turn` (n, 3) under `forces` (n,), relative (L2); none below `BEARABLE`.
+
+    A pressure p that turns by an angle has the part p times the angle across: where points stick it is friction, as
+    they are held in place, and where they slip it turns the resultant.
+    """
+    if fields.friction is None:
+        return 0.0
+    root = np.sqrt(fields.weights[chosen, None])
+    added, pressed, rubbed = (
+        float(np.linalg.norm(f / root))
+        for f in (forces[:, None] * turn, forces[:, None], fields.friction.forces[chosen])
+    )
+    return added / rubbed if rubbed and added > BEARABLE * pressed else 0.0
+
+
+def _nodes_of(interface: Interface, chosen: IntArray) -> sp.csr_matrix:
+    """Weights (n_chosen, n_nodes) that select nodal values of the chosen points."""
+    n, nodes = len(chosen), interface.pairing.nodes[chosen]
+    return sp.csr_matrix((np.ones(n), nodes, np.arange(n + 1)), shape=(n, len(interface.slave_nodes)))
+
+
+def _indentation(fields: ContactFields) -> float:
+    """Scale of the indentation: p b / E*, b three times the radius of gyration of the forces; infinite for one point.
+
+    For a sphere about 0.8 of the approach.
+    """
+    softness = 1 / fields.slave.contact_modulus + 1 / fields.master.contact_modulus
+    total = fields.total_force
+    # by what carries, and not by a distance of rounding: a point alone has none from itself
+    if np.count_nonzero(fields.forces > ALONE * total) < 2:
+        return np.inf
+    arm = fields.centres - fields.forces @ fields.centres / total
+    width = 3 * float(np.sqrt(fields.forces @ (arm**2).sum(axis=1) / total))
+    return total / fields.point_area * width * softness
+
+
+def _looked_at(fields: ContactFields) -> IntArray:
+    """Points in contact and the nearest others, at most `MOST_POINTS` each; all pairs without contact."""
+    active = np.flatnonzero(fields.active)
+    others = fields.candidates[fields.forces[fields.candidates] <= 0] if len(active) else np.arange(len(fields.gap))
+    nearest = others[np.argsort(fields.gap[others], kind="stable")[:MOST_POINTS]]
+    return np.concatenate([active[:: 1 + len(active) // MOST_POINTS], nearest])
+
+
+def _at_rim(surface: Surface, projection: Projection) -> Mask:
+    """Mask of closest points (n,) on the rim: interpolated from rim nodes only."""
+    if projection.weights is None:
+        return np.zeros(len(projection.gap), bool)
+    inner = abs(projection.weights) @ ~with_nodes(surface).rim_nodes
+    return np.asarray(inner <= ON_RIM)
+
+
+def _smooth(surface: Surface, projection: Projection) -> Array:
+    """Normals (n, 3) at closest points, continuous between facets."""
+    return projection.normals if projection.weights is None else with_nodes(surface).smooth_normals(projection)
+
+
+def _of_spring(state: SpringState, after: dict[int, _Motion]) -> LinearisationError:
+    """The same for a spring that carries, or would carry, a force."""
+    spring = state.spring
+    ends, displaced = spring.ends, []
+    finite = ends.copy()
+    for k, (body, point) in enumerate((spring.start, spring.end)):
+        motion = None if body is None else after[id(body)]
+        displaced.append(np.zeros(3) if motion is None else motion.linear(ends[k][None])[0])
+        if motion is not None:
+            finite[k] = motion.pose.to_world(np.asarray(point, dtype=float)[None])[0]
+    line = finite[1] - finite[0]
+    length = float(np.linalg.norm(line))
+    linear = spring.length + float(spring.direction @ (displaced[1] - displaced[0]))
+    assert spring.slack_length is not None
+    if state.tension == 0 and length <= spring.slack_length:
+        return LinearisationError(0.0, 0.0, 0.0)
+    turn = float(np.linalg.norm(line / length - spring.direction)) if length > 0 else np.inf
+    return LinearisationError(abs(length - linear), abs(state.elongation), turn if state.tension else 0.0)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from html import escape
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -17,7 +18,9 @@ from fecontact.common.files import write_atomically
 from fecontact.common.table import Column, Table
 from fecontact.results.pictures.draw import plot_result
 from fecontact.results.report import model_size
-from fecontact.results.solved_scene import SolvedScene
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
 
 STYLE = """
 body, .fecontact { font: 15px/1.45 system-ui, sans-serif; color: #222; }
@@ -36,9 +39,7 @@ ROUNDING = 1e-9
 
 
 def write_page(
-    result: SolvedScene,
-    warnings: Sequence[str],
-    notes: Sequence[str],
+    result: ContactResult,
     path: str | Path,
     *,
     title: str = "Contact of bodies",
@@ -47,8 +48,7 @@ def write_page(
 
     Parameters
     ----------
-    result : SolvedScene
-    warnings, notes : sequence of str
+    result : ContactResult
     path : str or Path
         File to write, ``.html``.
     title : str
@@ -61,7 +61,7 @@ def write_page(
     text("the title", title)
     parts = [
         f"<h1>{escape(title)}</h1>",
-        _summary(result, warnings, notes),
+        _summary(result),
         *(f"<h2>{name}</h2>{_image(figure)}" for name, figure in _pictures(result)),
         "<h2>Reactions</h2>",
         Table(
@@ -81,9 +81,9 @@ def write_page(
     return write_atomically(path, page)
 
 
-def notebook_cell(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -> str:
+def notebook_cell(result: ContactResult) -> str:
     """HTML of a result in a notebook: what it found, and its map of pressure."""
-    return _wrapped(_summary(result, warnings, notes) + _image(plot_result(result, "pressure")))
+    return _wrapped(_summary(result) + _image(plot_result(result, "pressure")))
 
 
 def table_cell(table: Table) -> str:
@@ -95,7 +95,7 @@ def _wrapped(body: str) -> str:
     return f'<style>{STYLE}</style><div class="fecontact">{body}</div>'
 
 
-def _summary(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -> str:
+def _summary(result: ContactResult) -> str:
     """What was found: status, one row for each contact, warnings and notes."""
     units = result.scene.unit_names
     columns: tuple[Column | str, ...] = (
@@ -117,14 +117,14 @@ def _summary(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str])
         )
         for c in result.contacts
     ]
-    said = [f'<p class="warning">Warning: {escape(w)}</p>' for w in warnings]
-    said += [f'<p class="note">Note: {escape(n)}</p>' for n in notes]
+    said = [f'<p class="warning">Warning: {escape(w)}</p>' for w in result.warnings]
+    said += [f'<p class="note">Note: {escape(n)}</p>' for n in result.notes]
     counts = f"{result.n_active} of {result.n_candidates} candidates in contact, {result.n_dofs} degrees of freedom"
     found = f"{result.status} by {result.solution.solver}: {counts}"
     return f"<p>{escape(found)}</p>{Table(columns, rows).html()}{''.join(said)}"
 
 
-def _pictures(result: SolvedScene) -> Iterator[tuple[str, Figure]]:
+def _pictures(result: ContactResult) -> Iterator[tuple[str, Figure]]:
     yield "Pressure", plot_result(result, "pressure")
     yield "Gap", plot_result(result, "gap")
     if all(c.friction is not None for c in result.contacts):
@@ -135,7 +135,7 @@ def _pictures(result: SolvedScene) -> Iterator[tuple[str, Figure]]:
         yield "Steps to the accuracy", plot_result(result, "convergence")
 
 
-def _certificate(result: SolvedScene) -> str:
+def _certificate(result: ContactResult) -> str:
     """Residuals recomputed from the problem."""
     r = result.residuals()
     rows = [(n, getattr(r, n)) for n in ("penetration", "tension", "complementarity", "equilibrium")]

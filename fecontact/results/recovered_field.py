@@ -13,15 +13,19 @@ root; and in contacts of fewer than `RESOLVED` faces across.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.one_line import one_line
-from fecontact.results.edge_level import PressureAndGap, edge_level
+from fecontact.results.edge_level import edge_level
 from fecontact.results.error_estimate import NodalPressure, nodal_pressure, recovered_on
 from fecontact.results.facet_samples import facet_samples, hats, pressure_shapes
 from fecontact.results.recovery import facet_frames, fitted, monomials, node_weights, patches
+
+if TYPE_CHECKING:
+    from fecontact.results.contact_fields import ContactFields
 
 #: Faces across a contact from which its pressure is recovered.
 RESOLVED = 4.0
@@ -38,7 +42,7 @@ class RecoveredField:
 
     Attributes
     ----------
-    contact : PressureAndGap
+    contact : ContactFields
     pressure : (m,) array
         At the nodes of the facets; that of the contact where it is not recovered.
     level, factor : (m,) arrays
@@ -47,7 +51,7 @@ class RecoveredField:
         Facets on which p^2 = phi c (or p = phi c on a foundation).
     """
 
-    contact: PressureAndGap
+    contact: ContactFields
     pressure: Array
     level: Array
     factor: Array
@@ -71,7 +75,7 @@ class RecoveredField:
         return every.points.reshape(-1, 3), self.at(every.local).ravel(), every.areas.ravel()
 
 
-def recovered_field(contact: PressureAndGap, across: float) -> RecoveredField:
+def recovered_field(contact: ContactFields, across: float) -> RecoveredField:
     """Recovered pressure of a contact so many faces across."""
     field, n = nodal_pressure(contact), len(contact.nodes)
     none = np.zeros(len(contact.facets), bool)
@@ -89,7 +93,7 @@ def recovered_field(contact: PressureAndGap, across: float) -> RecoveredField:
     return RecoveredField(contact, pressure, level, _factor(contact, field, level, cut), cut)
 
 
-def _averaged(contact: PressureAndGap, field: NodalPressure) -> Array:
+def _averaged(contact: ContactFields, field: NodalPressure) -> Array:
     """Recovered pressure (m,) averaged at nodes over facets on which it is bounded, else that of the contact."""
     chosen = np.flatnonzero(field.bounded)
     if not len(chosen):
@@ -101,7 +105,7 @@ def _averaged(contact: PressureAndGap, field: NodalPressure) -> Array:
     return np.where(count > 0, mean ** (1 / power), field.pressure)
 
 
-def _factor(contact: PressureAndGap, field: NodalPressure, level: Array, cut: Mask) -> Array:
+def _factor(contact: ContactFields, field: NodalPressure, level: Array, cut: Mask) -> Array:
     """Factor c (m,) at the nodes of cut facets, from the pressures at nodes within the outline."""
     chosen = np.flatnonzero(cut)
     if not len(chosen):
@@ -122,6 +126,6 @@ def _factor(contact: PressureAndGap, field: NodalPressure, level: Array, cut: Ma
     return np.asarray(np.bincount(own.ravel(), each.ravel(), len(level)) / np.maximum(count, 1))
 
 
-def _power(contact: PressureAndGap) -> int:
+def _power(contact: ContactFields) -> int:
     """Power of the pressure that falls linearly to zero at the edge."""
     return 1 if contact.slave.is_foundation else 2

@@ -6,6 +6,7 @@ Reduction of a problem's size by candidates, condensation and symmetry.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,10 +14,12 @@ from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.common.stopwatch import peak_memory as peak_memory
-from fecontact.results.solved_scene import SolvedScene
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
 
 
-def model_size(result: SolvedScene) -> list[str]:
+def model_size(result: ContactResult) -> list[str]:
     """Report lines on the size of the problem and its reduction."""
     lines = []
     points = sum(len(c.gap) for c in result.contacts)
@@ -40,7 +43,7 @@ def modelled(bodies: Sequence[Body]) -> list[str]:
     return [line for body in bodies for line in body.size_lines(twins.get(id(body), ""))]
 
 
-def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -> str:
+def report(result: ContactResult) -> str:
     """The table that `print(result)` shows."""
     r, units = result.residuals(), result.scene.unit_names
     lines = [f"Contact of {len(result.scene.bodies)} bodies: {result.status} by {result.solution.solver}"]
@@ -86,8 +89,8 @@ def report(result: SolvedScene, warnings: Sequence[str], notes: Sequence[str]) -
     if result.friction is not None:
         law = result.friction.residuals
         lines.append(f"Friction:  cone {law.cone:.1e}, slip {law.slip:.1e}, dissipation {law.dissipation:.1e}")
-    lines += [f"Warning:   {text}" for text in warnings]
-    lines += [f"Note:      {text}" for text in notes]
+    lines += [f"Warning:   {text}" for text in result.warnings]
+    lines += [f"Note:      {text}" for text in result.notes]
     if result.convergence is not None:
         lines += [f"  {line}" for line in str(result.convergence).splitlines()]
     stages = "  ".join(f"{k} {v:.3f}" for k, v in result.seconds.items())

@@ -1,50 +1,452 @@
-"""Result of a scene: fields, resultants, residuals, report, pictures and files."""
+"""Result of a scene: its fields, resultants, displacements, stresses and residuals; report, pictures and files."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
-from fecontact.bodies.elastic import elastic_among
-from fecontact.common.arguments import file_path, known_options
-from fecontact.common.arrays import IntArray
-from fecontact.common.errors import InputError
+from fecontact.bodies.elastic import ElasticBody, elastic_among
+from fecontact.bodies.inner_fields import InnerFields
+from fecontact.bodies.protocol import Body
+from fecontact.common.arguments import file_path, known_options, text
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import point_array
+from fecontact.common.error_estimate import ResponseError
+from fecontact.common.errors import InputError, shown
 from fecontact.common.files import check_writable
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.condensed_problem import CondensedProblem, DisplacementState
-from fecontact.contact.interface import UnilateralConstraints
-from fecontact.contact.loads import Loading
+from fecontact.contact.interface import Interface, UnilateralConstraints
+from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import SpringState
+from fecontact.contact.step_end import StepEnd
 from fecontact.results.contact_fields import ContactFields
+from fecontact.results.convergence import Convergence
 from fecontact.results.edge_pressure import EdgePressure, edge_pressure
 from fecontact.results.friction_fields import FrictionFields
+from fecontact.results.linearisation import CarriedMotion, LinearisationError
 from fecontact.results.paired_fields import contact_fields
 from fecontact.results.report import model_size, peak_memory, report
-from fecontact.results.resultants import resultant
-from fecontact.results.solved_scene import SolvedScene
-from fecontact.results.warnings import notes_of, warnings_of
-from fecontact.solvers import Solution
+from fecontact.results.response_error import ResponseErrors
+from fecontact.results.resultants import hold_of_body, hold_of_boundary, resultant
+from fecontact.results.warnings import CHECKS, NOTES
+from fecontact.solvers import ComplementarityProblem, Residuals, Solution, Status
+from fecontact.solvers.friction_problem import FrictionSolution
 
 
 @dataclass(frozen=True, eq=False)
-class ContactResult(SolvedScene):
-    """Certified solution of a scene, with methods to print, draw and save it."""
+class RigidMotion:
+    """Small rigid motion of a body: `translation` (3,) of `point` (3,) and `rotation` vector (3,), world axes."""
+
+    translation: Array
+    rotation: Array
+    point: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ContactResult:
+    """Certified solution of a scene, with methods to print, draw and save it.
+
+    Attributes
+    ----------
+    contacts : tuple of ContactFields
+    springs : tuple of SpringState
+    solution : Solution
+        Solution of the condensed problem.
+    seconds : dict
+        Wall time by stage of the last solve, 'before' it (earlier poses or meshes, estimates), and 'total'.
+    memory : dict
+        Peak resident memory of the process in MB, 'before' and by the end of each stage (`Stopwatch.memory`).
+    rounds : int
+        Number of choices of candidates.
+    condensation : dict
+        Route to the compliance of each elastic body and its reason, by name; models in several poses once.
+    originals : sequence of Body
+        After a finite motion: the bodies as given; `scene` has them in their final poses.
+    unrefined : sequence of Body
+        Solved to an accuracy: the bodies before their meshes were divided; `scene` holds those of the last division.
+    convergence : Convergence, optional
+        Solved to an accuracy: the steps on the way to it.
+    linearisation : LinearisationError, optional
+        Error of linearised motions, where it decided whether poses are updated (``finite_motion="auto"``).
+    carried : CarriedMotion, optional
+        After a finite motion from the poses given: what carrying them along has changed.
+    friction : FrictionSolution, optional
+        Solution of the condensed problem with friction; `solution` then is that of its normal forces alone, under the
+        tangential forces found.
+    step_end : StepEnd, optional
+        With friction: what the next load step goes on from.
+    follows_step : bool
+        Whether it belongs to a load path.
+    """
+
+    scene: SceneModel
+    contacts: tuple[ContactFields, ...]
+    springs: tuple[SpringState, ...]
+    solution: Solution
+    seconds: dict[str, float]
+    memory: dict[str, float]
+    rounds: int
+    condensation: dict[str, str]
+    loading: Loading = field(repr=False)
+    condensed: CondensedProblem = field(repr=False)
+    state: DisplacementState = field(repr=False)
+    originals: Sequence[Body] = ()
+    unrefined: Sequence[Body] = ()
+    convergence: Convergence | None = None
+    linearisation: LinearisationError | None = field(default=None, repr=False)
+    carried: CarriedMotion | None = field(default=None, repr=False)
+    friction: FrictionSolution | None = field(default=None, repr=False)
+    step_end: StepEnd | None = field(default=None, repr=False)
+    follows_step: bool = False
+
+    @property
+    def success(self) -> bool:
+        """Whether the certificate holds; always true for a result that was returned."""
+        return self.solution.success
+
+    @property
+    def status(self) -> str:
+        """'solved' or 'no-contact'."""
+        return str(self.solution.status)
+
+    @property
+    def message(self) -> str:
+        """The status in a sentence."""
+        if self.status == Status.NO_CONTACT and any(c.between_nodes.overlap for c in self.contacts):
+            return "no contact point touches, but bodies overlap between the nodes: see the warnings"
+        return self.solution.message
+
+    @property
+    def nit(self) -> int:
+        """Iterations of the solver in the last round."""
+        return self.solution.nit
+
+    @property
+    def problem(self) -> ComplementarityProblem:
+        """The condensed problem on the candidate points: S, g, B, F.
+
+        The forces `solution.forces` (n,) minimise 1/2 l^T S l + g^T l over l >= 0 with B l = F; the gaps are
+        S l + g + B^T q with q = `solution.q`. Rows are the candidates of one contact after the other, then springs.
+        """
+        return self.solution.problem
+
+    @property
+    def n_dofs(self) -> int:
+        """Degrees of freedom of all elastic bodies."""
+        return sum(b.n_unknowns for b in self.elastic_bodies)
+
+    @property
+    def n_dofs_factorised(self) -> int:
+        """The same, with a model in several poses counted once."""
+        return sum({id(b.model): b.n_unknowns for b in self.elastic_bodies}.values())
+
+    @property
+    def interfaces(self) -> tuple[Interface, ...]:
+        """The paired contacts, one for each of `contacts`."""
+        return tuple(c for i in self.condensed.interfaces if (c := i.as_contact) is not None)
+
+    @property
+    def elastic_bodies(self) -> tuple[ElasticBody, ...]:
+        """The scene's elastic bodies."""
+        return elastic_among(self.scene.bodies)
+
+    @property
+    def meshed_bodies(self) -> tuple[ElasticBody, ...]:
+        """The scene's bodies with a mesh: elastic ones, and local ones."""
+        pairs = zip(self.scene.bodies, self.state.displacements, strict=True)
+        return tuple(cast(ElasticBody, b) for b, u in pairs if b.at_points(u) is not None)
+
+    @property
+    def n_candidates(self) -> int:
+        """Candidate points of all contacts."""
+        return self.solution.problem.n
+
+    @property
+    def n_active(self) -> int:
+        """Points that carry force."""
+        return int((self.solution.forces > 0).sum())
+
+    def _number(self, body: Body) -> int:
+        for bodies in (self.scene.bodies, self.originals, self.unrefined):
+            for k, b in enumerate(bodies):
+                if b is body:
+                    return k
+        raise InputError(f"{getattr(body, 'name', None) or shown(body)!r} is not a body of this result's scene.")
+
+    def _elastic(self, body: Body) -> tuple[int, ElasticBody]:
+        k = self._number(body)
+        if body.is_rigid:
+            raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.", code="rigid")
+        if not elastic_among([body]):
+            raise InputError(f"{body.name!r} has no field of finite elements by itself; see displacement and contacts.")
+        (posed,) = elastic_among([self.scene.bodies[k]])
+        return k, posed
+
+    def solved(self, body: Body) -> Body:
+        """The body as it was solved, in its final pose and on its last mesh, to which its fields belong."""
+        return self.scene.bodies[self._number(body)]
+
+    def given(self, body: Body) -> Body:
+        """The body in its given pose; `scene` has it in its final pose after a finite motion."""
+        return self.originals[self._number(body)] if self.originals else body
+
+    def _carried(self, k: int, points: Array) -> Array:
+        """World displacements (n, 3) of points (n, 3) of body k due to the change of its pose in a finite motion."""
+        now = self.scene.bodies[k]
+        return now.pose.to_world(points) - self.given(now).pose.to_world(points)
+
+    def displacement(self, body: Body) -> Array:
+        """Total displacement (n_points, 3) of the body's nodes from their given positions, in world axes."""
+        k = self._number(body)
+        posed = self.scene.bodies[k]
+        own = posed.at_points(self.state.displacements[k])
+        if own is None:
+            why = "is rigid" if body.is_rigid else "has no mesh"
+            raise InputError(f"{body.name!r} {why}: it has no displacement field; see rigid_motion.", code="rigid")
+        return self._moved(k, own, cast(ElasticBody, posed).mesh.points)
+
+    def _moved(self, k: int, own: Array, points: Array) -> Array:
+        """World displacements (n, 3) of points (n, 3) of body k from their given positions; `own` in its axes."""
+        own = own @ self.scene.bodies[k].pose.rotation.T
+        return own + self._carried(k, points) if self.originals else own
+
+    def strain(self, body: Body) -> Array:
+        """Strain (n_points, 6) at the nodes, components as in `fem.stress.VOIGT`, in the body's own axes."""
+        return self._inner(body).strain()
+
+    def stress(self, body: Body, group: str | None = None) -> Array:
+        """Stress (n_points, 6) at the nodes, tension positive, in the body's own axes.
+
+        Evaluated at the Gauss points, extrapolated and averaged; components xx, yy, zz, xy, yz, xz. Of a local body
+        that is the smooth part, to which the half-space's field below its window is added.
+
+        Parameters
+        ----------
+        body : Body
+        group : str, optional
+            An element set of its mesh, such as the cells of one material: only these are averaged, since stress jumps
+            where two materials meet, and all other nodes get NaN.
+        """
+        inner = self._inner(body)
+        groups = inner.model.mesh.groups
+        if group is not None and text("the name of an element set", group) not in groups:
+            known = ", ".join(map(repr, groups)) or "none"
+            raise InputError(f"The mesh of {body.name!r} has no element set {group!r}. Its sets are: {known}.")
+        return inner.stress(None if group is None else groups[group])
+
+    def fields_at(self, body: Body, points: ArrayLike) -> tuple[Array, Array]:
+        """Total displacement (n, 3) in world axes and stress (n, 6) in the body's own axes at points of a body.
+
+        Parameters
+        ----------
+        body : Body
+            An elastic body in space or a local body. Below the window of a local body they are as fine as its cells;
+            elsewhere the nodal fields of the mesh are interpolated in its cells.
+        points : (n, 3) array_like
+            In the body's own axes, within it.
+
+        Returns
+        -------
+        displacement : (n, 3) array
+            From the given positions, as `displacement`.
+        stress : (n, 6) array
+            As `stress`, components xx, yy, zz, xy, yz, xz, tension positive.
+
+        Raises
+        ------
+        InputError
+            If a point is outside the body, or the body has no mesh inside or is a section.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+        >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"})
+        >>> floor = fc.RigidBody(fc.Plane())
+        >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+        >>> u, stress = result.fields_at(body, [[0.5, 0.3, 0.1]])
+        >>> round(float(u[0, 2]), 9), round(float(stress[0, 2]), 9)
+        (-0.001, -0.01)
+        """
+        where = point_array("points", points, 3).reshape(-1, 3)
+        inner = self._inner(body)
+        if inner.model.mesh.is_flat:
+            raise InputError(f"{body.name!r} is a section; fields at points are offered for bodies in space.")
+        u, stress, found = inner.at(where)
+        if not found.all():
+            corners = (np.array2string(f(inner.model.mesh.points, axis=0), precision=6) for f in (np.min, np.max))
+            raise InputError(
+                f"{(~found).sum()} of {len(found)} points are not in {body.name!r}, the first: "
+                f"{np.array2string(where[np.argmin(found)], precision=6)}. Points are given in the body's own axes; "
+                f"its mesh reaches from {' to '.join(corners)}.",
+                code="points-outside-body",
+            )
+        return self._moved(self._number(body), u, where), stress
+
+    def _inner(self, body: Body) -> InnerFields:
+        k = self._number(body)
+        if body.is_rigid:
+            raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.", code="rigid")
+        part = self.condensed.parts[k]
+        forces = (self.friction or self.solution).forces[part.index]
+        inner = self.scene.bodies[k].inner_fields(self.state.displacements[k], part.rows, forces)
+        if inner is None:
+            raise InputError(f"{body.name!r} has no field of finite elements by itself; see displacement and contacts.")
+        return inner
+
+    @cached_property
+    def motions(self) -> Array:
+        """Rigid motions (n_bodies, 6) in the present problem, as in `rigid_motion`, in the order of the scene."""
+        return np.stack([self._motion(k) for k in range(len(self.scene.bodies))])
+
+    def _motion(self, k: int) -> Array:
+        body, frame, motion = self.scene.bodies[k], self.loading.frames[k], self.state.motions[k]
+        if body.free_motions.shape[1] == 0:
+            return motion
+        Q = body.pose.rotation
+        floating = np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
+        modes = frame.modes(floating)
+        weighted = mass_weighted(frame, floating)
+        elastic = self.state.displacements[k] - frame.modes(motion[:, None])[:, 0]
+        found = motion + floating @ np.linalg.solve(modes.T @ weighted, weighted.T @ elastic)
+        part = self.condensed.parts[k]
+        if part.hold is not None:
+            f = part.rows.T @ (self.friction or self.solution).forces[part.index]
+            mean = part.hold.of_elastic(f if part.loads is None else f + part.loads)
+            found = found + frame.mean_held @ (mean - part.hold.mean @ elastic)
+        return np.asarray(found)
+
+    def rigid_motion(self, body: Body) -> RigidMotion:
+        """Rigid motion of a body about its reference point.
+
+        That of the frame for supported components; that of the mean position weighted by mass (Elangovan 1978, eq.
+        A-17) for others. After a finite motion: from the original pose, with a rotation vector.
+        """
+        k = self._number(body)
+        body, frame, motion = self.scene.bodies[k], self.loading.frames[k], self.motions[k]
+        if not self.originals:
+            return RigidMotion(motion[:3], motion[3:], frame.point)
+        start = self.originals[k].pose
+        point = start.to_world(body.reference_point)
+        turn = Rotation.from_matrix(body.pose.rotation @ start.rotation.T).as_rotvec()
+        return RigidMotion(frame.point - point + motion[:3], turn + motion[3:], point)
+
+    @cached_property
+    def response_errors(self) -> ResponseErrors:
+        """Parts of the bodies' cells in the errors of forces and motions."""
+        frictional = self.friction is not None
+        return ResponseErrors(
+            self.condensed,
+            self.solution,
+            self.state,
+            self.contacts,
+            frictional,
+            lambda b: self.rigid_motion(b).rotation,
+        )
+
+    @property
+    def response_error(self) -> ResponseError:
+        """Estimated errors of forces, where motions are given, and of motions, by the elements of whole bodies.
+
+        Examples
+        --------
+        Cells of eight nodes, two across, bend too stiffly:
+
+        >>> import fecontact as fc
+        >>> mesh = fc.shapes.block((8.0, 1.0, 1.0), (16, 2, 2), element="hex8").translated((0.0, -0.5, 0.0))
+        >>> beam = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="top", supports={"x_min": "xyz"})
+        >>> ball = fc.RigidBody(fc.Sphere(5.0)).placed((6.4, 0.0, 1.0))
+        >>> result = fc.Scene([beam, ball], [fc.Contact(beam, ball)]).solve(motions={ball: {"z": -0.1}})
+        >>> print(result.response_error)
+        force about 23 %
+        """
+        return self.response_errors.estimate
+
+    def boundary_motion(self, body: Body, name: str) -> Array:
+        """Mean displacement (3,) of a boundary in world axes, weighted by nodal areas."""
+        k, elastic = self._elastic(body)
+        along_z = elastic.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape))
+        weights = along_z.reshape(-1, 3)[:, 2]
+        area = along_z @ elastic.model.rigid_modes[:, 2]
+        total = elastic.pose.rotation @ (weights @ self.state.displacements[k].reshape(-1, 3)) / area
+        if not self.originals:
+            return total
+        # the rotational modes, x -> e x (x - c), give the boundary's centre
+        turns = np.tensordot(weights, elastic.model.rigid_modes.reshape(-1, 3, 6), 1)[:, 3:] / area
+        centre = elastic.reference_point + np.array([-turns[2, 1], turns[2, 0], -turns[1, 0]])
+        return total + self._carried(k, centre[None])[0]
+
+    def reaction(self, body: Body, boundary: str | None = None) -> Array:
+        """Reaction (6,) on a body: force and moment about its reference point, in world axes.
+
+        Parameters
+        ----------
+        body : Body
+        boundary : str, optional
+            A supported boundary of an elastic body.
+
+        Returns
+        -------
+        (6,) array
+            Without a boundary: the reaction on the body's frame, from the equilibrium of the body under its loads,
+            contacts and springs; zero in free components. With one: the force of the frame on that boundary, from the
+            nodal forces there. The latter, summed over all supports, equal the former plus the load on the body as a
+            whole.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+        >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"})
+        >>> floor = fc.RigidBody(fc.Plane())
+        >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+        >>> round(float(result.reaction(body)[2]), 12), round(float(result.reaction(floor)[2]), 12)
+        (-0.01, 0.01)
+        """
+        k = self._number(body)
+        part, forces = self.condensed.parts[k], (self.friction or self.solution).forces
+        if boundary is None:
+            return hold_of_body(part, self.loading, k, forces)
+        return hold_of_boundary(self._elastic(body)[1], part, boundary, self.state.displacements[k], forces)
+
+    def residuals(self) -> Residuals:
+        """Penetration, tension, complementarity and equilibrium, recomputed from the problem; all relative.
+
+        Penetration covers the points outside the candidates too. Equilibrium is the larger of the condensed problem's
+        and of the balance of forces and moments of every pair of bodies in contact and on every free frame.
+        """
+        r = self.solution.residuals
+        outside = max((float(-c.gap.min(initial=0.0)) for c in self.contacts), default=0.0)
+        scale = self.state.scale if self.state.scale > 0 else 1.0
+        equilibrium = max([r.equilibrium, *map(self._imbalance, self.interfaces, self.contacts)])
+        return Residuals(max(r.penetration, outside / scale), r.tension, r.complementarity, equilibrium)
+
+    def _imbalance(self, interface: Interface, fields: ContactFields) -> float:
+        """Resultant of the forces on slave and master together (six components), relative to the forces."""
+        if fields.total_force == 0:
+            return 0.0
+        # the forces are equal and opposite by construction; their lines of action must coincide
+        couple = fields.forces @ interface.pairing.couple_residual(interface.slave_nodes)
+        return float(np.linalg.norm(couple) / (fields.total_force * interface.slave.size))
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of modelling and discretisation errors; see `results.warnings`."""
-        return warnings_of(self)
+        return tuple(text for check in CHECKS for text in check(self))
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """Notes about the model."""
-        return notes_of(self)
+        return tuple(text for check in NOTES for text in check(self))
 
     @cached_property
     def edge_pressures(self) -> tuple[EdgePressure, ...]:
@@ -108,18 +510,18 @@ class ContactResult(SolvedScene):
         known_options(write_page, options)
         if (suffix := Path(file_path("the path of a page", path)).suffix.lower()) not in (".html", ".htm"):
             raise InputError(f"A report is a page; found the suffix {suffix!r}, expected .html.", code="no-html")
-        return write_page(self, self.warnings, self.notes, check_writable(path), **options)
+        return write_page(self, check_writable(path), **options)
 
     def _repr_html_(self) -> str:
         from fecontact.results.page import notebook_cell
 
-        return notebook_cell(self, self.warnings, self.notes)
+        return notebook_cell(self)
 
     def save(self, path: str | Path) -> Path:
         """Write the result; the suffix decides: .vtu (ParaView), .json (summary), .csv (contact points)."""
         from fecontact.results.files import save_result
 
-        return save_result(self, path, self.summary)
+        return save_result(self, path)
 
     def summary(self) -> dict[str, Any]:
         """Figures for scripts, ready for JSON."""
@@ -166,7 +568,7 @@ class ContactResult(SolvedScene):
         return f"ContactResult({self.status}, {self.n_active} of {self.n_candidates} in contact; {pairs}{more})"
 
     def __str__(self) -> str:
-        return report(self, self.warnings, self.notes)
+        return report(self)
 
 
 def make_result(

@@ -3,86 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import connected_components
 
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.protocol import Body
 from fecontact.common.arguments import text
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line
 from fecontact.common.renamed import RenamedKeys
 from fecontact.contact.condensed_problem import BodyBlock
 from fecontact.contact.loads import Loading
-from fecontact.results.friction_fields import FrictionFields
+
+if TYPE_CHECKING:
+    from fecontact.results.contact_fields import ContactFields
 
 #: Distance from a dividing plane, relative to the slave's size, within which a point is on both sides.
 ON_PLANE = 1e-9
-
-
-class LoadedPoints(Protocol):
-    """Points of a contact that carry forces, as in `contact_fields.ContactFields`."""
-
-    @property
-    def slave(self) -> Body:
-        """The body on which the forces act."""
-
-    @property
-    def forces(self) -> Array:
-        """Contact forces (n,)."""
-
-    @property
-    def pressure(self) -> Array:
-        """Force over area (n,)."""
-
-    @property
-    def weights(self) -> Array:
-        """Areas (n,)."""
-
-    @property
-    def normals(self) -> Array:
-        """Force vectors (n, 3) on the slave per unit of contact force."""
-
-    @property
-    def couples(self) -> Array:
-        """Moments (n, 3) per unit of contact force."""
-
-    @property
-    def centres(self) -> Array:
-        """Points of action (n, 3)."""
-
-    @property
-    def active(self) -> Mask:
-        """Points (n,) that carry force."""
-
-    @property
-    def reference_point(self) -> Array:
-        """Point (3,) of reference of moments."""
-
-    @property
-    def friction(self) -> FrictionFields | None:
-        """Tangential forces, if there is friction."""
-
-    @property
-    def areas(self) -> tuple[Array, Array]:
-        """Areas of each facet (n_facets,) within the outline, and of points (n,) that none surrounds."""
-
-    @property
-    def sign(self) -> float:
-        """Factor from forces on the slave to resultants."""
-
-    def shares(self, point: Array, normal: Array) -> tuple[Array, Array]:
-        """Shares of points (n,) and facets on one side of a plane."""
-
-    @property
-    def sharing(self) -> sp.csr_matrix:
-        """Incidence of points and facets (n, n_facets)."""
 
 
 @one_line
@@ -120,7 +61,7 @@ class Region:
         return plain if self.area > 0 else RenamedKeys(plain, centre_of_pressure=None)
 
 
-def resultant(contact: LoadedPoints, share: Array | None = None) -> tuple[Array, Array]:
+def resultant(contact: ContactFields, share: Array | None = None) -> tuple[Array, Array]:
     """Force (3,) and moment (3,), friction included, on the first body of a contact; of shares (n,) of its points."""
     share = np.ones(len(contact.forces)) if share is None else share
     forces, friction = contact.forces * share, contact.friction
@@ -131,7 +72,7 @@ def resultant(contact: LoadedPoints, share: Array | None = None) -> tuple[Array,
     return contact.sign * force, contact.sign * moment
 
 
-def part_of(contact: LoadedPoints, share: Array, of_facets: Array) -> Region:
+def part_of(contact: ContactFields, share: Array, of_facets: Array) -> Region:
     """Resultants of a part of a contact, friction included, by the shares (n,) and (n_facets,) of points and facets."""
     forces, (force, moment) = contact.forces * share, resultant(contact, share)
     total, area = float(forces.sum()), float(contact.areas[0] @ of_facets + contact.areas[1] @ share)
@@ -146,7 +87,7 @@ def part_of(contact: LoadedPoints, share: Array, of_facets: Array) -> Region:
     )
 
 
-def region_numbers(contact: LoadedPoints) -> IntArray:
+def region_numbers(contact: ContactFields) -> IntArray:
     """Connected region (n,) of each point, 1 for the most loaded, 0 for points that carry no force.
 
     Points are connected by the facets they share.
@@ -161,7 +102,7 @@ def region_numbers(contact: LoadedPoints) -> IntArray:
     return np.where(active, number[label], 0)
 
 
-def sides_of_plane(contact: LoadedPoints, point: ArrayLike, normal: ArrayLike) -> tuple[Region, Region]:
+def sides_of_plane(contact: ContactFields, point: ArrayLike, normal: ArrayLike) -> tuple[Region, Region]:
     """Resultants on the side a plane's normal points to, and on the other; see `ContactFields.split_by_plane`."""
     n = vector("The normal of the dividing plane", normal)
     length = np.linalg.norm(n)

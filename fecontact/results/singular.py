@@ -26,10 +26,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse as sp
 from scipy.optimize import brentq
 
 from fecontact.bodies.elastic import elastic_among
@@ -38,9 +37,11 @@ from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.error_estimate import UnboundedPeak
 from fecontact.results.friction_fields import FrictionFields
-from fecontact.results.geometry_error import TouchingSurfaces
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of
 from fecontact.surfaces.rigid.shapes import heights_of, sharpest
+
+if TYPE_CHECKING:
+    from fecontact.results.contact_fields import ContactFields
 
 #: Values of lambda between which roots are looked for.
 TRIED = np.linspace(0.02, 0.98, 193)
@@ -120,30 +121,6 @@ ON_RIM = 1e-3
 IN_PLANE = 1e-5
 
 
-class PressedEdges(TouchingSurfaces, Protocol):
-    """Forces on facets that may end, as in `contact_fields.ContactFields`."""
-
-    @property
-    def forces(self) -> Array:
-        """Contact forces (n,)."""
-
-    @property
-    def weights(self) -> Array:
-        """Areas (n,)."""
-
-    @property
-    def normals(self) -> Array:
-        """Force vectors (n, 3) on the slave."""
-
-    @property
-    def friction(self) -> FrictionFields | None:
-        """Tractions and slip, of a contact with friction."""
-
-    @property
-    def sharing(self) -> sp.csr_matrix:
-        """Points on facets of the slave's whole surface (n, n_surface_facets)."""
-
-
 @dataclass(frozen=True, eq=False)
 class SingularEdge:
     """Where a pressure has no bound.
@@ -159,7 +136,7 @@ class SingularEdge:
     points: Mask
 
 
-def singular_edge(contact: PressedEdges) -> SingularEdge | None:
+def singular_edge(contact: ContactFields) -> SingularEdge | None:
     """The edge with the worst singularity of a contact's pressure; None where there is none."""
     active = np.flatnonzero(contact.active)
     bodies = (contact.slave, contact.master)
@@ -190,7 +167,7 @@ def singular_edge(contact: PressedEdges) -> SingularEdge | None:
     return max(found, key=lambda edge: edge.peak.exponent, default=_sharp_tip(contact))
 
 
-def _sharp_tip(contact: PressedEdges) -> SingularEdge | None:
+def _sharp_tip(contact: ContactFields) -> SingularEdge | None:
     """The tip of a rigid shape within a face of the highest pressure, which grows towards it; None where there is none.
 
     Below a kink of angle t the pressure is E* t / pi log(1/r), below a cone half as much again (Johnson 1985, sections
@@ -224,7 +201,7 @@ def edge_exponent(body: Body, other: Body) -> float:
 
 
 def _rough_exponent(
-    contact: PressedEdges, friction: FrictionFields, at: IntArray, pair: tuple[Body, Body], smooth: float
+    contact: ContactFields, friction: FrictionFields, at: IntArray, pair: tuple[Body, Body], smooth: float
 ) -> float:
     """Exponent at points `at` of the edge of a body on another with friction; that without it where shear is unknown.
 
@@ -277,7 +254,7 @@ def wedge_eigenvalue(angle: float, stiffness: float) -> float:
     return float(brentq(equation, low, high)) if equation(high) < 0 else 1.0
 
 
-def _at_edges(contact: PressedEdges, active: IntArray) -> tuple[Mask, Mask]:
+def _at_edges(contact: ContactFields, active: IntArray) -> tuple[Mask, Mask]:
     """Whether active points lie at an edge of the slave that has none of the master within a face, and the converse."""
     slave, master, names = contact.slave, contact.master, contact.surfaces
     surface = facets_of(slave.surface(names[0]))

@@ -5,19 +5,32 @@ A check is a function of the result that yields sentences; `CHECKS` lists them. 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property
+from itertools import combinations
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from fecontact.common.error_estimate import LARGEST_ERROR, percent
+from fecontact.bodies.elastic import ElasticBody, elastic_among
+from fecontact.bodies.protocol import Body
+from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
+from fecontact.common.arrays import Array, Mask
+from fecontact.common.error_estimate import LARGEST_ERROR, ErrorEstimate, percent
+from fecontact.contact.coupling.surface_pair import STEEPEST, opposition
+from fecontact.contact.interface import Interface
+from fecontact.contact.search.region import with_rings
+from fecontact.fem.support import is_plane
 from fecontact.halfspace.validity import validity_warnings
-from fecontact.results.checks.linearisation import BEARABLE, linearisation_error
-from fecontact.results.checks.overlaps import undeclared_overlaps
-from fecontact.results.checks.resolution import coarse_pressures, overlap_between_nodes, overlap_left, springs_at_nodes
-from fecontact.results.checks.rims import contact_at_rims
-from fecontact.results.checks.tall_cells import held_across, tall_cells
+from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import accuracy_text, asked
-from fecontact.results.solved_scene import SolvedScene
+from fecontact.results.linearisation import BEARABLE, linearisation_error
+from fecontact.surfaces.facet_surface import FacetSurface, has_cells
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
+
 
 #: Strain above which a result warns: the relative error of small-strain elasticity is of the size of the strain.
 LARGEST_STRAIN = 0.05
@@ -30,7 +43,7 @@ UNMENDED = 0.01
 SIGNS = {"force": "large", "approach": "small", "tilt": "small"}
 
 
-def unborne_motions(result: SolvedScene) -> Iterator[str]:
+def unborne_motions(result: ContactResult) -> Iterator[str]:
     """Warnings of motions and deflections too large for linearisation."""
     error = linearisation_error(result)
     # poses take up motions of bodies, and neither deflections nor the shift of a contact by them; directions that
@@ -62,7 +75,7 @@ def unborne_motions(result: SolvedScene) -> Iterator[str]:
         )
 
 
-def pushed_aside(result: SolvedScene) -> Iterator[str]:
+def pushed_aside(result: ContactResult) -> Iterator[str]:
     """Warnings of bodies that overlap alone has moved, until nothing touched them."""
     if result.loading.magnitude or any(contact.active.any() for contact in result.contacts):
         return
@@ -78,7 +91,7 @@ def pushed_aside(result: SolvedScene) -> Iterator[str]:
             )
 
 
-def carried_motions(result: SolvedScene) -> Iterator[str]:
+def carried_motions(result: ContactResult) -> Iterator[str]:
     """Note on what carrying the poses has changed, or on what is left out where it has not converged."""
     if (carried := result.carried) is not None:
         yield (
@@ -93,7 +106,7 @@ def carried_motions(result: SolvedScene) -> Iterator[str]:
         )
 
 
-def large_strains(result: SolvedScene) -> Iterator[str]:
+def large_strains(result: ContactResult) -> Iterator[str]:
     """Warnings of strains too large for small-strain elasticity."""
     found = zip(result.scene.bodies, result.state.displacements, result.response_errors.primal, strict=True)
     displaced = {id(body): (u, errors) for body, u, errors in found}
@@ -104,7 +117,7 @@ def large_strains(result: SolvedScene) -> Iterator[str]:
             yield f"{body.name!r} is strained by {100 * strain:.1f} %: small-strain elasticity is a guess there."
 
 
-def strained_half_spaces(result: SolvedScene) -> Iterator[str]:
+def strained_half_spaces(result: ContactResult) -> Iterator[str]:
     """Warnings of strains and slopes too large for the theory of half-spaces, as of a half-space alone."""
     for contact in result.contacts:
         if (cells := contact.on_cells) is not None:
@@ -115,7 +128,7 @@ def strained_half_spaces(result: SolvedScene) -> Iterator[str]:
             yield from (f"{contact.slave.name!r}: {text}" for text in found)
 
 
-def missed_accuracy(result: SolvedScene) -> Iterator[str]:
+def missed_accuracy(result: ContactResult) -> Iterator[str]:
     """Warnings of a requested accuracy that was not reached, and of figures that are worse than what was asked."""
     steps = result.convergence
     if steps is None:
@@ -138,7 +151,7 @@ def missed_accuracy(result: SolvedScene) -> Iterator[str]:
         )
 
 
-def stiff_bodies(result: SolvedScene) -> Iterator[str]:
+def stiff_bodies(result: ContactResult) -> Iterator[str]:
     """Warning of forces and motions that are off because the elements of the bodies are too stiff."""
     found = {name: v for name, v in vars(result.response_error).items() if v is not None and v > LARGEST_ERROR}
     if found and result.convergence is None:
@@ -153,7 +166,7 @@ def stiff_bodies(result: SolvedScene) -> Iterator[str]:
         )
 
 
-def _better_cells(result: SolvedScene, figures: Iterable[str]) -> str:
+def _better_cells(result: ContactResult, figures: Iterable[str]) -> str:
     """Advice on linear cells, where figures are off because cells are too stiff."""
     linear = [b.name for b in result.elastic_bodies if b.mesh.cells.shape[1] == 8]
     if not linear or not set(figures) & set(SIGNS):
@@ -161,7 +174,7 @@ def _better_cells(result: SolvedScene, figures: Iterable[str]) -> str:
     return f"; or give {linear[0]!r} cells of 20 nodes, mesh.upgraded(20), which bend better than those of 8"
 
 
-def friction_not_unique(result: SolvedScene) -> Iterator[str]:
+def friction_not_unique(result: ContactResult) -> Iterator[str]:
     """Warning of a solution with friction beyond which others exist or which is not stable."""
     if result.friction is not None and result.friction.orientation < 0:
         yield (
@@ -170,7 +183,7 @@ def friction_not_unique(result: SolvedScene) -> Iterator[str]:
         )
 
 
-def large_steps(result: SolvedScene) -> Iterator[str]:
+def large_steps(result: ContactResult) -> Iterator[str]:
     """Warnings of friction that smaller load steps would change."""
     for k, moved in () if result.step_end is None else result.step_end.moved.items():
         contact = result.contacts[k]
@@ -187,7 +200,7 @@ def large_steps(result: SolvedScene) -> Iterator[str]:
             )
 
 
-def single_step(result: SolvedScene) -> Iterator[str]:
+def single_step(result: ContactResult) -> Iterator[str]:
     """Note on friction under loads applied at once."""
     if result.friction is not None and not result.follows_step:
         yield (
@@ -196,13 +209,13 @@ def single_step(result: SolvedScene) -> Iterator[str]:
         )
 
 
-def mended(result: SolvedScene) -> Iterator[str]:
+def mended(result: ContactResult) -> Iterator[str]:
     """Notes of corrections made by readers and surfaces."""
     notes = ((body.name, text) for body in result.scene.bodies for text in body.notes)
     yield from dict.fromkeys(f"{name!r}: {text}" for name, text in notes)
 
 
-def unbounded_pressures(result: SolvedScene) -> Iterator[str]:
+def unbounded_pressures(result: ContactResult) -> Iterator[str]:
     """Notes of pressures without bound."""
     for contact in result.contacts:
         if (edge := contact.singular_edge) is not None:
@@ -212,23 +225,419 @@ def unbounded_pressures(result: SolvedScene) -> Iterator[str]:
             )
 
 
-def warnings_of_scene(result: SolvedScene) -> Iterator[str]:
+def warnings_of_scene(result: ContactResult) -> Iterator[str]:
     """Warnings that the scene carries."""
     yield from result.scene.warnings
 
 
-def warnings_of_meshes(result: SolvedScene) -> Iterator[str]:
+def warnings_of_meshes(result: ContactResult) -> Iterator[str]:
     """Warnings that meshes carry."""
     yield from dict.fromkeys(f"{b.name!r}: {text}" for b in result.elastic_bodies for text in b.mesh.warnings)
 
 
-def notes_of_scene(result: SolvedScene) -> Iterator[str]:
+def notes_of_scene(result: ContactResult) -> Iterator[str]:
     """Notes that the scene carries."""
     yield from result.scene.notes
 
 
+#: Depth, relative to the smaller body, above which an overlap counts: chords of touching round faces make less.
+LEAST_DEPTH = 1e-4
+
+
+def undeclared_overlaps(result: ContactResult) -> Iterator[str]:
+    """Warnings of overlapping pairs of bodies without a contact."""
+    declared = {frozenset((id(c.slave), id(c.master))) for c in result.scene.contacts}
+    bodies = result.scene.bodies
+    if len(bodies) * (len(bodies) - 1) // 2 == len(declared):
+        return
+    placed = [_Placed(result, k) for k in range(len(bodies))]
+    for one, other in combinations(placed, 2):
+        if frozenset((id(one.body), id(other.body))) in declared:
+            continue
+        depth = max(one.depth_in(other), other.depth_in(one))
+        if depth > LEAST_DEPTH * min(one.outside.length, other.outside.length):
+            yield (
+                f"{one.body.name!r} and {other.body.name!r} overlap by {depth:.4g} and no contact between them was "
+                "declared, so that nothing keeps them apart: add a Contact, or move one of them."
+            )
+
+
+class _Placed:
+    """A body in its final position."""
+
+    def __init__(self, result: ContactResult, number: int) -> None:
+        self.body = result.scene.bodies[number]
+        self.outside = self.body.outside(result.state.displacements[number])
+        self._motion, self._point = result.state.motions[number], result.loading.frames[number].point
+
+    @cached_property
+    def points(self) -> Array:
+        """Points (n, 3) of the body in world axes; none for infinite surfaces."""
+        return self._moved(self.body.pose.to_world(self.outside.points))
+
+    def _moved(self, points: Array, sign: float = 1.0) -> Array:
+        """Points (n, 3) after or before the small motion of a rigid body; displacements of others include it."""
+        if not self.body.is_rigid:
+            return points
+        shift, turn = np.split(self._motion, 2)
+        return points + sign * (shift + np.cross(turn, points - self._point))
+
+    @cached_property
+    def _box(self) -> tuple[Array, Array] | None:
+        """Corners of a bounding box; None for a body that may be infinite."""
+        if not self.outside.is_bounded or not len(self.points):
+            return None
+        return self.points.min(axis=0) - self.outside.radius, self.points.max(axis=0) + self.outside.radius
+
+    def depth_in(self, other: _Placed) -> float:
+        """Largest depth of points of this body inside another; zero if none are inside."""
+        points, radius, it = self.points, self.outside.radius, other.outside
+        if it.surface is None or not len(points):
+            return 0.0
+        if other._box is not None:
+            low, high = other._box
+            points = points[((points >= low - radius) & (points <= high + radius)).all(axis=1)]
+            if not len(points):
+                return 0.0
+        seen = other.body.pose.to_body(other._moved(points, -1.0))
+        projection = it.surface.project(seen)
+        depth = np.where(projection.outside, -np.inf, radius - projection.gap)
+        if it.may_hold is not None:
+            depth[~it.may_hold(seen, radius)] = -np.inf
+        # a point behind an open surface need not be inside
+        depth[depth > it.depth + 2 * radius] = -np.inf
+        return max(0.0, float(depth.max()))
+
+
+#: Overlap of nodes, relative to the sum of elastic displacement and overlap, above which a result warns, and relative
+#: to a face, below which it is rounding.
+LEAST_OVERLAP, ROUNDING = 0.2, 1e-4
+#: Excess of a second moment above which a result warns.
+LARGEST_EXCESS = 0.01
+
+
+class _Side(NamedTuple):
+    """One elastic side of a contact, in its own axes: its surface, deformed, and elastic displacements of its nodes."""
+
+    body: Body
+    before: FacetSurface
+    after: FacetSurface
+    elastic: Array
+
+
+def _side(result: ContactResult, body: Body, name: str) -> _Side | None:
+    for elastic in elastic_among([body]):
+        return _elastic_side(result, elastic, name)
+    return None
+
+
+def _elastic_side(result: ContactResult, body: ElasticBody, name: str) -> _Side:
+    surface = body.surface(name)
+    k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
+    u, frame = result.state.displacements[k], result.loading.frames[k]
+    rest = body.at_points(u - frame.modes(result.state.motions[k][:, None])[:, 0])
+    return _Side(body, surface, replace(surface, points=surface.points + body.at_points(u)), rest)
+
+
+def overlap_left(result: ContactResult) -> Iterator[str]:
+    """Warnings of contacts with nodes inside the other body although the gaps of the problem are open."""
+    for contact, interface in zip(result.contacts, result.interfaces, strict=True):
+        slave = _side(result, interface.slave, interface.surfaces[0])
+        master = _side(result, interface.master, interface.surfaces[1])
+        if slave is None or master is None:
+            continue
+        ours = interface.pairing.nodes[contact.candidates]
+        one, elastic, size, facets = _deepest(slave, master, np.asarray(np.isin(slave.before.facets, ours).any(axis=1)))
+        other, yielded, _, _ = _deepest(master, slave, facets)
+        depth, given = max(one, other), elastic + yielded
+        if depth > LEAST_OVERLAP * (depth + given) and depth > ROUNDING * size:
+            points = int(contact.active.sum())
+            carry = "no point" if points == 0 else "1 point" if points == 1 else f"{points} points"
+            carry += " of the contact between them " + ("carries" if points < 2 else "carry")
+            yield (
+                f"Nodes of {contact.slave.name!r} and {contact.master.name!r} overlap by {depth:.3g}, "
+                f"{depth / size:.2g} of a face and {100 * depth / (depth + given):.0f} % of the approach, "
+                f"and {carry} force: their faces are too coarse for this contact. Refine them there."
+            )
+
+
+def _deepest(one: _Side, other: _Side, chosen: Mask) -> tuple[float, float, float, Mask]:
+    """Depth to which nodes of chosen facets of one side, and of their neighbours, lie in the other.
+
+    Returns
+    -------
+    depth, elastic, size : float
+        The largest depth and elastic displacement, and the mean size of the faces.
+    facets : (n_facets,) bool array
+        Facets of the other side with the closest points.
+    """
+    surface = one.after
+    nodes = np.unique(surface.facets[with_rings(surface, chosen, 1)])
+    touched = np.zeros(len(other.after.facets), bool)
+    if len(nodes) == 0:
+        return 0.0, 0.0, 1.0, touched
+    relative = one.body.pose.relative_to(other.body.pose)
+    projection = other.after.project(surface.points[nodes] @ relative.rotation.T + relative.translation)
+    assert projection.facet is not None
+    touched[projection.facet] = True
+    facing = opposition(surface, nodes, projection.normals @ relative.rotation) >= STEEPEST
+    depth = np.where(projection.outside | ~facing, 0.0, -projection.gap).max(initial=0.0)
+    elastic = np.linalg.norm(one.elastic[nodes], axis=1).max()
+    return float(depth), float(elastic), float(node_sizes(surface)[nodes].mean()), touched
+
+
+def overlap_between_nodes(result: ContactResult) -> Iterator[str]:
+    """Warnings of faces that the other body reaches between their nodes, none of which carries force."""
+    for contact in result.contacts:
+        if (found := contact.between_nodes.overlap) is not None:
+            place = ", ".join(f"{x:.4g}" for x in contact.slave.pose.to_world(found.points[:1])[0])
+            nodes, faces = ("cells", "cells") if has_cells(contact.surface) else ("nodes of a face", "faces")
+            yield (
+                f"{contact.slave.name!r} and {contact.master.name!r} overlap by {found.depth:.3g} at ({place}), "
+                f"between {nodes} of {contact.slave.name!r} that carry no force: Hertz's formulas give about "
+                f"{found.force:.2g} for it. The overlap is {found.width:.2g} wide: make {faces} there a third of it"
+                f"{_remedy(result, contact)}."
+            )
+
+
+def _remedy(result: ContactResult, contact: ContactFields) -> str:
+    meshed = any(body is b for b in result.elastic_bodies for body in (contact.slave, contact.master))
+    return " or solve with accuracy=0.05" if meshed else ""
+
+
+def coarse_pressures(result: ContactResult) -> Iterator[str]:
+    """Warnings of contacts not resolved, or whose pressure, peak or area may be off by more than `LARGEST_ERROR`."""
+    for contact in result.contacts:
+        if not contact.active.any():
+            continue
+        between = f"{contact.slave.name!r} and {contact.master.name!r}"
+        number = int(contact.active.sum())
+        estimate = contact.error_estimate
+        remedy = _remedy(result, contact)
+        # a contact that fills its faces is as wide as they are
+        if number <= 3 and not contact.active.all():
+            yield (
+                f"The contact of {between} is carried by {number} {'point' if number == 1 else 'points'} only: its "
+                "peak and area are not resolved, forces and approach may be off by tens of percent. Refine the faces "
+                f"there{remedy}."
+            )
+        elif not estimate.resolved:
+            yield (
+                f"The contact of {between} is {estimate.faces_across:.2g} faces across: its peak and area are not "
+                f"resolved, and its pressure may be off by about {estimate.amount}. Refine the faces there{remedy}."
+            )
+        elif estimate.largest > LARGEST_ERROR:
+            cause = (
+                f"the shape of {contact.master.name!r} varies between the nodes. Refine the faces there{remedy}."
+                if contact.unseen**2 > estimate.pressure**2 / 2
+                else _cause(estimate, remedy)
+            )
+            yield f"The pressure between {between} may be off by about {estimate.amount}: {cause}"
+        elif estimate.worst > LARGEST_ERROR:
+            yield (
+                f"The tractions of friction between {between} may be off by about {percent(estimate.worst)} in the "
+                "mean, most at the edge of what sticks. Refine the faces there or solve the path with accuracy=0.05."
+            )
+
+
+def _cause(estimate: ErrorEstimate, remedy: str) -> str:
+    """Origin of the largest part of the error, and what reduces it."""
+    half = estimate.pressure**2 / 2
+    if estimate.geometry**2 > half:
+        return (
+            "the faces deviate from the round shape they represent, and pressures follow their kinks. Mesh the shape "
+            "again with finer or quadratic faces; dividing the present ones does not help."
+        )
+    if estimate.interior**2 > half:
+        return (
+            "the elements below the contact are too coarse. Refine them as deep as the contact is wide, several "
+            "through a thin layer, or use quadratic ones."
+        )
+    return f"it is resolved by {estimate.faces_across:.2g} faces across. Refine the faces there{remedy}."
+
+
+def springs_at_nodes(result: ContactResult) -> Iterator[str]:
+    """Warnings of layers of springs covered up to their rim, whose moments are those of springs at the nodes.
+
+    The second moment of n linear faces by the trapezoidal rule is 1 + 2 / n^2 of the true one, by Simpson's rule, that
+    of quadratic faces, it is exact.
+    """
+    for contact in result.contacts:
+        if not contact.slave.is_foundation or not contact.active.all() or contact.facets.shape[1] != 4:
+            continue
+        # the faces across count an ellipse of as many faces as the rectangle has
+        excess = 8 / (np.pi * contact.error_estimate.faces_across**2)
+        if excess > LARGEST_EXCESS:
+            yield (
+                f"The springs of {contact.slave.name!r} stand at its nodes, and it is covered up to its rim: its "
+                f"resistance to tilt may be {percent(excess)} too large. Give it quadratic faces, by "
+                "mesh.upgraded(20), which are exact, or more faces."
+            )
+
+
+#: Share of a contact's force within one face of the rim above which a result warns.
+LEAST_AT_RIM = 0.005
+#: Distance from its own rim, relative to a face, at which a node counts as on it.
+ON_RIM = 1e-3
+
+
+def node_sizes(surface: FacetSurface) -> Array:
+    """Mean size (n_nodes,) of the facets round each node; zero off the surface."""
+    k = surface.facets.shape[1]
+    total = np.bincount(surface.facets.ravel(), np.repeat(surface.mean_facet_size, k), len(surface.points))
+    count = np.bincount(surface.facets.ravel(), minlength=len(surface.points))
+    return total / np.maximum(count, 1)
+
+
+def contact_at_rims(result: ContactResult) -> Iterator[str]:
+    """Warnings of contacts that reach a rim beyond which the body continues."""
+    for contact, interface in zip(result.contacts, result.interfaces, strict=True):
+        if contact.active.any():
+            yield from _at_rims(contact, interface)
+
+
+def _at_rims(contact: ContactFields, interface: Interface) -> Iterator[str]:
+    """Force of one contact within one face of the slave's rim and of the master's."""
+    slave, master, names = interface.slave, interface.master, interface.surfaces
+    active = np.flatnonzero(contact.active)
+    surface, pairing = interface.slave_surface, interface.pairing
+    size = surface.once(node_sizes)[pairing.nodes[active]]
+    spacing = size if surface.facets.shape[1] == 4 else size / 2
+    lines = contact.normals[active]
+    length = np.linalg.norm(lines, axis=1, keepdims=True)
+    # the radial forces of a ring have no resultant
+    lines = np.divide(lines, length, out=np.zeros_like(lines), where=length > 0)
+    projection = master.pose.to_body(contact.points[active] - pairing.gap[active, None] * lines)
+    ours = _Near.of(slave, names[0], pairing.slave_points[active], size, ON_RIM * size)
+    theirs = _Near.of(master, names[1], projection, size, spacing)
+    if master.is_rigid:
+        theirs = _near_rigid_end(master, names[1], projection, lines @ master.pose.rotation, size, spacing)
+    forces = contact.forces[active]
+    for body, name, mine, other in ((slave, names[0], ours, theirs), (master, names[1], theirs, ours)):
+        cut_off = mine.smooth & ~other.sharp
+        share = float(forces[cut_off].sum() / forces.sum())
+        if share > LEAST_AT_RIM and (mine.reached & cut_off).any():
+            yield _sentence(contact, body, name, share)
+
+
+def _sentence(contact: ContactFields, body: Body, name: str, share: float) -> str:
+    beyond, remedy = "the body goes on", "Declare a larger contact boundary"
+    if has_cells(body.surface(name)):
+        beyond, remedy = "the half-space goes on", "Take a larger grid"
+    elif body.is_rigid:
+        beyond, remedy = "nothing is known of the body", "Take a larger surface"
+    return (
+        f"{100 * share:.3g} % of the force between {contact.slave.name!r} and {contact.master.name!r} acts "
+        f"within one face of the rim of {name!r} of {body.name!r}, beyond which {beyond}: the contact is cut off "
+        f"there, its area too small and its pressures too high. {remedy}."
+    )
+
+
+class _Near:
+    """Points (n,) within a face of a rim where the body continues or ends, and those on it."""
+
+    def __init__(self, smooth: Mask, sharp: Mask, reached: Mask) -> None:
+        self.smooth, self.sharp, self.reached = smooth, sharp, reached
+
+    @classmethod
+    def of(cls, body: Body, name: str, points: Array, size: Array, touching: Array) -> _Near:
+        """From points (n, 3) in the body's axes, the size (n,) of their faces and a contact distance."""
+        rim: Rim | None = rim_of_surface(body, name)
+        none = np.zeros(len(points), bool)
+        if rim is None:
+            return cls(none, none, none)
+        every = np.ones(len(rim.size), bool)
+        if not rim.within(points, size, every, 1.0).any():
+            return cls(none, none, none)
+        smooth, sharp = rim.within(points, size, rim.smooth, 1.0), rim.within(points, size, ~rim.smooth, 1.0)
+        return cls(smooth, sharp, rim.within(points, touching, rim.smooth))
+
+
+def _near_rigid_end(body: Body, name: str, points: Array, normals: Array, size: Array, touching: Array) -> _Near:
+    """The same for a rigid surface: measured maps and open facets continue beyond their rim, shapes do not."""
+    near = ends_near(body, name, points, normals, size)
+    none = np.zeros(len(points), bool)
+    if body.is_cut_off:
+        return _Near(near, none, near & ends_near(body, name, points, normals, touching))
+    return _Near(none, near, none)
+
+
+#: Poisson's ratio from which, and depth over width above which, cells of 8 and 20 nodes distort tangential strains. A
+#: roller on cells 2.5 times as deep as wide has 0.3 to 0.6 of mu P too much, on square ones less than 0.1.
+NEARLY_INCOMPRESSIBLE, TALL = 0.45, 2.0
+#: Nodes of cells without a node in their middle, by the nodes of a cell.
+SERENDIPITY = (8, 20)
+
+
+def tall_cells(result: ContactResult) -> Iterator[str]:
+    """Warnings of nearly incompressible slaves with friction whose touching cells are much deeper than wide."""
+    for contact, interface in zip(result.contacts, result.interfaces, strict=True):
+        for body in elastic_among([interface.slave]):
+            if contact.friction is None or not contact.active.any() or body.mesh.cells.shape[1] not in SERENDIPITY:
+                continue
+            if max(m.nu for m in body.model.materials) < NEARLY_INCOMPRESSIBLE:
+                continue
+            touching = interface.pairing.nodes[contact.active]
+            shared = np.isin(body.mesh.cells, touching).sum(axis=1)
+            if not shared.any():  # a node in the middle of a face, which cells of 20 nodes do not have
+                continue
+            cells = body.mesh.cells[shared >= min(2, shared.max())]
+            normal = contact.normals[contact.active].mean(axis=0) @ body.pose.rotation
+            across = np.linalg.svd(normal[None])[2]
+            extent = np.ptp(body.mesh.points[cells] @ across.T, axis=1)
+            # a section has no extent across its plane
+            widths = np.where(extent[:, 1:] > 0, extent[:, 1:], np.inf).min(axis=1)
+            depth = float(np.median(extent[:, 0] / widths))
+            if depth > TALL:
+                yield (
+                    f"Cells of {body.name!r} are {depth:.2g} times as deep as wide where it touches: as it is nearly "
+                    "incompressible, pressures drag its surface along, and the friction of rolling may be off by half "
+                    "of mu P. Make them as deep as wide, or of 9 or 27 nodes."
+                )
+
+
+#: Constraint force across the load, as a share of the load, above which a result warns.
+SILENT_SHARE = 0.1
+
+
+def held_across(result: ContactResult) -> Iterator[str]:
+    """Warnings of bodies held across their load against contact forces.
+
+    Reactions of planes of symmetry, which represent the half that is not modelled, do not count.
+    """
+    loaded = [f for f in result.loading.frames if f.load[:3].any() and not f.spread]
+    mirrored = _mirror_normals(result.scene.bodies) if loaded else np.zeros((0, 3))
+    for frame in loaded:
+        size = float(np.linalg.norm(frame.load[:3]))
+        meant = np.concatenate([frame.free[:3].T, np.eye(3)[[c for c in frame.prescribed_components if c < 3]]])
+        across = result.reaction(frame.body)[:3]
+        for direction in (mirrored, meant):
+            across = across - np.linalg.pinv(direction) @ (direction @ across)
+        share = float(np.linalg.norm(across)) / size
+        if share > SILENT_SHARE:
+            force = np.array2string(across, precision=4)
+            yield (
+                f"The frame of {frame.body.name!r} is held across its load by the force {force}, {100 * share:.0f} % "
+                "of the load: contacts push it aside like a wedge. Release it with free=, or say with motions= that "
+                "it is held."
+            )
+
+
+def _mirror_normals(bodies: Sequence[Body]) -> Array:
+    """World normals (n, 3) of the planes of symmetry that support bodies."""
+    found = [np.zeros((0, 3))]
+    for body in elastic_among(bodies):
+        for name, support in body.supports.items():
+            if is_plane(support) and isinstance(support, str) and support in "xyz":
+                found.append(body.pose.rotation[:, ["xyz".index(support)]].T)
+            elif is_plane(support) and name in body.mesh.boundaries:
+                nodes = body.mesh.points[body.mesh.boundary_nodes(name)]
+                found.append(np.linalg.svd(nodes - nodes.mean(axis=0))[2][-1:] @ body.pose.rotation.T)
+    return np.concatenate(found)
+
+
 #: Checks for `ContactResult.warnings` and for `ContactResult.notes`.
-CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
+CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
     warnings_of_scene,
     warnings_of_meshes,
     unborne_motions,
@@ -248,20 +657,10 @@ CHECKS: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
     friction_not_unique,
     large_steps,
 )
-NOTES: tuple[Callable[[SolvedScene], Iterator[str]], ...] = (
+NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
     notes_of_scene,
     carried_motions,
     mended,
     single_step,
     unbounded_pressures,
 )
-
-
-def warnings_of(result: SolvedScene) -> tuple[str, ...]:
-    """All warnings of a result."""
-    return tuple(text for check in CHECKS for text in check(result))
-
-
-def notes_of(result: SolvedScene) -> tuple[str, ...]:
-    """All notes of a result."""
-    return tuple(text for check in NOTES for text in check(result))

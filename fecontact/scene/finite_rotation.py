@@ -26,8 +26,7 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.model import SceneModel
 from fecontact.contact.step_end import StepEnd
 from fecontact.fem.rigid import COMPONENTS
-from fecontact.results.checks.linearisation import BEARABLE, driven_motions, linearisation_error
-from fecontact.results.linearisation import CarriedMotion
+from fecontact.results.linearisation import BEARABLE, CarriedMotion, driven_motions, linearisation_error
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import posed_scene
 from fecontact.scene.linear import solved

@@ -33,7 +33,7 @@ PARTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ("results/test_singular.py", "results/test_rigid_patches.py"),
     ),
     "rims": (
-        ("bodies.rims", "results.checks.rims"),
+        ("bodies.rims", "results.warnings"),
         ("results/test_rims.py", "results/test_overlaps.py", "bodies/test_section_bodies.py"),
     ),
     "friction": (

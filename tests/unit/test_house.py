@@ -51,11 +51,24 @@ def targets(node: ast.AST, module: str, is_package: bool) -> list[str]:
     return []
 
 
-def imports_of(modules: dict[str, Path]) -> Imports:
-    """All imports between modules with a line each, those in functions too; names belong to the module they are of."""
+def for_types(text: str) -> set[ast.AST]:
+    """Nodes of a module's tree under ``if TYPE_CHECKING``, which run in no program."""
+    if "TYPE_CHECKING" not in text:
+        return set()
+    tests = (n for n in nodes(text) if isinstance(n, ast.If) and ast.unparse(n.test).endswith("TYPE_CHECKING"))
+    return {node for test in tests for part in test.body for node in ast.walk(part)}
+
+
+def imports_of(modules: dict[str, Path], types: bool = False) -> Imports:
+    """All imports between modules with a line each, those in functions too; names belong to the module they are of.
+
+    Those for type checkers only, if `types`; else the others.
+    """
     found: Imports = {}
     for module, path in modules.items():
-        for node in nodes(path.read_text(encoding="utf-8")):
+        text = path.read_text(encoding="utf-8")
+        hidden = for_types(text)
+        for node in hidden if types else (n for n in nodes(text) if n not in hidden):
             for name in targets(node, module, path.name == "__init__.py"):
                 target = name if name in modules else name.rpartition(".")[0]
                 if target in modules and target != module:
@@ -103,11 +116,10 @@ def circles(imports: Imports, modules: dict[str, Path]) -> Iterator[str]:
 
 
 def hidden(modules: dict[str, Path]) -> Iterator[str]:
-    """Uses of `TYPE_CHECKING`, by which a circle is hidden; the package itself has its public names there."""
-    for module, path in modules.items():
-        for node in nodes(path.read_text(encoding="utf-8")):
-            if "TYPE_CHECKING" in (getattr(node, "id", None), getattr(node, "attr", None)) and module != PACKAGE:
-                yield f"TYPE_CHECKING: {module} (line {node.lineno})"  # type: ignore[attr-defined]
+    """Imports for type checkers from another room; the package itself has its public names there."""
+    for (module, target), line in sorted(imports_of(modules, types=True).items()):
+        if module != PACKAGE and room_of(module) != room_of(target):
+            yield f"TYPE_CHECKING: {module} imports {target} (line {line})"
 
 
 def complaints(root: Path, rooms: Rooms) -> list[str]:
@@ -143,7 +155,7 @@ KEPT = {
     "__init__.py": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from fecontact.high.top import top\n",
     "py.typed": "",
     "low/__init__.py": '"""Low."""\n',
-    "low/one.py": "import math\n\n\ndef one():\n    return math.pi\n",
+    "low/one.py": "import math\nif TYPE_CHECKING:\n    from fecontact.low import two\n\n\ndef one():\n    return 1\n",
     "low/two.py": "from fecontact.low import one\n",
     "middle/__init__.py": "from .mean import mean\n",
     "middle/mean.py": "from fecontact.low.one import one as mean\n",
@@ -170,8 +182,12 @@ BROKEN = [
     ({"loose.py": ""}, "unknown entry: fecontact/loose.py"),
     ({"attic/__init__.py": ""}, "unknown entry: fecontact/attic"),
     (
-        {"low/one.py": "import typing\nif typing.TYPE_CHECKING:\n    pass\n"},
-        "TYPE_CHECKING: fecontact.low.one (line 2)",
+        {"low/one.py": "import typing\nif typing.TYPE_CHECKING:\n    from fecontact.middle import mean\n"},
+        "TYPE_CHECKING: fecontact.low.one imports fecontact.middle.mean (line 3)",
+    ),
+    (
+        {"middle/mean.py": "if TYPE_CHECKING:\n    pass\nelse:\n    from fecontact.middle import x\n"},
+        "circle: fecontact.middle, fecontact.middle.mean",
     ),
 ]
 

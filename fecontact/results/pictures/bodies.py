@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -23,7 +23,9 @@ from fecontact.common.errors import shown as shown_value
 from fecontact.common.files import check_writable, save_figure
 from fecontact.mesh.picture import PIXELS, Camera, draw_facets, framed, subdivided
 from fecontact.results.pictures.solids import COMPONENTS, Solid, chosen, rigid_patches, solids_of_result
-from fecontact.results.solved_scene import SolvedScene
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
 
 #: Fields of every result; vectors and tensors also by component.
 FIELDS = (
@@ -124,7 +126,7 @@ def plot_solids(
     return save_figure(figure, path)
 
 
-def plot_bodies(result: SolvedScene, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> Any:
+def plot_bodies(result: ContactResult, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> Any:
     """Draw the elastic bodies of a result, and the rigid surfaces near their contacts; options as in `plot_solids`.
 
     Units are those of the scene unless given. Rigid surfaces are left out of cuts and of pictures of chosen bodies.
@@ -270,14 +272,16 @@ def show(
     plotter.show(screenshot=None if path is None else str(path))
 
 
-def show_result(result: SolvedScene, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> None:
+def show_result(
+    result: ContactResult, field: str = "von_mises", path: str | Path | None = None, **options: Any
+) -> None:
     """Show the elastic bodies of a result; options as in `show`."""
     among("field", text("the field", field), FIELDS)
     known_options(show, options)
     show(solids_of_result(result), field, path, **{"units": _unit_of(result, field), **options})
 
 
-def _unit_of(result: SolvedScene, field: str) -> str:
+def _unit_of(result: ContactResult, field: str) -> str:
     known = result.scene.unit_names
     return known.length if field.startswith("displacement") else known.stress
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -29,17 +29,21 @@ from fecontact.results.pictures.contact_map import (
 )
 from fecontact.results.pictures.map_projection import map_of
 from fecontact.results.pictures.section_curve import draw_curve
-from fecontact.results.solved_scene import SolvedScene
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
 
 STYLES = ("smooth", "sensels")
 
 
-def plot_result(result: SolvedScene, what: str = "pressure", path: str | Path | None = None, **options: Any) -> Figure:
+def plot_result(
+    result: ContactResult, what: str = "pressure", path: str | Path | None = None, **options: Any
+) -> Figure:
     """Draw a field: of the contacts (`plot_contacts`), or of the bodies (`bodies.plot_bodies`).
 
     Parameters
     ----------
-    result : SolvedScene
+    result : ContactResult
     what : str
         'pressure', 'gap' or 'friction' of the contacts; 'convergence' of a result solved to an accuracy; 'von_mises',
         'displacement', 'contact_pressure', 'stress_xx', ... on the bodies.
@@ -68,7 +72,7 @@ def plot_result(result: SolvedScene, what: str = "pressure", path: str | Path | 
 
 
 def plot_contacts(
-    result: SolvedScene,
+    result: ContactResult,
     what: str = "pressure",
     path: str | Path | None = None,
     *,
@@ -85,7 +89,7 @@ def plot_contacts(
 
     Parameters
     ----------
-    result : SolvedScene
+    result : ContactResult
     what : {'pressure', 'gap', 'friction'}
         'friction': sizes and directions of tractions, and what sticks and slides.
     path : str or Path, optional
@@ -139,7 +143,7 @@ def plot_contacts(
 
 
 def _check_map(
-    result: SolvedScene,
+    result: ContactResult,
     what: str,
     style: str,
     pitch: float | None,

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -24,7 +24,9 @@ from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh, counter_clockwise
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.files import body_fields, window_patches
-from fecontact.results.solved_scene import SolvedScene
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
 
 COMPONENTS = {3: ("x", "y", "z"), 6: VOIGT}
 #: Distance of a window's cells over the faces below them, which are not exact, relative to the window.
@@ -112,7 +114,7 @@ def _scalar_names(fields: Mapping[str, Array]) -> list[str]:
     return out
 
 
-def solids_of_result(result: SolvedScene) -> tuple[Solid, ...]:
+def solids_of_result(result: ContactResult) -> tuple[Solid, ...]:
     """The bodies of a result that have a mesh, in the world, then the windows of local bodies.
 
     Raises
@@ -248,12 +250,12 @@ PIECES = 24
 STRETCH = 3.0
 
 
-def rigid_patches(result: SolvedScene, scale: float) -> tuple[Array, IntArray]:
+def rigid_patches(result: ContactResult, scale: float) -> tuple[Array, IntArray]:
     """Points (n, 3) and quadrilaterals (n_quads, 4) of the rigid surfaces of a result, where bodies touch them.
 
     Parameters
     ----------
-    result : SolvedScene
+    result : ContactResult
     scale : float
         Factor of displacements and rigid motions.
     """

@@ -6,8 +6,8 @@ import pytest
 import fecontact as fc
 from fecontact import SurfaceMesh
 from fecontact.analytic import hertz
-from fecontact.results.checks.resolution import coarse_pressures
 from fecontact.results.geometry_error import BENT, kinks, seen_by_hats
+from fecontact.results.warnings import coarse_pressures
 from fecontact.surfaces import Facets
 
 SOLID = fc.Material(E=1000.0, nu=0.3)

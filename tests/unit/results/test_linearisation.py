@@ -10,9 +10,8 @@ from scipy.optimize import brentq
 
 import fecontact as fc
 import fecontact.scene.finite_rotation as finite
-from fecontact.results.checks import linearisation
-from fecontact.results.checks.linearisation import BEARABLE, _Motion, linearisation_error
-from fecontact.results.linearisation import LinearisationError
+from fecontact.results import linearisation
+from fecontact.results.linearisation import BEARABLE, LinearisationError, _Motion, linearisation_error
 from fecontact.results.warnings import unborne_motions
 
 SOLID = fc.Material(E=1000.0, nu=0.3)

@@ -12,7 +12,7 @@ import pytest
 import fecontact as fc
 from fecontact.analytic import hertz
 from fecontact.common.error_estimate import ErrorEstimate, UnboundedPeak
-from fecontact.results.checks.resolution import _cause, coarse_pressures, overlap_left, springs_at_nodes
+from fecontact.results.warnings import _cause, coarse_pressures, overlap_left, springs_at_nodes
 from fecontact.surfaces import Cylinder, FunctionSurface
 
 SOLID = fc.Material(E=1000.0, nu=0.3)

@@ -9,8 +9,7 @@ import pytest
 import fecontact as fc
 from fecontact import SolverError
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.results.checks.linearisation import BEARABLE
-from fecontact.results.linearisation import CarriedMotion
+from fecontact.results.linearisation import BEARABLE, CarriedMotion
 from fecontact.scene import finite_rotation as finite
 from fecontact.scene.finite_rotation import CARRIED
 
