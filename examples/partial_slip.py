@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 import fecontact as fc
 from fecontact.analytic import friction, hertz
-from fecontact.scene.path_result import LoadPath
+from fecontact.scene.load_path import LoadPath
 
 RADIUS, LOAD, MU = 10.0, 100.0, 0.3  # mm, N
 #: Tangential forces of the steps, over mu times the load: one way, back, and one way again.

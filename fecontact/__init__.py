@@ -61,8 +61,8 @@ if TYPE_CHECKING:
     from fecontact.mesh.section_mesh import SectionMesh
     from fecontact.mesh.surface_mesh import SurfaceMesh
     from fecontact.results.case_table import CaseTable
-    from fecontact.results.dividing_plane import DividingPlane
     from fecontact.results.result import ContactResult
+    from fecontact.results.resultants import DividingPlane
     from fecontact.scene.scene import Scene
     from fecontact.solvers import available_solvers
     from fecontact.surfaces.repair import repair_surface
@@ -137,7 +137,7 @@ _PLACES = {
     "CaseTable": "fecontact.results.case_table:CaseTable",
     "Contact": "fecontact.contact.contact:Contact",
     "ContactResult": "fecontact.results.result:ContactResult",
-    "DividingPlane": "fecontact.results.dividing_plane:DividingPlane",
+    "DividingPlane": "fecontact.results.resultants:DividingPlane",
     "ElasticBody": "fecontact.bodies:ElasticBody",
     "ElasticLayer": "fecontact.bodies:ElasticLayer",
     "FecontactError": "fecontact.common.errors:FecontactError",

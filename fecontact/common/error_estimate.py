@@ -77,7 +77,7 @@ class ErrorEstimate:
     reason : str
         Why there is no estimate; empty where there is one.
     traction : float or None
-        Error of the tractions of friction (L2 norm), see `results.stick`; None without friction.
+        Error of the tractions of friction (L2 norm), see `results.friction_fields`; None without friction.
 
     Examples
     --------

@@ -16,17 +16,17 @@ from fecontact.common.directions import WORLD, Directions
 from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.common.one_line import one_line
 from fecontact.common.renamed import RenamedKeys, redefined, renamed
+from fecontact.contact.interface import Interface
 from fecontact.fem.energy_error import EnergyError
 from fecontact.results.between_nodes import GapsBetweenNodes
 from fecontact.results.cell_contact import CellContact, cell_contact
 from fecontact.results.contact_outline import ContactOutline, contact_outline
 from fecontact.results.error_estimate import PressureReadings, energy_errors, error_estimate, readings_of
 from fecontact.results.facet_samples import beside_plane, facet_samples, pressure_shapes
-from fecontact.results.friction_fields import FrictionFields
+from fecontact.results.friction_fields import FrictionFields, has_reserve, reserve, traction_misfit
 from fecontact.results.recovered_field import RecoveredField, recovered_field
 from fecontact.results.resultants import Region, part_of, region_numbers, resultant, sides_of_plane
 from fecontact.results.singular import SingularEdge, singular_edge
-from fecontact.results.stick import has_reserve, reserve, traction_misfit
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes
 
 #: Difference of both areas, relative, up to which they are the same.
@@ -305,7 +305,7 @@ class ContactFields:
 
     @cached_property
     def stick(self) -> ContactFields | None:
-        """What sticks as a contact of its own, whose `outline` is the edge of stick; see `results.stick`.
+        """What sticks as a contact of its own, whose `outline` is the edge of stick; see `results.friction_fields`.
 
         Its pressure is the reserve of friction, mu p - |t|, its gap the slip. None without friction, or where it has
         no or more than one coefficient, or none that is finite.
@@ -545,3 +545,75 @@ class ContactFields:
         nodal[np.diff(self.at_nodes.indptr) == 0] = beyond
         shapes = pressure_shapes(self.facets, local, self.coupling == "mortar")
         return np.einsum("fqa,fa->fq", shapes, nodal[self.facets])
+
+
+def _sharing(at_nodes: sp.csr_matrix, facets: IntArray) -> sp.csr_matrix:
+    """Which contact points (n,) have a value at a node of which facet (n_facets,)."""
+    facet = np.repeat(np.arange(len(facets)), facets.shape[1])
+    around = sp.csr_matrix((np.ones(facets.size), (facets.ravel(), facet)), shape=(at_nodes.shape[0], len(facets)))
+    values = abs(at_nodes)
+    values.eliminate_zeros()
+    return sp.csr_matrix(values.T @ around)
+
+
+def contact_fields(
+    interface: Interface,
+    candidates: IntArray,
+    forces: Array,
+    gap: Array,
+    displacements: tuple[Array, Array],
+    swapped: bool = False,
+) -> ContactFields:
+    """Fields of a paired contact from the forces (n,) and gaps (n,) of its points.
+
+    Parameters
+    ----------
+    swapped : bool
+        Whether the slave is the body named second in the `Contact`.
+    """
+    slave, pairing = interface.slave, interface.pairing
+    surface = interface.slave_surface
+    shown, local = np.unique(surface.facets[pairing.covered], return_inverse=True)
+    first = interface.master if swapped else slave
+    reference = first.pose.to_world(first.reference_point)
+    normals, centres, couples = _lines_of_action(interface, surface, reference)
+    return ContactFields(
+        slave=slave,
+        master=interface.master,
+        surfaces=interface.surfaces,
+        points=slave.pose.to_world(pairing.slave_points),
+        normals=normals,
+        centres=centres,
+        couples=couples,
+        weights=pairing.weights,
+        forces=pairing.of_points(forces),
+        gap=gap,
+        candidates=candidates,
+        nodes=slave.pose.to_world(surface.points[shown]),
+        node_numbers=shown,
+        at_nodes=pairing.at_nodes[shown],
+        facets=local.reshape(-1, surface.facets.shape[1]),
+        facet_numbers=pairing.covered,
+        sharing=_sharing(pairing.at_nodes, surface.facets),
+        reference_point=reference,
+        displacements=displacements,
+        coupling=pairing.coupling,
+        note=interface.note,
+        swapped=swapped,
+    )
+
+
+def _lines_of_action(interface: Interface, surface: FacetSurface, reference: Array) -> tuple[Array, Array, Array]:
+    """`normals`, `centres` and `couples` of `ContactFields`, the latter about a reference point (3,)."""
+    slave, pairing, turn = interface.slave, interface.pairing, interface.slave.pose.rotation
+    if pairing.sums is not None:
+        s = pairing.sums
+        couples = s.moments + np.cross(s.origin - slave.pose.to_body(reference), s.normals)
+        return s.normals @ turn.T, slave.pose.to_world(s.centres), couples @ turn.T
+    samples = slave.pose.to_world(pairing.slave_weights @ surface.points)
+    vectors = pairing.slave_normals @ turn.T
+    if surface.out_of_plane is not None:
+        # the force on a ring is the sum over its circumference
+        samples, vectors = surface.out_of_plane.mean(samples), surface.out_of_plane.mean(vectors)
+    moments = np.cross(samples - reference, vectors)
+    return pairing.average @ vectors, pairing.average @ samples, pairing.average @ moments

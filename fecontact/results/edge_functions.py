@@ -24,7 +24,7 @@ import scipy.sparse as sp
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.facets import facet_shapes, sides_of, triangular
 from fecontact.results.contact_fields import ContactFields
-from fecontact.results.outline import Outline
+from fecontact.results.contact_outline import Outline
 
 #: Panels across a facet with Gauss points in each, and Gauss points of each half of a line.
 PANELS, ACROSS, ALONG = 3, 4, 6

@@ -5,7 +5,7 @@ of their error lies in the outermost twentieth of the radius (docs/accuracy.py).
 
     p = sqrt(phi) c
 
-with phi the smooth function of `results.outline`, zero on the edge, and c of the facets' functions
+with phi the smooth function of `results.contact_outline`, zero on the edge, and c of the facets' functions
 (`results.edge_functions`). c follows from the condensed problem of the solution by Galerkin's method: with forces f =
 P c,
 
@@ -33,9 +33,9 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.facets import nodal_areas, shapes_on_square
 from fecontact.results.contact_fields import ContactFields
+from fecontact.results.contact_outline import Outline
 from fecontact.results.edge_functions import RegionFunctions, nearly_bilinear, region_functions
 from fecontact.results.edge_regions import EdgeRegion, regions_with_edge
-from fecontact.results.outline import Outline
 from fecontact.solvers import ComplementarityProblem
 from fecontact.solvers.equality import solve_on
 

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.results.contact_fields import ContactFields
-from fecontact.results.outline import Mirror, Outline, ellipse_of_moments, planes_of_symmetry
+from fecontact.results.contact_outline import Mirror, Outline, ellipse_of_moments, planes_of_symmetry
 
 #: Fewest points of a region with an outline of its own.
 FEWEST = 12

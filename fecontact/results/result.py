@@ -28,12 +28,11 @@ from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import SpringState
 from fecontact.contact.step_end import StepEnd
-from fecontact.results.contact_fields import ContactFields
+from fecontact.results.contact_fields import ContactFields, contact_fields
 from fecontact.results.convergence import Convergence
 from fecontact.results.edge_pressure import EdgePressure, edge_pressure
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.linearisation import CarriedMotion, LinearisationError
-from fecontact.results.paired_fields import contact_fields
 from fecontact.results.report import model_size, peak_memory, report
 from fecontact.results.response_error import ResponseErrors
 from fecontact.results.resultants import hold_of_body, hold_of_boundary, resultant

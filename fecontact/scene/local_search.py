@@ -10,17 +10,190 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from fecontact.bodies.elastic import elastic_among
+from fecontact.bodies.protocol import Body
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.contact import Contact
+from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading, make_loading
 from fecontact.contact.model import SceneModel
-from fecontact.contact.search.region import STILL, SearchRadius
+from fecontact.contact.search.bounding import bounds_of, facet_displacements, part_displacements
+from fecontact.contact.search.candidates import MARGIN, approach_for_load
+from fecontact.contact.search.region import (
+    STILL,
+    RigidIncrement,
+    SearchRadius,
+    find_missed,
+    in_axes,
+    plain_facets,
+    with_rings,
+)
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import KEYED
 from fecontact.scene.linear import solved
-from fecontact.scene.search_radius import check_search_region, first_radius, predict_radius
 from fecontact.scene.settings import Settings
 from fecontact.solvers import TOLERANCE
+from fecontact.surfaces.facet_surface import FacetSurface, with_nodes
+
+#: Rings of facets added round those that may touch: a few extra nodes cost less than another condensation.
+RINGS = 2
+
+
+#: Initial search radius in estimated approaches of the bodies: both sides move, and a tilt adds to the approach.
+APPROACHES = 2.0
+
+
+#: Margin of an enlarged search radius over the one needed.
+SPARE = 1.25
+
+
+#: Elastic displacements allowed in the next pose, relative to those of this one.
+FOLLOWING = 1.5
+
+
+def centroid_gaps(one: FacetSurface, other: FacetSurface, rotation: Array, translation: Array) -> Array:
+    """Offsets (n_facets,) of one surface's facets from another; `rotation`, `translation` place it in the other's axes.
+
+    Infinite for facets whose centre is offset tangentially by more than the size of the nearest facet.
+    """
+    centres = bounds_of(one).centre @ rotation.T + translation
+    theirs = bounds_of(other)
+    _, nearest = theirs.all_centres.query(centres)
+    normals = theirs.normal[nearest]
+    offset = centres - theirs.centre[nearest]
+    gap = np.einsum("ni,ni->n", offset, normals)
+    aside = np.linalg.norm(offset - gap[:, None] * normals, axis=1)
+    return np.where(aside > other.mean_facet_size[nearest] + one.mean_facet_size, np.inf, gap)
+
+
+def near_nodes(
+    bodies: Sequence[Body], surfaces: Sequence[FacetSurface], loading: Loading, known: SearchRadius | None = None
+) -> list[IntArray]:
+    """Nodes of both surfaces of a contact that may touch under a load, including rings of facets round them.
+
+    With the search radius of a similar case: those within it after its predicted motion.
+    """
+    out = []
+    poses = [b.pose for b in bodies]
+    if known is not None and known.increment is not None:
+        poses[0] = poses[0].then(*_finite(known.increment))
+        rings = 1
+    else:
+        known, rings = None, RINGS
+    softness = sum(1 / b.contact_modulus for b in bodies)
+    for k in range(2):
+        one, other, relative = surfaces[k], surfaces[1 - k], poses[k].relative_to(poses[1 - k])
+        gap = centroid_gaps(one, other, relative.rotation, relative.translation)
+        if not np.isfinite(gap).any():
+            out.append(one.nodes)
+            continue
+        if known is not None:
+            near = np.asarray(gap <= known.elastic)
+        else:
+            gap = gap - _travel(bodies, loading)
+            near = np.asarray(gap - float(gap.min()) <= MARGIN * _approach(one, gap, softness, loading))
+        out.append(np.unique(one.facets[with_rings(one, near, rings)]))
+    return out
+
+
+def _finite(increment: RigidIncrement) -> tuple[Array, Array]:
+    """Rotation (3, 3) about the world's origin and translation (3,) of a predicted motion that is not small."""
+    return Rotation.from_rotvec(increment.turn).as_matrix(), increment.shift
+
+
+def _travel(bodies: Sequence[Body], loading: Loading) -> float:
+    """Largest distance by which prescribed motions can bring two bodies together."""
+    return sum(
+        float(np.linalg.norm(frame.prescribed[:3]) + np.linalg.norm(frame.prescribed[3:]) * frame.body.size)
+        for frame in loading.frames
+        if any(frame.body is b for b in bodies)
+    )
+
+
+def _approach(surface: FacetSurface, gap: Array, softness: float, loading: Loading) -> float:
+    """Estimate of the rigid approach from rough gaps (n_facets,), from first touch; overlaps count as approach."""
+    facing = np.isfinite(gap)
+    lowest = float(gap.min())
+    approach = max(0.0, -lowest)
+    if loading.magnitude > 0 and softness > 0:
+        areas = surface.mean_facet_size[facing] ** 2
+        approach = max(approach, approach_for_load(gap[facing] - lowest, areas, 1 / softness, loading.magnitude))
+    return approach
+
+
+def first_radius(contact: Contact, loading: Loading) -> SearchRadius | None:
+    """Initial search radius; None if it cannot be estimated.
+
+    `check_search_region` checks afterwards whether it sufficed.
+    """
+    assert contact.surfaces is not None
+    bodies = (contact.slave, contact.master)
+    surfaces = plain_facets(bodies, contact.surfaces)
+    if surfaces is None:
+        return None
+    relative = bodies[0].pose.relative_to(bodies[1].pose)
+    gap = centroid_gaps(surfaces[0], surfaces[1], relative.rotation, relative.translation)
+    if not np.isfinite(gap).any():
+        return None
+    travel = _travel(bodies, loading)
+    softness = sum(1 / b.contact_modulus for b in bodies)
+    approach = APPROACHES * _approach(surfaces[0], gap - travel, softness, loading)
+    distance = max(0.0, float(gap.min())) + travel + approach
+    return SearchRadius(distance, distance)
+
+
+def check_search_region(result: ContactResult) -> tuple[bool, list[SearchRadius | None]]:
+    """Check that no omitted facet can have touched; return the radii needed.
+
+    The radii include the margin `SPARE`; sides are as in the given contact.
+    """
+    enough, out = True, []
+    for interface, contact in zip(result.interfaces, result.scene.contacts, strict=True):
+        search_radius = interface.search_radius
+        if interface.region is None or search_radius is None:
+            out.append(search_radius)
+            continue
+        increment, elastic = _movement(result, interface)
+        slave = interface.slave_surface
+        master = with_nodes(interface.master.surface(interface.surfaces[1]))
+        bounds = (part_displacements(slave, elastic[0]), facet_displacements(master, elastic[1]))
+        relative = interface.slave.pose.relative_to(interface.master.pose)
+        own = in_axes(increment, interface.master.pose)
+        missed, bridge = find_missed(
+            interface.region, slave, master, relative.rotation, relative.translation, own, bounds
+        )
+        enough = enough and not missed
+        points = interface.slave.pose.to_world(slave.points[slave.nodes])
+        motion = float(np.linalg.norm(increment.at(points), axis=1).max() + bounds[0].max() + bounds[1].max())
+        distance = max(SPARE * search_radius.distance, motion) if missed else search_radius.distance
+        asked = SearchRadius(distance, SPARE * bridge, increment)
+        out.append(asked if interface.slave is contact.slave else asked.turned_over())
+    return enough, out
+
+
+def predict_radius(search_radius: SearchRadius | None, first: SearchRadius | None) -> SearchRadius | None:
+    """Search radius for the next pose of a sweep, from that of the last one and an initial value."""
+    if search_radius is None or first is None or search_radius.increment is None:
+        return first
+    return SearchRadius(first.distance, FOLLOWING / SPARE * search_radius.elastic, search_radius.increment)
+
+
+def _movement(result: ContactResult, interface: Interface) -> tuple[RigidIncrement, list[Array]]:
+    """Rigid motion of the slave relative to the master, in world axes, and both sides' elastic displacements (n, 3)."""
+    shift, turn, elastic = np.zeros(3), np.zeros(3), []
+    for body, sign in zip(elastic_among((interface.slave, interface.master)), (1.0, -1.0), strict=True):
+        k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
+        motion, frame = result.state.motions[k], result.loading.frames[k]
+        elastic.append(body.at_points(result.state.displacements[k] - frame.modes(motion[:, None])[:, 0]))
+        shift += sign * (motion[:3] - np.cross(motion[3:], frame.point))
+        turn += sign * motion[3:]
+    return RigidIncrement(shift, turn), elastic
+
 
 #: Number of search radii tried before whole surfaces are paired.
 MOST_REACHES = 4

@@ -29,12 +29,10 @@ from fecontact.contact.model import SceneModel
 from fecontact.contact.search.region import plain_facets
 from fecontact.contact.springs import spring_rows
 from fecontact.fem.model import Model
-from fecontact.results.case_figures import Kept, fields_to_keep, plane_of
-from fecontact.results.case_table import CaseTable
-from fecontact.results.dividing_plane import DividingPlane
+from fecontact.results.case_table import CaseTable, Kept, fields_to_keep, plane_of
+from fecontact.results.resultants import DividingPlane
 from fecontact.scene.linear import prepared
-from fecontact.scene.local_search import SearchHistory
-from fecontact.scene.search_radius import near_nodes
+from fecontact.scene.local_search import SearchHistory, near_nodes
 from fecontact.scene.settings import checked_search
 from fecontact.scene.sweep_case import (
     Case,

@@ -32,10 +32,10 @@ from fecontact.common.version import VERSION
 from fecontact.contact.loads import Loading, make_loading
 from fecontact.contact.model import SceneModel
 from fecontact.fem.rigid import COMPONENTS
-from fecontact.results.case_figures import FIGURES, GIVEN, WHOLE, Kept, kept_of, row_of
-from fecontact.results.dividing_plane import DividingPlane
+from fecontact.results.case_table import FIGURES, GIVEN, WHOLE, Kept, kept_of, row_of
 from fecontact.results.files import WRITERS
 from fecontact.results.result import ContactResult
+from fecontact.results.resultants import DividingPlane
 from fecontact.scene.carried import KEYED, posed_scene
 from fecontact.scene.finite_rotation import check_rest, follow
 from fecontact.scene.local_search import SearchHistory, solve_local_case

@@ -17,7 +17,7 @@ PARTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ),
     ),
     "refinement": (
-        ("scene.adaptive", "scene.marking", "results.geometry_error"),
+        ("scene.adaptive", "results.geometry_error"),
         ("scene/test_marking.py", "scene/test_to_an_accuracy.py", "results/test_geometry_error.py"),
     ),
     "edge pressure": (

@@ -20,7 +20,7 @@ from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
 from fecontact.mesh import shapes
 from fecontact.results.pictures.contact_map import draw_friction
-from fecontact.scene.path_result import LoadPath
+from fecontact.scene.load_path import LoadPath
 from fecontact.scene.scene import Scene
 
 STEPS = 10_000

@@ -26,7 +26,7 @@ from fecontact.contact.contact import Contact
 from fecontact.mesh.layer import Thickness
 from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.results.case_table import CaseTable
-from fecontact.results.dividing_plane import DividingPlane
+from fecontact.results.resultants import DividingPlane
 from fecontact.scene.scene import Scene
 
 

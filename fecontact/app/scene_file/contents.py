@@ -12,7 +12,7 @@ from fecontact.app.scene_file.outputs import Output, write_output
 from fecontact.common.errors import InputError
 from fecontact.results.case_table import CaseTable
 from fecontact.results.result import ContactResult
-from fecontact.scene.path_result import LoadPath
+from fecontact.scene.load_path import LoadPath
 from fecontact.scene.scene import Scene
 
 

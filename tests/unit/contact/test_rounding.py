@@ -10,7 +10,7 @@ from fecontact.contact.coupling.choose import COARSER
 from fecontact.contact.coupling.mortar import pair_mortar
 from fecontact.contact.coupling.nodal import pair
 from fecontact.contact.coupling.surface_pair import SurfacePair
-from fecontact.scene.marking import _most
+from fecontact.scene.adaptive import _most
 from fecontact.surfaces import Cone, Cylinder, FlatPunch
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.normals import normals_of

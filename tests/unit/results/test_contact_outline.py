@@ -10,8 +10,7 @@ import fecontact as fc
 from fecontact.analytic import hertz
 from fecontact.bodies import PlaneBody
 from fecontact.mesh import section_shapes
-from fecontact.results.contact_outline import _loops, contact_outline
-from fecontact.results.outline import Mirror, smoothed
+from fecontact.results.contact_outline import Mirror, _loops, contact_outline, smoothed
 from fecontact.surfaces import Cylinder, Paraboloid, Torus
 
 SOFT = fc.Material(E=1.0, nu=0.3)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.scene.path_result import LoadPath
+from fecontact.scene.load_path import LoadPath
 
 #: Digits that a door shows: pages and maps 4, the printed report 6, all others all.
 EXACT, SIX, FIVE, FOUR = 1e-12, 6e-6, 6e-5, 6e-4

@@ -13,7 +13,7 @@ import pytest
 import fecontact as fc
 from fecontact.scene import load_path
 from fecontact.scene.export import export_problem
-from fecontact.scene.path_result import LoadPath
+from fecontact.scene.load_path import LoadPath
 
 
 def dragged(mu: float, **options: object) -> tuple[fc.Scene, fc.ElasticBody]:

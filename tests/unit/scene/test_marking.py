@@ -12,8 +12,17 @@ import scipy.sparse as sp
 import fecontact as fc
 from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.results.response_error import ResponseError
-from fecontact.scene.adaptive import SAFETY, Target, _divided
-from fecontact.scene.marking import AIM, BULK, facets_opposite, marked_by_response, marked_cells, marked_facets
+from fecontact.scene.adaptive import (
+    AIM,
+    BULK,
+    SAFETY,
+    Target,
+    _divided,
+    facets_opposite,
+    marked_by_response,
+    marked_cells,
+    marked_facets,
+)
 
 PRESSURE = np.array([0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0])
 AT_EDGE = [1, 4]

@@ -13,9 +13,8 @@ import fecontact as fc
 from fecontact import read_scene
 from fecontact.app.cli import main
 from fecontact.scene import adaptive, finite_rotation
-from fecontact.scene.adaptive import SAFETY
+from fecontact.scene.adaptive import SAFETY, edge_points, facets_at, marked_cells
 from fecontact.scene.cost import explain
-from fecontact.scene.marking import edge_points, facets_at, marked_cells
 from fecontact.surfaces import FlatPunch, Paraboloid
 
 STEEL = fc.Material(E=1.0, nu=0.3)
