@@ -475,11 +475,15 @@ class HalfSpace(SurfaceBody):
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance along rows: a matrix, or an operator for many rows of one cell each."""
         with timer("condense"):
-            return Reduced(self._cells.along(_along(rows, self.facets.normal)), np.zeros(rows.shape[0]))
+            rubbed = _along_surface(rows)
+            compliance = self._cells.in_space(rows) if rubbed else self._cells.along(_along(rows, self.facets.normal))
+            return Reduced(compliance, np.zeros(rows.shape[0]))
 
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
         """Elastic displacements (n_dofs,) under forces along rows."""
         cells, normal = self._cells, self.facets.normal
+        if _along_surface(rows):
+            return cells.displaced(np.asarray(rows.T @ forces).reshape(-1, 3)).ravel()
         outward = np.asarray(_along(rows, normal).T @ forces).reshape(cells.shape)
         if not outward.any():
             return np.zeros(self.n_dofs)
@@ -491,6 +495,13 @@ class HalfSpace(SurfaceBody):
         kind = "periodic" if self.periodic else "free"
         stack = f", {len(self.layers)} layer(s)" if self.layers else ""
         return f"{self.name}: {kind} half-space, {self.grid.shape[0]} x {self.grid.shape[1]} cells{stack}"
+
+
+def _along_surface(rows: sp.csr_matrix) -> bool:
+    """Whether some of rows (n, 3 n_cells) are of friction: more along the surface than across it."""
+    squares = rows.multiply(rows).tocsr()
+    across = squares[:, 2::3].sum(axis=1)
+    return bool((squares.sum(axis=1) > 2 * across).any())
 
 
 def _along(rows: sp.csr_matrix, normal: Array) -> sp.csr_matrix:

@@ -35,7 +35,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MissingPackageError
 from fecontact.common.threads import each
 
@@ -356,6 +356,12 @@ class VectorConvolution:
         return replace(
             self, kernels=tuple(tuple(_single(k, factor) for k in row) for row in self.kernels), factor=factor
         )
+
+    def among(self, x: IntArray, y: IntArray) -> list[list[Array | None]]:
+        """Each kernel at the offsets (n, n) between cells (n,) of places x and y; None for zero."""
+        at = tuple((k[:, None] - k) % n for k, n in zip((x, y), self.lengths, strict=True))
+        tables = ([None if k is None else scipy.fft.irfft2(k, s=self.lengths) for k in row] for row in self.kernels)
+        return [[None if table is None else table[at] for table in row] for row in tables]
 
     @property
     def _single(self) -> bool:

@@ -20,7 +20,7 @@ from fecontact.common.renamed import RenamedKeys, renamed, warn
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.friction import Friction, PressStep, press_step
 from fecontact.halfspace.friction_contact import FrictionContact
-from fecontact.halfspace.layered import thin_layers
+from fecontact.halfspace.tangential import check_thickness
 
 COLUMNS = (
     "force",
@@ -191,12 +191,7 @@ def solve_path(
     """Solve the steps of a path one after the other, see `HalfSpace.press_path`."""
     friction = Friction(body, checks.friction(mu, infinite=True), tolerance, workers)
     steps = items("the steps of a path", steps, "PressStep objects")
-    if not body.periodic and thin_layers(body.layers, max(body.grid.cell)):
-        raise InputError(
-            f"With friction, the top layer's thickness must be no less than a cell's width, {max(body.grid.cell):g}; "
-            f"found {body.layers[0].thickness:g}. Take smaller cells, or leave out a layer that is so thin.",
-            code="cells-too-wide",
-        )
+    check_thickness(body)
     for k, step in enumerate(steps, 1):
         instance(f"step {k} of the path", step, PressStep)
         if body.periodic and (step.torque or step.twist):

@@ -17,6 +17,7 @@ from fecontact.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
 from fecontact.halfspace.grid import Even, even_axes, part_of, unfold
 from fecontact.halfspace.nested import GridLevel, solve_nested
 from fecontact.halfspace.smooth import Corrected, Product, Term
+from fecontact.halfspace.tangential import TangentialCompliance, check_thickness, tangential_compliance
 from fecontact.solvers import ComplementarityProblem, Status
 from fecontact.solvers.problem import Outcome
 
@@ -71,6 +72,38 @@ class CellModel:
             spectrum = kernel_spectrum(spectrum, (padded(grid.shape[0]), padded(grid.shape[1])))
         convolution = Convolution(spectrum, self.shape, self.mirrored, Tally(grid.n_cells), arrays=self.body.arrays)
         return Corrected(convolution, self.smooth) if self.smooth else convolution
+
+    @cached_property
+    def tangential(self) -> TangentialCompliance:
+        """Displacements along the surface by tractions, and their coupling with pressures."""
+        assert isinstance(self.body, SurfaceCompliance)
+        check_thickness(self.body)
+        return tangential_compliance(self.body, self.part)
+
+    def displaced(self, forces: Array) -> Array:
+        """Displacements (n_cells, 3) of all cells by forces (n_cells, 3), z outwards."""
+        q = np.moveaxis(forces.reshape(*self.shape, 3), 2, 0) / self.body.grid.area
+        normal = self.product.apply(q[2]) - self.tangential.normal_displacement(q[:2])
+        along = self.tangential.apply(q[:2]) + self.tangential.of_pressure(-q[2])
+        return np.stack([*along, normal], axis=2).reshape(-1, 3)
+
+    def in_space(self, rows: sp.csr_matrix) -> Array:
+        """Displacements along rows (n, 3 n_cells), z outwards, by unit forces along them, (n, n)."""
+        used = np.unique(rows.indices // 3)
+        by, n = self.tangential, len(used)
+        place = np.divmod(used, self.shape[1])
+        K = np.zeros((n, 3, n, 3))
+        K[:, 2, :, 2] = self._among(used)
+        for at, sign, convolution in (((0, 1), 1, by.tractions), ((2,), -1, by.lift)):
+            tables = [] if convolution is None else convolution.among(*place)
+            for i, row in zip(at, tables, strict=False):
+                for j, table in enumerate(row):
+                    if table is not None:
+                        K[:, i, :, j] = sign * table / self.body.grid.area
+        K[:, :2, :, 2] = K[:, 2, :, :2].transpose(1, 2, 0)
+        local = rows[:, (3 * used[:, None] + np.arange(3)).ravel()]
+        half = local @ K.reshape(3 * n, 3 * n)
+        return np.asarray((local @ half.T).T)
 
     def plus(self, other: CellModel) -> CellModel | None:
         """Both together, cell on cell; None unless they have the same cells and are free."""

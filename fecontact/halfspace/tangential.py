@@ -18,6 +18,7 @@ from fecontact.common.errors import InputError
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.fft import Kernels, VectorConvolution, padded
 from fecontact.halfspace.kernels import cerruti
+from fecontact.halfspace.layered import thin_layers
 from fecontact.halfspace.layered_shear import check_interfaces, point_difference, waves_difference
 
 Box = tuple[slice, slice]
@@ -195,6 +196,16 @@ def _compliance(
     if normal is not None:
         lift, drag = replace(empty, kernels=(normal,)), replace(empty, kernels=tuple((-kernel,) for kernel in normal))
     return TangentialCompliance(replace(empty, kernels=tractions), lift, drag, inverse, own, periodic)
+
+
+def check_thickness(body: SurfaceCompliance) -> None:
+    """Refuse friction on cells that are wider than the top layer is thick."""
+    if not body.periodic and thin_layers(body.layers, max(body.grid.cell)):
+        raise InputError(
+            f"With friction, the top layer's thickness must be no less than a cell's width, {max(body.grid.cell):g}; "
+            f"found {body.layers[0].thickness:g}. Take smaller cells, or leave out a layer that is so thin.",
+            code="cells-too-wide",
+        )
 
 
 def is_coupled(body: SurfaceCompliance) -> bool:

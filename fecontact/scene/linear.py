@@ -143,7 +143,7 @@ def prepared(
     conditions: list[UnilateralConstraints] = list(paired)
     opening = [interface.opening_by(loading.frames) for interface in paired]
     chosen = [first_candidates(i, o, loading) for i, o in zip(paired, opening, strict=True)]
-    if not model.springs and all(matrix_free(i) for i in paired):
+    if not (model.springs or model.has_friction) and all(matrix_free(i) for i in paired):
         chosen = [np.arange(len(gap)) for gap in opening]
     if model.springs:
         ligaments = spring_rows(model.springs)

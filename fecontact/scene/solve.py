@@ -19,6 +19,7 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.loads import Distribution, refuse_nodal_values
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search.candidates import KnownContact
+from fecontact.results.cell_contact import is_half_space
 from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.engine import check_engine, on_processes
@@ -176,10 +177,11 @@ def refuse_with_friction(model: SceneModel, solver: str | CustomSolver) -> None:
     if solver != "auto":
         raise InputError(f"Friction has a solver of its own: leave solver out; found solver={solver!r}.", code="solver")
     for body in {b for c in model.contacts if c.mu > 0 for b in (c.slave, c.master)}:
-        if body.is_foundation or has_cells(body.surface(body.contact[0])):
+        surface = body.surface(body.contact[0])
+        if body.is_foundation or (has_cells(surface) and not is_half_space(surface)):
             raise InputError(
                 f"{body.name!r} gives along its normal only, so friction on it has no slip to judge. Give an elastic "
-                "body, or use HalfSpace.press for friction on a half-space.",
+                "body or a half-space.",
                 code="friction-normal-only",
             )
 

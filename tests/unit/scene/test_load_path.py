@@ -139,12 +139,10 @@ def test_what_is_not_offered_is_refused() -> None:
         scene.solve_path([{"motion": motions}])
     with pytest.raises(fc.InputError, match="no place for friction"):
         export_problem(scene, "problem.npz", motions=motions)
-    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), (1.0, 1.0), (8, 8))
     cartilage = fc.ElasticLayer(fc.Material(E=1.0, nu=0.3), 0.1, (block.mesh, "bottom"))
     ball = fc.RigidBody(fc.Sphere(1.0))
-    for soft in (half, cartilage):
-        with pytest.raises(fc.InputError, match="along its normal only"):
-            fc.Scene([soft, ball], [fc.Contact(soft, ball, friction=0.3)]).solve(forces={ball: (0, 0, -1e-3)})
+    with pytest.raises(fc.InputError, match="along its normal only"):
+        fc.Scene([cartilage, ball], [fc.Contact(cartilage, ball, friction=0.3)]).solve(forces={ball: (0, 0, -1e-3)})
     smooth, block = dragged(0.0)
     with pytest.raises(fc.InputError, match="No contact has friction"):
         smooth.solve_path([{"motions": {block: {"z": -0.01}}}])
