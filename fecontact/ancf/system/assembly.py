@@ -16,12 +16,12 @@ from fecontact.ancf.bricks.laws import InvertedError
 from fecontact.ancf.bricks.solid import AncfSolid
 from fecontact.ancf.bricks.tangents import Places, has_pattern, with_data
 from fecontact.ancf.bricks.viscosity import ViscousStep, relaxed, viscous_step
-from fecontact.ancf.system.banded import BandOrder, Reduction
 from fecontact.ancf.system.hubs import Hubs
 from fecontact.ancf.system.joints import affine_modes, hold
 from fecontact.ancf.system.member import Member
 from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps, FacesMaster, Master, RigidMaster
 from fecontact.ancf.system.newton import DEPENDENT
+from fecontact.ancf.system.tangent import Reduction, Tangent
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, shown
@@ -83,13 +83,13 @@ class Constants:
         """That of the first tangent's pattern."""
         return []
 
-    def reduced(self, K: sp.csr_matrix) -> tuple[sp.csr_matrix, BandOrder | None]:
-        """Z^T K Z of a tangent (n_dofs, n_dofs) and the order of its band; the pattern is worked out once."""
+    def reduced(self, K: sp.csr_matrix) -> Tangent:
+        """Z^T K Z of a tangent (n_dofs, n_dofs) with the order of its band; the pattern is worked out once."""
         fits = self._places(K) is not None
         if fits and not self._reductions:
             self._reductions.append(Reduction.of(K, self.free))
         kept = self._reductions[0] if fits else None
-        return (sp.csr_matrix(self.free.T @ K @ self.free), None) if kept is None else (kept(K), kept.order)
+        return Tangent(sp.csr_matrix(self.free.T @ K @ self.free)) if kept is None else kept(K)
 
     @cached_property
     def _patterns(self) -> list[Places]:
@@ -113,11 +113,14 @@ class Constants:
         mass = None if self._places(K) is None else self._mass_entries
         return sp.csr_matrix(K + inertia * self.mass) if mass is None else with_data(K, K.data + inertia * mass)
 
-    def lessened(self, K: sp.csr_matrix, less: sp.csr_matrix) -> sp.csr_matrix:
-        """A tangent less another matrix, in the tangent's pattern if it fits: faces have the coordinates of cells."""
-        places = self._places(K)
-        data = None if places is None else places.entries(less)
-        return sp.csr_matrix(K - less) if data is None else with_data(K, K.data - data)
+    def minus(self, K: sp.csr_matrix, *others: sp.csr_matrix | None) -> sp.csr_matrix:
+        """A tangent less other matrices, in the tangent's pattern if they fit: faces have the coordinates of cells."""
+        for other in others:
+            if other is not None:
+                places = self._places(K)
+                data = None if places is None else places.entries(other)
+                K = sp.csr_matrix(K - other) if data is None else with_data(K, K.data - data)
+        return K
 
     @cached_property
     def no_rows(self) -> sp.csr_matrix:
@@ -286,6 +289,16 @@ class Assembly:
         """Factors (n_dofs,) that turn changes of coordinates into lengths; generalised forces over them are forces."""
         return self.constants.lengths
 
+    @property
+    def n_multipliers(self) -> int:
+        """Contact conditions of all contacts."""
+        return sum(t.n_multipliers for t in self.touches)
+
+    @cached_property
+    def widths(self) -> Array:
+        """Lengths (n_multipliers,) on which they act."""
+        return np.concatenate([np.zeros(0), *(t.widths for t in self.touches)])
+
     def held(self, x: Array) -> Array:
         """Part of a change of coordinates, or of forces, (n_dofs,) that the supports take."""
         return np.asarray(x - self.free @ (self.free.T @ x))
@@ -365,7 +378,7 @@ class Assembly:
             return np.asarray(Z @ solve(Z.T @ forces))
         C = (self.hubs.derivative(q) @ Z).toarray()
         by_load, by_hubs = solve(Z.T @ forces), solve(C.T)
-        missing = C @ by_load + (0.0 if v is None else self.hubs.turning(v))
+        missing = C @ by_load + (0.0 if v is None else self.hubs.quadratic_velocity(v))
         return np.asarray(Z @ (by_load - by_hubs @ (np.linalg.pinv(C @ by_hubs, rcond=DEPENDENT) @ missing)))
 
     def translation(self, direction: Array) -> Array:

@@ -14,10 +14,10 @@ from tqdm import tqdm
 from fecontact.ancf.bricks.laws import InvertedError
 from fecontact.ancf.system.assembly import Assembly
 from fecontact.ancf.system.moving_contact import NEAR
-from fecontact.ancf.system.newton import UnstableError
 from fecontact.ancf.system.schemes import RATE, GeneralisedAlpha, Instant, Scheme, acting
 from fecontact.ancf.system.stage import Stage, StageAt, Start, rate
 from fecontact.ancf.system.statics import State
+from fecontact.ancf.system.tangent import UnstableError
 from fecontact.common.arrays import Array
 from fecontact.common.checks import lengths
 from fecontact.common.errors import InputError, SolverError

@@ -67,13 +67,15 @@ class Hubs:
         both = np.concatenate([rows, columns]), np.concatenate([columns, rows])
         return sp.csr_matrix((np.tile(data, 2), both), shape=(self.n_dofs, self.n_dofs))
 
-    def turning(self, v: Array) -> Array:
+    def quadratic_velocity(self, v: Array) -> Array:
         """C'' of velocities v (n_dofs,): what C a lacks of the second derivative of c by time."""
         V = v[self.gradients]
         return np.asarray((V[:, _I] * V[:, _J]).sum(axis=2).ravel())
 
-    def less(self, K: sp.csr_matrix, q: Array, multipliers: Array, share: float = 1.0) -> tuple[sp.csr_matrix, float]:
-        """What a tangent K is to be lessened by, and the weight w of the equations in it.
+    def subtracted(
+        self, K: sp.csr_matrix, q: Array, multipliers: Array, share: float = 1.0
+    ) -> tuple[sp.csr_matrix, float]:
+        """What is subtracted from a tangent K, and the weight w of the equations in it.
 
         A share of the second derivative of multipliers . c, and -w C^T C, which makes the tangent positive definite
         where its rigid motions are resisted (augmented Lagrangian): under equations it shifts the multipliers only,

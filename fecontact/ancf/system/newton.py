@@ -1,11 +1,12 @@
 """One Newton step of bodies in contact, a linearised contact problem.
 
-    K d = r + G^T l,    g + G d >= 0,    l >= 0,    l . (g + G d) = 0
+    K d = r + G^T l + H^T s,    g + G d >= 0,    l >= 0,    l . (g + G d) = 0,    C d = -c
 
-K is condensed onto the coordinates in the conditions, and l follows from a complementarity problem with S = G K^-1 G^T
-(sequential quadratic programming; Nocedal & Wright, Numerical Optimization, 2006, chapter 18). K has to be positive
-definite. Where a body is stable through contact only, it is not, and w G^T (g + G d) of the active conditions is added
-to the forces. It vanishes with them, so that the solution is the same (augmented Lagrangian, section 17.3 there).
+Unit forces along the rows give compliances S = G K^-1 G^T, and l follows from a complementarity problem (sequential
+quadratic programming; Nocedal & Wright, Numerical Optimization, 2006, chapter 18). Equations C d = -c, whose forces s
+act along H, are eliminated by their Schur complement. K has to be positive definite. Where a body is stable through
+contact only, it is not, and w G^T (g + G d) of the active conditions is added to the forces. It vanishes with them, so
+that the solution is the same (augmented Lagrangian, section 17.3 there).
 
 Where supports leave rigid motions W free, they are held at as many coordinates P instead. Without load along W nothing
 acts there, and the contact problem has the motions and their equilibrium as in scenes:
@@ -22,39 +23,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
-import scipy.sparse.linalg as spla
-from scipy.sparse.csgraph import connected_components
 
-from fecontact.ancf.system.banded import BandFactor, BandOrder
+from fecontact.ancf.system.tangent import Tangent, UnstableError
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.errors import FecontactError
-from fecontact.fem.factor import condense
 from fecontact.solvers import ComplementarityProblem, solve
 from fecontact.solvers.friction import solve_friction
 from fecontact.solvers.friction_problem import ON_CONE, FrictionProblem, friction_limit
 
-#: Coordinates up to which a dense solution is faster than a sparse one.
-SMALL = 300
 #: Resistance of the active conditions to free motions, relative to the largest, from which it is one.
 RESISTED = 1e-6
 #: Weights of active conditions in a tangent that is not positive definite without them, over the largest stiffness.
 WEIGHTS = (1.0, 1e2, 1e4)
 #: Drag on slip, relative to the stiffness, tried where friction slides and the tangent is not positive definite.
 DRAGS = (1e-6, 1e-4, 1e-2, 1.0)
-#: Largest difference from the transpose, relative to the largest entry, that is rounding.
-SYMMETRIC = 1e-12
 #: Singular values of equations, relative to the largest, of those that hold by themselves.
 DEPENDENT = 1e-12
-
-
-class UnstableError(FecontactError):
-    """The tangent is not positive definite: the state is not a stable one, or the step was too long."""
-
-    code = "unstable"
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,390 +70,240 @@ class Ties:
 
 
 @dataclass(frozen=True, eq=False)
-class TangentialRows:
-    """Tangential rows of conditions with friction.
+class ContactRows:
+    """Contact conditions and, of those with friction, slip.
 
     Attributes
     ----------
+    gap : (m,) array
+    G : (m, n) csr_matrix
+        Its gradient.
     points : (f,) int array
-        Their conditions.
+        Conditions with friction.
     mu : (f,) array
-    T : (2 f, n) csr_matrix
-        Gradient of the slip along the first tangents, then along the second.
     slip : (2 f,) array
+        Along the first tangents, then along the second.
+    T : (2 f, n) csr_matrix
+        Its gradient.
     guess : (m + 2 f,) array
-        Forces of all conditions, then of these rows, from which the solver begins; none if they are zero.
+        Forces along all these rows, from which the solver begins; none if they are zero.
     """
 
+    gap: Array
+    G: sp.csr_matrix
     points: IntArray
     mu: Array
-    T: sp.csr_matrix
     slip: Array
+    T: sp.csr_matrix
     guess: Array
 
+    @classmethod
+    def frictionless(cls, gap: Array, G: sp.csr_matrix, guess: Array | None = None) -> ContactRows:
+        """Conditions without friction."""
+        none, rows = np.zeros(0), sp.csr_matrix((0, G.shape[1]))
+        return cls(gap, G, np.zeros(0, np.int64), none, none, rows, np.zeros(len(gap)) if guess is None else guess)
+
+    @cached_property
+    def both(self) -> sp.csr_matrix:
+        """Rows (m + 2 f, n) of G, then of T."""
+        return sp.csr_matrix(sp.vstack([self.G, self.T])) if len(self.slip) else self.G
+
+    @property
+    def pressing(self) -> Mask:
+        """Conditions (m,) that are active at first."""
+        return self.guess[: len(self.gap)] > 0
+
     def sticking(self, forces: Array) -> Mask:
-        """Which conditions (f,) stick under forces (m + 2 f,) of all conditions, then of these rows."""
-        t = np.linalg.norm(forces[len(forces) - len(self.slip) :].reshape(2, -1), axis=0)
+        """Which conditions with friction (f,) stick under forces (m + 2 f,)."""
+        t = np.linalg.norm(forces[len(self.gap) :].reshape(2, -1), axis=0)
         return np.asarray(t < (1 - ON_CONE) * friction_limit(self.mu, forces[self.points]))
 
 
-def contact_step(
-    K: sp.csr_matrix,
-    r: Array,
-    G: sp.csr_matrix,
-    gap: Array,
-    pressing: Mask | None = None,
-    friction: TangentialRows | None = None,
-    loose: Array | None = None,
-    order: BandOrder | None = None,
-) -> tuple[Array, Array, Array]:
-    """Change of the coordinates, contact forces and tangential forces.
+class Step(NamedTuple):
+    """Change (n,) of the coordinates, forces (m + 2 f,) along contact rows and forces (e,) of equations."""
+
+    change: Array
+    forces: Array
+    stresses: Array
+
+
+def newton_step(
+    tangent: Tangent, r: Array, rows: ContactRows, *, ties: Ties | None = None, motions: Array | None = None
+) -> Step:
+    """The step by a positive definite tangent.
 
     Parameters
     ----------
-    K : (n, n) csr_matrix
-        Symmetric positive definite, but for free motions.
+    tangent : Tangent
     r : (n,) array
-        Residual forces, without those of contact.
-    G : (m, n) csr_matrix
-    gap : (m,) array
-    pressing : (m,) bool array, optional
-        Conditions known to be active.
-    friction : TangentialRows, optional
-    loose : (n, k) array, optional
-        Rigid motions W that nothing but contact resists.
-    order : BandOrder, optional
-        Of the pattern of K, where its band is narrow.
-
-    Returns
-    -------
-    change : (n,) array
-    forces : (m,) array
-    tangential : (2 f,) array
+        Residual forces, without those of contact and of equations.
+    rows : ContactRows
+    ties : Ties, optional
+        Equations; the least forces where they hold by themselves.
+    motions : (n, k) array, optional
+        Rigid motions W that nothing but contact resists; the tangent holds them.
 
     Raises
     ------
     UnstableError
-        If K is not positive definite, even with the active conditions added.
+        If it is not positive definite, or no condition resists the motions.
     SolverError
         If the contact problem has no certified solution.
 
     Examples
     --------
-    >>> import numpy as np, scipy.sparse as sp
     >>> K, G = sp.csr_matrix(np.diag([2.0, 4.0])), sp.csr_matrix(np.array([[0.0, 1.0]]))
-    >>> change, forces, _ = contact_step(K, np.array([1.0, -8.0]), G, np.array([0.5]))
+    >>> rows = ContactRows.frictionless(np.array([0.5]), G)
+    >>> change, forces, _ = newton_step(Tangent(K), np.array([1.0, -8.0]), rows)
     >>> change.round(12).tolist(), forces.round(12).tolist()
     ([0.5, -0.5], [6.0])
+    >>> C, none = sp.csr_matrix([[1.0, 1.0]]), ContactRows.frictionless(np.zeros(0), sp.csr_matrix((0, 2)))
+    >>> tied = newton_step(Tangent(sp.eye_array(2).tocsr()), np.array([3.0, 1.0]), none, ties=Ties(C, C, np.zeros(1)))
+    >>> tied.change.round(12).tolist(), tied.stresses.round(12).tolist()
+    ([1.0, -1.0], [-2.0])
     """
-    rows = G.shape[0] + (0 if friction is None else friction.T.shape[0])
-    if loose is None and not rows and (order is not None or len(r) <= SMALL):
-        return _plain(K, r, order), np.zeros(0), np.zeros(0)
-    pressing = np.zeros(len(gap), bool) if pressing is None else pressing
-    try:
-        return _stable(K, r, G, gap, pressing, friction, loose, order)
-    except UnstableError:
-        if friction is None or not pressing[friction.points].any():
-            raise
-    drag = _drag(K, friction, pressing)
-    for share in DRAGS[:-1]:
+    m, n_motions = rows.both.shape[0], 0 if motions is None else motions.shape[1]
+    if n_motions and not m:
+        raise UnstableError("Nothing near resists the rigid motions that supports leave free.")
+    along = rows.both
+    if ties is not None:
+        along = sp.csr_matrix(sp.vstack([rows.both, ties.columns]))
+        # where the equations do not hold yet, only what they leave free need be positive definite
+        tangent = tangent if tangent.order is not None else Tangent(tangent.K, symmetric=False)
+    touched, u, X, every = tangent.responses(r, along)
+    of_ties = np.zeros((along.shape[0] - m, 1 + m))
+    if ties is not None:
+        C, by = ties.rows[:, touched], X[:, m:]
+        missing = np.column_stack([C @ u + ties.value, C @ X[:, :m]])
+        of_ties = -np.linalg.pinv(C @ by, rcond=DEPENDENT) @ missing
+        u, X = u + by @ of_ties[:, 0], X[:, :m] + by @ of_ties[:, 1:]
+    forces, motion = np.zeros(m), np.zeros(n_motions)
+    if m:
+        rows_at = rows.both[:, touched]
+        B, F = np.zeros((0, m)), np.zeros(0)
+        if motions is not None:
+            B, F = (rows.both @ motions).T, -(motions.T @ r)
+        S = rows_at @ X
+        start = np.concatenate([rows.gap, rows.slip]) + rows_at @ u
+        forces, motion = _solution(ComplementarityProblem((S + S.T) / 2, start, B, F), rows)
+    stresses = of_ties[:, 0] + of_ties[:, 1:] @ forces
+    change = every(np.concatenate([forces, stresses]))
+    return Step(change if motions is None else change + motions @ motion, forces, stresses)
+
+
+def _solution(problem: ComplementarityProblem, rows: ContactRows) -> tuple[Array, Array]:
+    """Forces along all rows, and the free motion."""
+    if not len(rows.points):
+        found = solve(problem)
+        return found.forces, found.q
+    S = np.array(problem.S)
+    tangents = len(rows.gap) + np.arange(len(rows.slip)).reshape(2, -1).T
+    # a direction that is held has no compliance, and no force as long as nothing drags along it
+    held = tangents[S[tangents, tangents] == 0]
+    S[held, held] = S.diagonal().mean()
+    every = ComplementarityProblem(S, problem.g, problem.B, problem.F)
+    begin = (rows.guess, np.zeros(problem.m)) if rows.guess.any() else None
+    answer = solve_friction(FrictionProblem(every, rows.points, tangents, rows.mu), begin)
+    return answer.forces, answer.q
+
+
+def stable_step(tangent: Tangent, r: Array, rows: ContactRows, loose: Array | None = None) -> Step:
+    """The step by a tangent that may be positive definite with the active conditions, or with a drag on slip, only.
+
+    Parameters
+    ----------
+    tangent, r, rows
+        As in `newton_step`.
+    loose : (n, k) array, optional
+        Rigid motions that nothing but contact resists.
+
+    Raises
+    ------
+    UnstableError
+        If it is not positive definite even then.
+    SolverError
+        If the contact problem has no certified solution.
+    """
+    found = _first_stable(tangent, r, rows, loose)
+    if isinstance(found, UnstableError) and rows.pressing[rows.points].any():
+        drag = _drag(tangent.K, rows)
+        for share in DRAGS:
+            found = _first_stable(tangent.plus(share * drag), r, rows, loose)
+            if isinstance(found, Step):
+                break
+    if isinstance(found, UnstableError):
+        raise found
+    return found
+
+
+def _first_stable(tangent: Tangent, r: Array, rows: ContactRows, loose: Array | None) -> Step | UnstableError:
+    """The step as it is or with the active conditions added, or held in free motions; or what is wrong with both."""
+    none = np.zeros((len(r), 0))
+    ways: list[Callable[[Tangent, Array, ContactRows], Step]] = [newton_step, partial(_held, W=none)]
+    if loose is not None:
+        ways = [partial(_held, W=loose), partial(_floating, W=loose)]
+    for way in ways if loose is not None or rows.pressing.any() else ways[:1]:
         try:
-            return _stable(sp.csr_matrix(K + share * drag), r, G, gap, pressing, friction, loose, None)
-        except UnstableError:
-            pass
-    return _stable(sp.csr_matrix(K + DRAGS[-1] * drag), r, G, gap, pressing, friction, loose, None)
+            return way(tangent, r, rows)
+        except UnstableError as error:
+            last = error
+    return last
 
 
-def _drag(K: sp.csr_matrix, friction: TangentialRows, pressing: Mask) -> sp.csr_matrix:
+def _drag(K: sp.csr_matrix, contact: ContactRows) -> sp.csr_matrix:
     """Resistance (n, n) to the slip of active conditions, as stiff as K.
 
     Friction that slides on does not resist, and the stiffness of a string that runs round a pulley is nothing along
     itself: what is left of it, by the elements' functions, may be negative. A small drag is added to the steps; it
     vanishes with them (proximal point; R. T. Rockafellar, SIAM J. Control Optim. 14, 1976).
     """
-    rows = sp.csr_matrix(friction.T[np.tile(pressing[friction.points], 2)])
+    rows = sp.csr_matrix(contact.T[np.tile(contact.pressing[contact.points], 2)])
     return sp.csr_matrix(K.diagonal().max() / rows.power(2).sum(axis=1).max() * (rows.T @ rows))
 
 
-def _stable(
-    K: sp.csr_matrix,
-    r: Array,
-    G: sp.csr_matrix,
-    gap: Array,
-    pressing: Mask,
-    friction: TangentialRows | None,
-    loose: Array | None,
-    order: BandOrder | None,
-) -> tuple[Array, Array, Array]:
-    """The step where K is positive definite, with the active conditions or held in free motions if need be."""
-    try:
-        if loose is None:
-            return _solved(K, r, G, gap, friction, order=order)
-        return _held(K, r, G, gap, friction, pressing, loose)
-    except UnstableError:
-        if loose is not None:
-            return _floating(K, r, G, gap, friction, loose)
-        if not pressing.any():
-            raise
-    return _held(K, r, G, gap, friction, pressing, np.zeros((len(r), 0)))
-
-
-def _held(
-    K: sp.csr_matrix,
-    r: Array,
-    G: sp.csr_matrix,
-    gap: Array,
-    friction: TangentialRows | None,
-    pressing: Mask,
-    W: Array,
-) -> tuple[Array, Array, Array]:
-    """The step with the active conditions added to K, which have to resist the motions W.
+def _held(tangent: Tangent, r: Array, contact: ContactRows, W: Array) -> Step:
+    """The step with the active conditions added to the tangent, which have to resist the motions W.
 
     Conditions that open, and sticking ones that slide, must not be added.
     """
-    sticking = np.zeros(0, bool) if friction is None else friction.sticking(friction.guess)
+    pressing, sticking, m = contact.pressing, contact.sticking(contact.guess), len(contact.gap)
     while pressing.any():
-        rows, start = sp.csr_matrix(G[pressing]), gap[pressing]
-        if friction is not None and sticking.any():
-            both = np.tile(sticking, 2)
-            rows = sp.csr_matrix(sp.vstack([rows, friction.T[both]]))
-            start = np.concatenate([start, friction.slip[both]])
+        both = np.tile(sticking, 2)
+        rows = sp.csr_matrix(sp.vstack([contact.G[pressing], contact.T[both]]))
+        start = np.concatenate([contact.gap[pressing], contact.slip[both]])
         resisted = rows @ W
         if W.shape[1] and np.linalg.matrix_rank(resisted, RESISTED * np.abs(resisted).max()) < W.shape[1]:
             break
-        found = _added(K, r, G, gap, friction, rows, start)
-        opening = pressing & (found[1] == 0)
-        slipping = sticking if friction is None else sticking & ~friction.sticking(np.concatenate(found[1:]))
+        found = _added(tangent, r, contact, rows, start)
+        opening = pressing & (found.forces[:m] == 0)
+        slipping = sticking & ~contact.sticking(found.forces)
         if not opening.any() and not slipping.any():
             return found
         pressing, sticking = pressing & ~opening, sticking & ~slipping
     raise UnstableError("The tangent stiffness is not positive definite, even with the active contacts.")
 
 
-def _added(
-    K: sp.csr_matrix,
-    r: Array,
-    G: sp.csr_matrix,
-    gap: Array,
-    friction: TangentialRows | None,
-    rows: sp.csr_matrix,
-    start: Array,
-) -> tuple[Array, Array, Array]:
-    """The step with rows that stay closed added to K, with a weight that makes it positive definite.
+def _added(tangent: Tangent, r: Array, contact: ContactRows, rows: sp.csr_matrix, start: Array) -> Step:
+    """The step with rows that stay closed added to the tangent, with a weight that makes it positive definite.
 
     There is one where K is so on what the rows leave free (P. Finsler, Comment. Math. Helv. 9, 1936): the larger, the
     more negative K is across, and the less the rows differ.
     """
-    weight, last = K.diagonal().max() / rows.power(2).sum(axis=1).max(), UnstableError("")
+    weight, last = tangent.K.diagonal().max() / rows.power(2).sum(axis=1).max(), UnstableError("")
     for factor in WEIGHTS:
-        added = sp.csr_matrix(K + factor * weight * (rows.T @ rows))
         try:
-            return _solved(added, r - factor * weight * (rows.T @ start), G, gap, friction)
+            added = tangent.plus(factor * weight * (rows.T @ rows))
+            return newton_step(added, r - factor * weight * (rows.T @ start), contact)
         except UnstableError as error:
             last = error
     raise last
 
 
-def _plain(K: sp.csr_matrix, r: Array, order: BandOrder | None) -> Array:
-    """K^-1 r without contact, by a band or of a few coordinates."""
-    try:
-        if order is not None:
-            return order.factor(K.data).solve(r[:, None])[:, 0]
-        return np.asarray(scipy.linalg.solve(K.toarray(), r, assume_a="pos", check_finite=False))
-    except np.linalg.LinAlgError as error:
-        raise UnstableError("The tangent stiffness is not positive definite.") from error
-
-
-def _floating(
-    K: sp.csr_matrix, r: Array, G: sp.csr_matrix, gap: Array, friction: TangentialRows | None, W: Array
-) -> tuple[Array, Array, Array]:
+def _floating(tangent: Tangent, r: Array, rows: ContactRows, W: Array) -> Step:
     """The step of bodies that are free in the motions W."""
-    stiff = np.maximum(K.diagonal(), 0.0)
+    stiff = np.maximum(tangent.K.diagonal(), 0.0)
     # the coordinates at which springs as stiff as the body resist the motions most
     held = scipy.linalg.qr((W * np.sqrt(stiff)[:, None]).T, mode="r", pivoting=True)[1][: W.shape[1]]
     springs = np.zeros(len(r))
     springs[held] = stiff[held]
-    return _solved(sp.csr_matrix(K + sp.diags_array(springs)), r, G, gap, friction, W)
-
-
-def _solved(
-    K: sp.csr_matrix,
-    r: Array,
-    G: sp.csr_matrix,
-    gap: Array,
-    friction: TangentialRows | None,
-    W: Array | None = None,
-    order: BandOrder | None = None,
-) -> tuple[Array, Array, Array]:
-    rows, start = G, gap
-    if friction is not None:
-        rows, start = sp.csr_matrix(sp.vstack([G, friction.T])), np.concatenate([gap, friction.slip])
-    if order is None and not (K.diagonal() > 0).all():
-        raise UnstableError("The tangent stiffness has a diagonal entry that is not positive.")
-    try:
-        u, X, expand = _condensed(K, r, rows) if order is None else _by_band(K, r, rows, order)
-    except (FecontactError, np.linalg.LinAlgError) as error:
-        raise UnstableError("The tangent stiffness is not positive definite.") from error
-    forces = np.zeros(rows.shape[0])
-    if rows.shape[0]:
-        C = rows[:, np.unique(rows.indices)].toarray()
-        S = C @ X
-        B = np.zeros((0, len(S))) if W is None else (rows @ W).T
-        F = np.zeros(0) if W is None else -(W.T @ r)
-        forces, motion = _forces(ComplementarityProblem((S + S.T) / 2, start + C @ u, B, F), friction)
-    change = expand(forces)
-    change = change if W is None else change + W @ motion
-    return change, forces[: G.shape[0]], forces[G.shape[0] :]
-
-
-#: Displacements u of the touched coordinates by loads, X by unit forces of the rows, and all by given forces.
-Responses = tuple[Array, Array, Callable[[Array], Array]]
-
-
-def _condensed(K: sp.csr_matrix, r: Array, rows: sp.csr_matrix) -> Responses:
-    """By condensation onto the touched coordinates."""
-    touched = np.unique(rows.indices) if rows.nnz else np.zeros(1, dtype=np.int64)
-    condensed = condense(sp.csr_matrix(sp.triu(K)), touched.astype(np.int64))
-    factor = scipy.linalg.cho_factor(condensed.stiffness, lower=True)
-    load = r[:, None]
-    u = scipy.linalg.cho_solve(factor, condensed.reduce(load))
-    X = scipy.linalg.cho_solve(factor, rows[:, touched].toarray().T)
-    return u[:, 0], X, lambda forces: condensed.expand(u + X @ forces[:, None], load)[:, 0]
-
-
-def _by_band(K: sp.csr_matrix, r: Array, rows: sp.csr_matrix, order: BandOrder) -> Responses:
-    """By the factor of a band, for all coordinates."""
-    both = order.factor(K.data).solve(np.column_stack([r, rows.T.toarray()]))
-    u, X, touched = both[:, 0], both[:, 1:], np.unique(rows.indices)
-    return u[touched], X[touched], lambda forces: u + X @ forces
-
-
-def tied_step(
-    K: sp.csr_matrix,
-    r: Array,
-    G: sp.csr_matrix,
-    gap: Array,
-    ties: Ties,
-    friction: TangentialRows | None = None,
-    order: BandOrder | None = None,
-    factor: BandFactor | None = None,
-) -> tuple[Array, Array, Array, Array]:
-    """A Newton step under equations, which are eliminated by their Schur complement.
-
-        K d = r + G^T l + H^T s,    C d = -c
-
-    Parameters
-    ----------
-    K, r, G, gap, friction, order
-        As in `contact_step`; K is positive definite without the equations.
-    ties : Ties
-    factor : BandFactor, optional
-        Of K, or of a matrix near it.
-
-    Returns
-    -------
-    change : (n,) array
-    forces : (m,) array
-    tangential : (2 f,) array
-    multipliers : (e,) array
-        s; the least where equations hold by themselves.
-
-    Raises
-    ------
-    UnstableError
-        If K is not positive definite.
-    SolverError
-        If the contact problem has no certified solution.
-
-    Examples
-    --------
-    >>> import numpy as np, scipy.sparse as sp
-    >>> K, none = sp.eye_array(2, format="csr"), sp.csr_matrix((0, 2))
-    >>> C = sp.csr_matrix([[1.0, 1.0]])
-    >>> change, _, _, s = tied_step(K, np.array([3.0, 1.0]), none, np.zeros(0), Ties(C, C, np.zeros(1)))
-    >>> change.round(12).tolist(), s.round(12).tolist()
-    ([1.0, -1.0], [-2.0])
-    """
-    rows, start = G, gap
-    if friction is not None:
-        rows, start = sp.csr_matrix(sp.vstack([G, friction.T])), np.concatenate([gap, friction.slip])
-    m = rows.shape[0]
-    loads = np.column_stack([r, rows.T.toarray(), ties.columns.T.toarray()])
-    try:
-        if factor is None and order is not None:
-            factor = order.factor(K.data)
-        every = _by_lu(K).solve(loads) if factor is None else factor.solve(loads)
-    except np.linalg.LinAlgError as error:
-        raise UnstableError("The tangent stiffness is not positive definite.") from error
-    free, by_ties = every[:, : 1 + m], every[:, 1 + m :]
-    missing = ties.rows @ free
-    missing[:, 0] += ties.value
-    s = -np.linalg.pinv(ties.rows @ by_ties, rcond=DEPENDENT) @ missing
-    u, *X = (free + by_ties @ s).T
-    forces = np.zeros(m)
-    if m:
-        S = rows @ np.array(X).T
-        problem = ComplementarityProblem((S + S.T) / 2, start + rows @ u, np.zeros((0, m)), np.zeros(0))
-        forces, _ = _forces(problem, friction)
-        u = u + forces @ np.array(X)
-    return u, forces[: G.shape[0]], forces[G.shape[0] :], s[:, 0] + s[:, 1:] @ forces
-
-
-def _forces(problem: ComplementarityProblem, friction: TangentialRows | None) -> tuple[Array, Array]:
-    """Forces (N,) of all rows, and the free motion."""
-    if friction is None or not len(friction.points):
-        found = solve(problem)
-        return found.forces, found.q
-    S = np.array(problem.S)
-    tangents = problem.n - len(friction.slip) + np.arange(len(friction.slip)).reshape(2, -1).T
-    # a direction that is held has no compliance, and no force as long as nothing drags along it
-    held = tangents[S[tangents, tangents] == 0]
-    S[held, held] = S.diagonal().mean()
-    every = ComplementarityProblem(S, problem.g, problem.B, problem.F)
-    begin = (friction.guess, np.zeros(problem.m)) if friction.guess.any() else None
-    answer = solve_friction(FrictionProblem(every, friction.points, tangents, friction.mu), begin)
-    return answer.forces, answer.q
-
-
-def is_symmetric(K: sp.csr_matrix) -> bool:
-    """Whether K is symmetric but for rounding."""
-    return bool(abs(K - K.T).max() <= SYMMETRIC * abs(K).max())
-
-
-def unsymmetric_step(K: sp.csr_matrix, r: Array) -> Array:
-    """K^-1 r without contact, for loads without a potential.
-
-    Their stability has no energy to be judged by. A real eigenvalue that becomes negative, a buckling, changes the sign
-    of the determinant; flutter is not noticed.
-
-    Raises
-    ------
-    UnstableError
-        If det K <= 0.
-
-    Examples
-    --------
-    >>> import scipy.sparse as sp
-    >>> unsymmetric_step(sp.csr_matrix([[2.0, 1.0], [0.0, 1.0]]), np.array([4.0, 2.0])).tolist()
-    [1.0, 2.0]
-    """
-    return np.asarray(_by_lu(K).solve(r))
-
-
-def _by_lu(K: sp.csr_matrix) -> spla.SuperLU:
-    """Factor of a matrix with a positive determinant."""
-    try:
-        factor = spla.splu(sp.csc_matrix(K))
-    except RuntimeError as error:
-        raise UnstableError("The tangent stiffness is singular.") from error
-    negative = np.count_nonzero(factor.U.diagonal() < 0) + _swaps(factor.perm_r) + _swaps(factor.perm_c)
-    if negative % 2:
-        raise UnstableError("The tangent stiffness has a negative determinant.")
-    return factor
-
-
-def _swaps(order: IntArray) -> int:
-    """Number of exchanges that make up a permutation: its length less the number of its cycles."""
-    n = len(order)
-    cycles = sp.csr_matrix((np.ones(n), (np.arange(n), order)), shape=(n, n))
-    return int(n - connected_components(cycles, directed=False)[0])
+    return newton_step(tangent.plus(sp.diags_array(springs)), r, rows, motions=W)

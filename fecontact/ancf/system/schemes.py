@@ -18,7 +18,7 @@ one step.
 **Friction** obeys Coulomb's law with the slip of the step, so that its work is never positive and what sticks does not
 move; where points stop, velocities jump (`stopping`).
 
-Tangent of a step in time, whose factor is kept over its iterations while it serves.
+The factor of the tangent is reused over the iterations of a step while they contract (modified Newton).
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ import scipy.sparse as sp
 
 from fecontact.ancf.bricks.viscosity import ViscousStep
 from fecontact.ancf.system.assembly import Assembly
-from fecontact.ancf.system.banded import BandFactor, BandOrder
-from fecontact.ancf.system.newton import Ties, UnstableError, contact_step, tied_step
+from fecontact.ancf.system.newton import Ties, newton_step
 from fecontact.ancf.system.slip import Slips, SlipStart, slips, stopped
 from fecontact.ancf.system.stage import Stage, StageAt, Start, rate
+from fecontact.ancf.system.tangent import Tangent, UnstableError
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 
@@ -43,97 +43,67 @@ CONTRACTION, OLD = 0.1, 1e-3
 
 
 @dataclass
-class KeptTangent:
-    """Tangent of the free coordinates; without contact its factor serves as long as the iterations contract.
+class ModifiedNewton:
+    """Tangent of the free coordinates; without contact its factor is reused as long as the iterations contract.
 
     Attributes
     ----------
-    K : (n_free, n_free) csr_matrix or None
-    order : BandOrder or None
-    factor : BandFactor or None
-        None where the next iteration takes a new tangent.
+    tangent : Tangent or None
     last : float
         Largest change of the last iteration.
-    again : bool
-        Whether the factor has served before.
+    fresh, again : bool
+        Whether the factor may be used in the next iteration; whether it has been used before.
     stresses : (6 n_hubs,) array
         Multipliers of rigid hubs.
     weight : float
-        Of their equations in K.
+        Of their equations in the tangent.
     """
 
-    K: sp.csr_matrix | None = None
-    order: BandOrder | None = None
-    factor: BandFactor | None = None
+    tangent: Tangent | None = None
     last: float = np.inf
+    fresh: bool = False
     again: bool = False
     stresses: Array = field(default_factory=lambda: np.zeros(0))
     weight: float = 0.0
 
-    def serves(self, near: IntArray) -> bool:
+    def reusable(self, near: IntArray) -> bool:
         """Whether no new tangent is needed."""
-        self.again = self.factor is not None and not len(near)
+        self.again = self.fresh and not len(near)
         return self.again
 
-    def renew(
-        self, a: Assembly, K: sp.csr_matrix, less: sp.csr_matrix | None, near: IntArray, q: Array, share: float
+    def refactor(
+        self, a: Assembly, K: sp.csr_matrix, other: sp.csr_matrix | None, near: IntArray, q: Array, share: float
     ) -> None:
         """Take the tangent K (n_dofs, n_dofs) less another matrix, with a share of the second derivative of hubs."""
-        if less is not None:
-            K = a.constants.lessened(K, less)
+        K = a.constants.minus(K, other)
         if a.hubs is not None:
-            stresses = self.stresses if len(self.stresses) else np.zeros(len(a.hub_strains(q)))
-            of_hubs, self.weight = a.hubs.less(K, q, stresses, share)
-            K = a.constants.lessened(K, of_hubs)
-        self.K, self.order = a.constants.reduced(K)
-        self.factor = None
-        if self.order is not None and not len(near):
-            try:
-                self.factor = self.order.factor(self.K.data)
-            except np.linalg.LinAlgError as error:
-                raise UnstableError("The tangent stiffness is not positive definite.") from error
+            stresses = self.stresses if len(self.stresses) else np.zeros(6 * len(a.rigid))
+            of_hubs, self.weight = a.hubs.subtracted(K, q, stresses, share)
+            K = a.constants.minus(K, of_hubs)
+        self.tangent = a.constants.reduced(K)
+        self.fresh = self.tangent.order is not None and not len(near)
 
-    def solved(
-        self,
-        a: Assembly,
-        rest: Array,
-        G: sp.csr_matrix,
-        gap: Array,
-        near: IntArray,
-        slip: Slips,
-        guess: tuple[Array, Array],
-        ties: Ties | None,
-    ) -> tuple[Array, Array, Array]:
+    def step(
+        self, a: Assembly, rest: Array, G: sp.csr_matrix, gap: Array, near: IntArray, slip: Slips,
+        guess: tuple[Array, Array], ties: Ties | None,
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
         """Change of all coordinates, the forces of all conditions and those along the rows of slip."""
-        Z, forces = a.free, np.zeros(len(gap))
-        r = Z.T @ rest
+        assert self.tangent is not None
+        Z, still = a.free, np.zeros(a.n_dofs)
+        along = None if ties is None else ties.along(Z, still)
+        step = newton_step(self.tangent, Z.T @ rest, slip.rows(G, gap, near, Z, still, guess), ties=along)
         if ties is not None:
-            assert self.K is not None
-            still = np.zeros(a.n_dofs)
-            rows = slip.rows(near, Z, still, *guess)
-            change, forces[near], dragging, stresses = tied_step(
-                self.K, r, sp.csr_matrix(G[near] @ Z), gap[near], ties.along(Z, still), rows, self.order, self.factor
-            )
-            self.stresses = stresses + self.weight * ties.value
-            return Z @ change, forces, slip.spread(near, dragging)
-        if self.factor is not None and not len(near):
-            return Z @ self.factor.solve(r[:, None])[:, 0], forces, np.zeros(len(slip.slip))
-        assert self.K is not None
-        rows = slip.rows(near, Z, np.zeros(a.n_dofs), *guess)
-        change, forces[near], dragging = contact_step(
-            self.K, r, sp.csr_matrix(G[near] @ Z), gap[near], friction=rows, order=self.order
-        )
-        return Z @ change, forces, slip.spread(near, dragging)
+            self.stresses = step.stresses + self.weight * ties.value
+        return Z @ step.change, *slip.spread(near, step.forces, len(gap))
 
     def by_hubs(self, ties: Ties | None) -> Array | float:
         """Generalised forces (n_dofs,) of rigid hubs."""
         return 0.0 if ties is None else np.asarray(ties.columns.T @ self.stresses)
 
-    def judged(self, a: Assembly, change: Array, tolerance: float) -> float:
+    def tolerance(self, a: Assembly, change: Array, tolerance: float) -> float:
         """Tolerance of this change, smaller where an old tangent makes the error one of the first order."""
         size = float(np.abs(a.lengths * change).max(initial=0.0))
-        if size > CONTRACTION * self.last:
-            self.factor = None
+        self.fresh = self.fresh and size <= CONTRACTION * self.last
         self.last = size
         return tolerance * (OLD if self.again else 1.0)
 
@@ -256,7 +226,7 @@ class GeneralisedAlpha:
         c, forces = _accelerated_by_contact(begin.assembly, now), now.forces
         q = now.q + h * now.v + h**2 / 2 * (now.b + c)
         q = q + end.jump(q)
-        kept, since = KeptTangent(), _since(begin, now)
+        kept, since = ModifiedNewton(), _since(begin, now)
         tangential = now.tangential
         for nit in range(1, MOST_ITERATIONS + 1):
             b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
@@ -264,20 +234,20 @@ class GeneralisedAlpha:
             conditions = a.conditions(q)
             viscous = a.viscous_step(now.q, q, h, now.memory)
             rest = end.load(q) - a.forces(q) - viscous.forces - a.mass @ acceleration - share * (a.mass @ c)
-            near = np.flatnonzero(conditions.gap < REACH * _widths(a))
-            if not kept.serves(near):
+            near = np.flatnonzero(conditions.gap < REACH * a.widths)
+            if not kept.reusable(near):
                 K = a.constants.with_mass(a.step_tangent(q, h, 1.0), inertia)
                 less = _sum(end.load_tangent(q), 1.0, a.curvature(conditions, share * forces))
-                kept.renew(a, K, less, near, q, 1.0)
+                kept.refactor(a, K, less, near, q, 1.0)
             slip = slips(a.touches, conditions.parts, q, since)
             guess = share * forces, share * slip.of(tangential)
             ties = None if a.hubs is None else a.hubs.ties(q)
-            change, pressing, dragging = kept.solved(a, rest, conditions.G, conditions.gap, near, slip, guess, ties)
+            change, pressing, dragging = kept.step(a, rest, conditions.G, conditions.gap, near, slip, guess, ties)
             forces, t = pressing / share, dragging / share
             tangential = slip.everywhere(t, len(forces))
             c = a.accelerated(conditions.G.T @ forces + slip.T.T @ t, q) if len(near) else np.zeros_like(q)
             q = q + change
-            if _settled(a, change, q - now.q, kept.judged(a, change, tolerance)):
+            if _settled(a, change, q - now.q, kept.tolerance(a, change, tolerance)):
                 b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
                 acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
                 v = now.v + h * ((1 - gamma) * now.b + gamma * b) + h * c
@@ -304,7 +274,7 @@ class EnergyMomentum:
         q = now.q + h * now.v
         q, driven = q + end.jump(q), rate(at, now.time + h, RATE * h)
         before = begin.assembly.conditions(now.q)
-        halfway, kept = half.assembly if _moved(begin, end) else None, KeptTangent()
+        halfway, kept = half.assembly if _moved(begin, end) else None, ModifiedNewton()
         since, forces, tangential = _since(begin, now), now.forces, now.tangential
         for nit in range(1, MOST_ITERATIONS + 1):
             middle = (now.q + q) / 2
@@ -328,17 +298,17 @@ class EnergyMomentum:
                 if halfway is not None:
                     done = _finite(halfway.conditions(q).gap) - _finite(halfway.conditions(now.q).gap)
             G = _working(a, G, pressing, done, q - now.q)
-            if not kept.serves(pressing):
+            if not kept.reusable(pressing):
                 K = a.constants.with_mass(a.step_tangent(middle, h, 0.5), 2 / h**2)
-                kept.renew(a, K, _sum(half.load_tangent(middle), 0.5, None), pressing, q, 0.5)
+                kept.refactor(a, K, _sum(half.load_tangent(middle), 0.5, None), pressing, q, 0.5)
             slip = slips(a.touches, parts, q, since)
             guess = forces, slip.of(tangential)
             ties = None if a.hubs is None else a.hubs.ties(q, middle)
-            change, forces, t = kept.solved(a, load - internal - inertia, G, closing, pressing, slip, guess, ties)
+            change, forces, t = kept.step(a, load - internal - inertia, G, closing, pressing, slip, guess, ties)
             tangential = slip.everywhere(t, len(forces))
             moved = q - now.q
             q = q + change
-            if _settled(a, change, q - now.q, kept.judged(a, change, tolerance)):
+            if _settled(a, change, q - now.q, kept.tolerance(a, change, tolerance)):
                 v = 2 / h * (q - now.q) - now.v
                 v = v - a.held(v) + driven
                 contact = G.T @ forces + slip.T.T @ t + kept.by_hubs(ties)
@@ -365,12 +335,12 @@ def acting(stage: Stage, q: Array, acceleration: Array, viscous: Array | float =
     return np.asarray(load + a.held(a.mass @ acceleration + a.forces(q) + viscous - load))
 
 
-def _sum(of_loads: sp.csr_matrix | None, share: float, bend: sp.csr_matrix | None) -> sp.csr_matrix | None:
-    """What the tangent is to be lessened by: a share of the loads' symmetric part, and the contacts' curvature."""
+def _sum(of_loads: sp.csr_matrix | None, share: float, curvature: sp.csr_matrix | None) -> sp.csr_matrix | None:
+    """What is subtracted from the tangent: a share of the loads' symmetric part, and the contacts' curvature."""
     if of_loads is None:
-        return bend
+        return curvature
     L = share / 2 * (of_loads + of_loads.T)
-    return L if bend is None else L + bend
+    return L if curvature is None else L + curvature
 
 
 def _moved(begin: Stage, end: Stage) -> bool:
@@ -432,10 +402,6 @@ def _with_friction(a: Assembly, now: Instant, after: Instant, slip: Slips, s: Ar
     v, lost = stopped(a, after.v, slip, after.forces, t, (moved - s) / h, h)
     friction_work, work = after.friction_work + lost - float(t @ s), after.work + float(t @ (moved - s))
     return replace(after, v=v, tangential=tangential, owed=owed, friction_work=friction_work, work=work)
-
-
-def _widths(a: Assembly) -> Array:
-    return np.concatenate([np.zeros(0), *(t.widths for t in a.touches)])
 
 
 def _settled(a: Assembly, change: Array, moved: Array, tolerance: float) -> bool:

@@ -36,7 +36,7 @@ import scipy.sparse as sp
 
 from fecontact.ancf.system.assembly import Assembly
 from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps
-from fecontact.ancf.system.newton import TangentialRows
+from fecontact.ancf.system.newton import ContactRows
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.renamed import renamed
@@ -143,24 +143,26 @@ class Slips:
     def _kept(self, near: IntArray) -> IntArray:
         return np.flatnonzero(np.isin(self.points, near))
 
-    def rows(self, near: IntArray, Z: sp.csr_matrix, jump: Array, normal: Array, tangential: Array) -> TangentialRows:
-        """Rows of chosen conditions, sorted, in the free directions Z, after a given change of the coordinates.
+    def rows(
+        self, G: sp.csr_matrix, gap: Array, near: IntArray, Z: sp.csr_matrix, jump: Array, guess: tuple[Array, Array]
+    ) -> ContactRows:
+        """Chosen conditions, sorted, of all, in the free directions Z, after a given change of the coordinates.
 
-        Normal forces of all conditions and the forces of these rows are those from which the solver begins.
+        The guess has the forces of all conditions and along all rows of slip from which the solver begins.
         """
-        kept = self._kept(near)
+        kept, G = self._kept(near), G[near]
         rows = (np.arange(2)[:, None] * len(self.points) + kept).ravel()
         T = self.T[rows]
-        return TangentialRows(
-            np.searchsorted(near, self.points[kept]), self.mu[kept], sp.csr_matrix(T @ Z), self.slip[rows] + T @ jump,
-            np.concatenate([normal[near], tangential[rows]]),
+        return ContactRows(
+            gap[near] + G @ jump, sp.csr_matrix(G @ Z), np.searchsorted(near, self.points[kept]), self.mu[kept],
+            self.slip[rows] + T @ jump, sp.csr_matrix(T @ Z), np.concatenate([guess[0][near], guess[1][rows]]),
         )  # fmt: skip
 
-    def spread(self, near: IntArray, forces: Array) -> Array:
-        """Components (2 f,) of the forces (2 kept,) of chosen conditions, zero elsewhere."""
-        out = np.zeros((2, len(self.points)))
-        out[:, self._kept(near)] = forces.reshape(2, -1)
-        return out.ravel()
+    def spread(self, near: IntArray, forces: Array, n: int) -> tuple[Array, Array]:
+        """Forces of all n conditions and components (2 f,) of the tangential ones, zero but for the chosen ones."""
+        every, out = np.zeros(n), np.zeros((2, len(self.points)))
+        every[near], out[:, self._kept(near)] = forces[: len(near)], forces[len(near) :].reshape(2, -1)
+        return every, out.ravel()
 
     def limit(self, normal: Array) -> Array:
         """Largest tangential forces (f,) under the normal forces of all conditions."""

@@ -1,7 +1,7 @@
 """Equilibrium at large deformation with contact: Newton's method, line search, adaptive load steps.
 
 At every level of the load the energy U(q) - f . q is made stationary under g(q) >= 0. Each iteration solves the
-linearised contact problem of `newton.contact_step`; a line search on the exact penalty function
+linearised contact problem of `newton.stable_step`; a line search on the exact penalty function
 
     U(q) - f . q + m sum max(0, -g_k(q)),    m > max l_k
 
@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -28,90 +28,16 @@ from tqdm import tqdm
 from fecontact.ancf.bricks.laws import InvertedError
 from fecontact.ancf.system.assembly import Assembly, Conditions
 from fecontact.ancf.system.free_motion import check_supports, free_motions
-from fecontact.ancf.system.newton import UnstableError, contact_step, is_symmetric, tied_step, unsymmetric_step
-from fecontact.ancf.system.slip import FrictionEnd, Slips, SlipStart, initial_friction, slips
+from fecontact.ancf.system.newton import newton_step, stable_step
+from fecontact.ancf.system.slip import FrictionEnd, Slips, initial_friction, slips
 from fecontact.ancf.system.stage import Stage, Start
-from fecontact.common.arrays import Array, IntArray
+from fecontact.ancf.system.tangent import UnstableError, is_symmetric
+from fecontact.common.arrays import Array
 from fecontact.common.checks import share
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.one_line import one_line
 
 MOST_HALVINGS = 10
-
-
-def searched(
-    a: Assembly,
-    q: Array,
-    direction: Array,
-    load: Array,
-    internal: Array,
-    conditions: Conditions,
-    slip: Slips,
-    multipliers: tuple[Array, Array],
-    since: SlipStart,
-    driven: bool,
-) -> tuple[Array, Conditions | None]:
-    """New coordinates, after a share of the step that lowers the penalty function, and the conditions there if known.
-
-    With friction its work mu l |s| under the present normal forces is added, of which the step is a minimiser. Under
-    prescribed motions the energy may rise; then only inversion shortens the step, as under loads that follow.
-
-    Parameters
-    ----------
-    a : Assembly
-    q, direction : (n_dofs,) arrays
-        Coordinates and Newton's step.
-    load, internal : (n_dofs,) arrays
-        Loads and elastic forces at q.
-    conditions, slip, since
-        Contact conditions and slip at q, and whence slip counts.
-    multipliers : (n_multipliers,) and (6 n_hubs,) arrays
-        Contact forces and stresses of rigid hubs of the step; the strains of hubs are penalised, too.
-    driven : bool
-        Whether there is no energy to lower.
-
-    Raises
-    ------
-    UnstableError
-        If no share of the step lowers it.
-    """
-    forces, stresses = multipliers
-    weight, of_hubs = 2 * float(forces.max(initial=0.0)), 2 * float(np.abs(stresses).max(initial=0.0))
-    limit = slip.limit(forces)
-
-    def friction_work(s: Array) -> float:
-        size = np.linalg.norm(s.reshape(2, -1), axis=0)
-        return float(np.multiply(limit, size, out=np.zeros(len(size)), where=np.isfinite(limit)).sum())
-
-    def merit(x: Array, c: Conditions, s: Array) -> float:
-        penetrated = float(np.maximum(-c.gap, 0.0).sum())
-        strained = float(np.abs(a.hub_strains(x)).sum())
-        return a.energy(x) - float(load @ x) + weight * penetrated + of_hubs * strained + friction_work(s)
-
-    before = None if driven else merit(q, conditions, slip.slip)
-    slope = float((internal - load) @ direction) - weight * float(np.maximum(-conditions.gap, 0.0).sum())
-    slope -= of_hubs * float(np.abs(a.hub_strains(q)).sum())
-    slope += friction_work(slip.slip + slip.T @ direction) - friction_work(slip.slip)
-    tiny = np.abs(a.lengths * direction).max(initial=0.0) < 1e-6 * a.size
-    share = 1.0
-    for _ in range(MOST_HALVINGS):
-        trial = q + share * direction
-        try:
-            if before is None:
-                a.energy(trial)
-                return trial, None
-            if tiny:
-                return trial, None
-            c = a.conditions(trial)
-            s = slips(a.touches, c.parts, trial, since).slip
-            if merit(trial, c, s) <= before + 1e-4 * share * min(slope, 0.0):
-                return trial, c
-        except InvertedError:
-            pass
-        share /= 2
-    raise UnstableError("No share of Newton's step lowers the energy.")
-
-
 MOST_ITERATIONS = 30
 #: Whole steps without a search, where there is no contact.
 MOST_WHOLE_STEPS = 15
@@ -123,6 +49,8 @@ EASY = 8
 REACH = 2.0
 #: Strain of a rigid hub that is rounding.
 STRAIN = 1e-12
+#: Change of a supported coordinate, relative to the size of the bodies, that is rounding.
+STILL = 1e-14
 #: Relative rounding of a coordinate.
 ROUNDING = float(np.finfo(float).eps)
 
@@ -268,14 +196,16 @@ def equilibrium(
     check_supports(stage(0.0).assembly)
     begun = start
     if start is not None and start.level >= 1:
-        if _distance(stage(1.0), start) <= tolerance:
+        if Iterate.of(stage(1.0), start).distance <= tolerance:
             return Path(True, "Full load reached: the state to go on from is in balance with it.", (start,), 0)
         levels = np.arange(steps) / steps
-        begun = replace(start, level=float(min(levels, key=lambda s: _distance(stage(float(s)), start))))
+        begun = replace(start, level=float(min(levels, key=lambda s: Iterate.of(stage(float(s)), start).distance)))
     level, step = 0.0 if begun is None else begun.level, 1.0 / steps
-    q = stage(level).assembly.q0 if begun is None else begun.q
-    friction = initial_friction(stage(level).assembly.touches, q) if begun is None else begun.friction
-    forces = None if begun is None else _joined(begun.forces)
+    a = stage(level).assembly
+    q, forces, no_stresses = a.q0, np.zeros(a.n_multipliers), np.zeros(6 * len(a.rigid))
+    friction = initial_friction(a.touches, q)
+    if begun is not None:
+        q, forces, friction = begun.q, _joined(begun.forces), begun.friction
     states: list[State] = [] if begun is None else [begun]
     balanced: Stage | None = None
     if begun is not None:
@@ -289,7 +219,7 @@ def equilibrium(
             try:
                 same = balanced is not None and now.acts_as(balanced)
                 still = _unmoved(now, goal, states[-1], tolerance) if same else None
-                state = _balanced(now, goal, q, forces, friction, tolerance) if still is None else still
+                state = still or _balanced(Iterate(now, q, friction, forces, no_stresses), goal, tolerance)
             except (UnstableError, InvertedError, SolverError) as error:
                 cuts, step, trouble = cuts + 1, step / 2, str(error)
                 if step < SMALLEST_STEP:
@@ -317,69 +247,148 @@ def _joined(forces: tuple[Array, ...]) -> Array:
     return np.concatenate([np.zeros(0), *forces])
 
 
-class _Missing(NamedTuple):
-    """What a state misses at a stage: residual loads and motions (n_dofs,), and the largest force in its balance.
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """Coordinates and forces at a stage, with all that equilibrium asks of them.
 
-    With its contact conditions, the slip since its end, where rigid bodies have been moved, and tangential forces.
+    Parameters
+    ----------
+    stage : Stage
+    q : (n_dofs,) array
+    before : FrictionEnd
+        Friction at the end of the last step, from which slip counts.
+    forces : (n_multipliers,) array
+        Of all contact conditions.
+    stresses : (6 n_hubs,) array
+        Multipliers of the rigid hubs.
+    dragging : (2 f,) array, optional
+        Tangential forces; those at the end of the last step unless given.
     """
 
-    rest: Array
-    motion: Array
-    largest: float
-    conditions: Conditions
-    slip: Slips
-    tangential: Array
+    stage: Stage
+    q: Array
+    before: FrictionEnd
+    forces: Array
+    stresses: Array
+    dragging: Array | None = None
 
+    @classmethod
+    def of(cls, stage: Stage, state: State) -> Iterate:
+        """A state at a stage; contact forces count for any pose of the rigid bodies, which takes effect at once.
 
-def _missing(stage: Stage, state: State) -> _Missing:
-    """What a state misses.
+        Raises
+        ------
+        InputError
+            If the state is not of these solids and contacts.
+        InvertedError
+            If it turns material inside out.
+        """
+        a, multipliers = stage.assembly, tuple(len(f) for f in state.forces)
+        if state.q.shape != (a.n_dofs,) or multipliers != tuple(t.n_multipliers for t in a.touches):
+            raise InputError(
+                f"The state to go on from has {state.q.size} coordinates and contact forces on {multipliers} "
+                f"multipliers, the assembly {a.n_dofs} and {tuple(t.n_multipliers for t in a.touches)}: start from a "
+                "state of the same solids and contacts.",
+                code="start-differs",
+            )
+        a.check_inverted(state.q)
+        return cls(stage, state.q, state.friction, _joined(state.forces), state.stresses)
 
-    Contact forces count for any pose of the rigid bodies, which takes effect at once.
+    @property
+    def a(self) -> Assembly:
+        """The assembly."""
+        return self.stage.assembly
 
-    Raises
-    ------
-    InputError
-        If the state is not of these solids and contacts.
-    InvertedError
-        If it turns material inside out.
-    """
-    a = stage.assembly
-    multipliers = tuple(len(f) for f in state.forces)
-    if state.q.shape != (a.n_dofs,) or multipliers != tuple(t.n_multipliers for t in a.touches):
-        raise InputError(
-            f"The state to go on from has {state.q.size} coordinates and contact forces on {multipliers} multipliers, "
-            f"the assembly {a.n_dofs} and {tuple(t.n_multipliers for t in a.touches)}: start from a state of the same "
-            "solids and contacts.",
-            code="start-differs",
-        )
-    a.check_inverted(state.q)
-    Z, conditions, internal = a.free, a.conditions(state.q), a.forces(state.q)
-    load, motion = stage.load(state.q), -stage.jump(state.q)
-    slip = slips(a.touches, conditions.parts, state.q, state.friction.start)
-    tangential = state.friction.of(slip)
-    rest = internal - load - _of_contact(a, conditions, slip, _joined(state.forces), tangential)
-    rest = rest - _of_hubs(a, state.q, state.stresses)
-    largest = max(_largest(a, load), _largest(a, internal), np.finfo(float).tiny)
-    return _Missing(Z @ (Z.T @ rest), motion, largest, conditions, slip, tangential)
+    @cached_property
+    def conditions(self) -> Conditions:
+        """Contact conditions."""
+        return self.a.conditions(self.q)
 
+    @cached_property
+    def slip(self) -> Slips:
+        """Slip since the end of the last step."""
+        return slips(self.a.touches, self.conditions.parts, self.q, self.before.start)
 
-def _distance(stage: Stage, state: State) -> float:
-    """Largest relative residual of a state at a stage, as `equilibrium` compares it with its tolerance."""
-    rest, motion, largest, conditions, slip, tangential = _missing(stage, state)
-    a, forces, gap = stage.assembly, _joined(state.forces), conditions.gap
-    slid = np.linalg.norm(slip.slip.reshape(2, -1), axis=0)[forces[slip.points] > 0].max(initial=0.0)
-    off = max(
-        -gap.min(initial=0.0), gap[forces > 0].max(initial=0.0), np.abs(a.lengths * motion).max(initial=0.0), slid
-    )
-    off = max(off, a.size * np.abs(a.hub_strains(state.q)).max(initial=0.0))
-    return float(max(_largest(a, rest) / largest, off / a.size, slip.defect(forces, tangential, a.size)))
+    @cached_property
+    def tangential(self) -> Array:
+        """Tangential forces (2 f,)."""
+        return self.before.of(self.slip) if self.dragging is None else self.dragging
+
+    @cached_property
+    def load(self) -> Array:
+        """Forces (n_dofs,) of all loads."""
+        return self.stage.load(self.q)
+
+    @cached_property
+    def internal(self) -> Array:
+        """Elastic forces (n_dofs,)."""
+        return self.a.forces(self.q)
+
+    @cached_property
+    def strains(self) -> Array:
+        """Of the rigid hubs (6 n_hubs,), which are to vanish."""
+        return self.a.hub_strains(self.q)
+
+    @cached_property
+    def jump(self) -> Array:
+        """What the supported coordinates are short of their prescribed values (n_dofs,), without rounding."""
+        jump = self.stage.jump(self.q)
+        return np.where(np.abs(self.a.lengths * jump) < STILL * self.a.size, 0.0, jump)
+
+    @cached_property
+    def rest(self) -> Array:
+        """Forces (n_dofs,) that are not in balance, those of the supports among them."""
+        a, rest = self.a, self.load - self.internal
+        if a.touches:
+            rest = rest + self.conditions.G.T @ self.forces + self.slip.T.T @ self.tangential
+        return rest if a.hubs is None else rest + a.hubs.derivative(self.q).T @ self.stresses
+
+    @cached_property
+    def scale(self) -> float:
+        """The largest force in the balance."""
+        return max(_largest(self.a, self.load), _largest(self.a, self.internal), np.finfo(float).tiny)
+
+    @cached_property
+    def unbalanced(self) -> float:
+        """Largest residual force along the free coordinates."""
+        return _largest(self.a, self.rest - self.a.held(self.rest))
+
+    @property
+    def penetration(self) -> float:
+        """Largest penetration of a mean gap, relative to the size of the bodies."""
+        return float(max(0.0, -self.conditions.gap.min(initial=0.0)) / self.a.size)
+
+    @cached_property
+    def violation(self) -> float:
+        """Largest relative violation of contact and friction."""
+        open_but_pressed = float(np.abs(self.conditions.gap[self.forces > 0]).max(initial=0.0) / self.a.size)
+        return max(self.penetration, open_but_pressed, self.slip.defect(self.forces, self.tangential, self.a.size))
+
+    @property
+    def distance(self) -> float:
+        """Largest relative violation of all that a state at rest, without slip, fulfils."""
+        slid = np.linalg.norm(self.slip.slip.reshape(2, -1), axis=0)[self.forces[self.slip.points] > 0]
+        off = max(np.abs(self.a.lengths * self.jump).max(initial=0.0), slid.max(initial=0.0)) / self.a.size
+        return float(max(self.unbalanced / self.scale, self.violation, off, np.abs(self.strains).max(initial=0.0)))
+
+    def state(self, level: float, nit: int, tolerance: float) -> State:
+        """The equilibrium that it is."""
+        a, conditions = self.a, self.conditions
+        each = tuple(a.split(self.forces))
+        depths = [t.overlap(part, f) for t, part, f in zip(a.touches, conditions.parts, each, strict=True)]
+        return State(
+            level, self.q, each, tuple(a.split(conditions.gap)), -a.held(self.rest), a.energy(self.q), nit,
+            self.unbalanced / self.scale, self.penetration,
+            self.slip.end(a.touches, self.q, self.forces, self.tangential, a.size), self.stresses,
+            tuple(depth if depth > tolerance * a.size else 0.0 for depth in depths),
+        )  # fmt: skip
 
 
 def _fading(stage: Callable[[float], Stage], begun: State, tolerance: float) -> Callable[[float], Stage]:
     """Stages with the residual of a state at its level added, decreasing linearly to zero at level 1."""
-    rest, motion, largest, *_ = _missing(stage(begun.level), begun)
-    a = stage(begun.level).assembly
-    rest = rest if _largest(a, rest) > tolerance * largest else np.zeros_like(rest)
+    it = Iterate.of(stage(begun.level), begun)
+    a, rest, motion = it.a, it.a.held(it.rest) - it.rest, -it.jump
+    rest = rest if it.unbalanced > tolerance * it.scale else np.zeros_like(rest)
     motion = motion if np.abs(a.lengths * motion).max(initial=0.0) > tolerance * a.size else np.zeros_like(motion)
     if not (rest.any() or motion.any()):
         return stage
@@ -399,145 +408,114 @@ def _unmoved(stage: Stage, level: float, last: State, tolerance: float) -> State
 
     It costs one evaluation of the residual. The defect of Coulomb's law without slip is at most that with slip.
     """
-    if _distance(stage, last) > tolerance:
+    if Iterate.of(stage, last).distance > tolerance:
         return None
     still = replace(last.friction, slip=tuple(np.zeros_like(s) for s in last.friction.slip), friction_work=0.0)
     return replace(last, level=level, nit=0, friction=still)
 
 
-def _balanced(
-    stage: Stage, level: float, q: Array, guess: Array | None, before: FrictionEnd, tolerance: float
-) -> State:
+def _balanced(it: Iterate, level: float, tolerance: float) -> State:
     """Newton iterations at one level, from coordinates and contact forces of the previous level.
 
     Without contact of bricks whole steps are tried first: a slender member turns with little strain, and its energy
     rises on the way, so that a search along the step would only shorten it. The tangent must be positive definite
     throughout.
     """
-    if not stage.assembly.touches or all(s.is_slender for s in stage.assembly.solids):
+    if not it.a.touches or all(s.is_slender for s in it.a.solids):
         try:
-            return _iterated(stage, level, q, guess, before, tolerance, MOST_WHOLE_STEPS)
+            return _iterated(it, level, tolerance, MOST_WHOLE_STEPS)
         except (UnstableError, InvertedError, SolverError):
             pass
-    return _iterated(stage, level, q, guess, before, tolerance)
+    return _iterated(it, level, tolerance)
 
 
-def _iterated(
-    stage: Stage,
-    level: float,
-    q: Array,
-    guess: Array | None,
-    before: FrictionEnd,
-    tolerance: float,
-    whole_steps: int = 0,
-) -> State:
+def _iterated(it: Iterate, level: float, tolerance: float, whole_steps: int = 0) -> State:
     """The iterations, with a search along each step unless a number of whole steps is given."""
-    a = stage.assembly
-    Z = a.free
-    load, jump = stage.load(q), stage.jump(q)
-    conditions, internal = a.conditions(q), a.forces(q)
-    since = before.start
-    slip = slips(a.touches, conditions.parts, q, since)
-    tangential = before.of(slip)
-    forces = np.zeros(len(conditions.gap)) if guess is None else guess
-    widths = np.concatenate([np.zeros(0), *(t.widths for t in a.touches)])
-    floats, rounded, stresses = check_supports(a), 0.0, np.zeros(len(a.hub_strains(q)))
+    floats, rounded = check_supports(it.a), 0.0
     for nit in range(1, (whole_steps or MOST_ITERATIONS) + 1):
-        near = np.flatnonzero((conditions.gap < REACH * widths) | ((forces > 0) & np.isfinite(conditions.gap)))
-        K = a.tangent(q)
-        change, pressing, dragging, stresses = _newton_step(
-            stage, q, K, load - internal, jump, conditions, slip, near, (forces, tangential, stresses), floats
-        )
-        forces, tangential = np.zeros(len(conditions.gap)), slip.spread(near, dragging)
-        forces[near] = pressing
-        direction, found = jump + Z @ change, None
-        if whole_steps:
-            q = q + direction
-        else:
-            # no energy to lower under prescribed motions and loads without a potential
-            driven = bool(jump.any() or stage.follow)
-            q, found = searched(a, q, direction, load, internal, conditions, slip, (forces, stresses), since, driven)
-        load, jump = stage.load(q), stage.jump(q)
-        jump[np.abs(a.lengths * jump) < 1e-14 * a.size] = 0.0
-        conditions, internal = found or a.conditions(q), a.forces(q)
-        slip = slips(a.touches, conditions.parts, q, since) if a.touches else slip
-        rest = load - internal + _of_contact(a, conditions, slip, forces, tangential) + _of_hubs(a, q, stresses)
-        scale = max(_largest(a, load), _largest(a, internal), np.finfo(float).tiny)
-        unbalanced = _largest(a, Z @ (Z.T @ rest))
-        rounded = rounded or ROUNDING * _largest(a, abs(K) @ np.abs(q))
-        balanced = unbalanced <= max(tolerance * scale, rounded)
-        penetration = float(max(0.0, -conditions.gap.min(initial=0.0)) / a.size)
-        open_but_pressed = float(np.abs(conditions.gap[forces > 0]).max(initial=0.0) / a.size)
-        friction = slip.defect(forces, tangential, a.size)
-        closed = max(penetration, open_but_pressed, friction) <= tolerance and not jump.any()
-        if balanced and closed and np.abs(a.hub_strains(q)).max(initial=0.0) <= STRAIN:
-            a.check_inverted(q)
-            gaps = np.split(conditions.gap, np.cumsum([t.n_multipliers for t in a.touches])[:-1]) if a.touches else []
-            reactions = -(rest - Z @ (Z.T @ rest))
-            each, residual = tuple(a.split(forces)), unbalanced / scale
-            end = slip.end(a.touches, q, forces, tangential, a.size)
-            depths = [t.overlap(part, f) for t, part, f in zip(a.touches, conditions.parts, each, strict=True)]
-            deep = tuple(depth if depth > tolerance * a.size else 0.0 for depth in depths)
-            energy = a.energy(q)
-            return State(
-                level, q, each, tuple(gaps), reactions, energy, nit, residual, penetration, end, stresses, deep
-            )
+        K = it.a.tangent(it.q)
+        rounded = rounded or ROUNDING * _largest(it.a, abs(K) @ np.abs(it.q))
+        direction, after = _newton(it, K, floats)
+        it = replace(after, q=it.q + direction) if whole_steps else _searched(it, direction, after)
+        balanced = it.unbalanced <= max(tolerance * it.scale, rounded)
+        closed = it.violation <= tolerance and not it.jump.any()
+        if balanced and closed and np.abs(it.strains).max(initial=0.0) <= STRAIN:
+            it.a.check_inverted(it.q)
+            return it.state(level, nit, tolerance)
     raise UnstableError(f"Newton's iterations did not settle in {whole_steps or MOST_ITERATIONS} steps.")
 
 
-def _newton_step(
-    stage: Stage,
-    q: Array,
-    K: sp.csr_matrix,
-    rest: Array,
-    jump: Array,
-    conditions: Conditions,
-    slip: Slips,
-    near: IntArray,
-    guess: tuple[Array, Array, Array],
-    floats: bool,
-) -> tuple[Array, Array, Array, Array]:
-    """Change of the free coordinates beside the jump of supports, contact forces, those along T, stresses of hubs.
+def _newton(it: Iterate, K: sp.csr_matrix, floats: bool) -> tuple[Array, Iterate]:
+    """Newton's step (n_dofs,) by the elastic tangent K, and the forces after it.
 
-    The guess has forces of all conditions, those along their rows of slip, and stresses. Contact and hubs take the
-    symmetric part of the tangent of loads that follow.
+    Contact and hubs take the symmetric part of the tangent of loads that follow.
     """
-    a, Z, of_loads = stage.assembly, stage.assembly.free, stage.load_tangent(q)
-    if of_loads is not None and (a.touches or a.hubs is not None):
+    a, Z, of_loads, weight = it.a, it.a.free, it.stage.load_tangent(it.q), 0.0
+    constrained = bool(a.touches) or a.hubs is not None
+    if of_loads is not None and constrained:
         of_loads = sp.csr_matrix((of_loads + of_loads.T) / 2)
-    for less in (of_loads, a.curvature(conditions, guess[0])):
-        K = K if less is None else a.constants.lessened(K, less)
-    weight = 0.0
+    K = a.constants.minus(K, of_loads, a.curvature(it.conditions, it.forces))
     if a.hubs is not None:
-        less, weight = a.hubs.less(K, q, guess[2])
-        K = a.constants.lessened(K, less)
-    r = Z.T @ (rest - K @ jump if jump.any() else rest)
-    free, order = a.constants.reduced(K)
-    if not a.touches and a.hubs is None:
-        if of_loads is None or is_symmetric(free):
-            return *contact_step(free, r, conditions.G @ Z, conditions.gap, order=order), guess[2]
-        return unsymmetric_step(free, r), np.zeros(0), np.zeros(0), guess[2]
-    G = conditions.G[near]
-    rows = slip.rows(near, Z, jump, *guess[:2]) if len(slip.slip) else None
-    gap, G_free = conditions.gap[near] + G @ jump, sp.csr_matrix(G @ Z)
+        of_hubs, weight = a.hubs.subtracted(K, it.q, it.stresses)
+        K = a.constants.minus(K, of_hubs)
+    tangent = a.constants.reduced(K)
+    if of_loads is not None and not constrained:
+        tangent = replace(tangent, symmetric=is_symmetric(tangent.K))
+    gap = it.conditions.gap
+    near = np.flatnonzero((gap < REACH * a.widths) | ((it.forces > 0) & np.isfinite(gap)))
+    rows = it.slip.rows(it.conditions.G, gap, near, Z, it.jump, (it.forces, it.tangential))
+    r = Z.T @ (it.load - it.internal - K @ it.jump if it.jump.any() else it.load - it.internal)
     if a.hubs is None:
-        loose = free_motions(a, q) if floats else None
-        return *contact_step(free, r, G_free, gap, guess[0][near] > 0, rows, loose, order), guess[2]
-    ties = a.hubs.ties(q).along(Z, jump)
-    change, forces, dragging, stresses = tied_step(free, r, G_free, gap, ties, rows, order)
-    return change, forces, dragging, stresses + weight * a.hub_strains(q)
+        step = stable_step(tangent, r, rows, free_motions(a, it.q) if floats else None)
+    else:
+        step = newton_step(tangent, r, rows, ties=a.hubs.ties(it.q).along(Z, it.jump))
+    forces, dragging = it.slip.spread(near, step.forces, len(gap))
+    after = replace(it, forces=forces, dragging=dragging, stresses=step.stresses + weight * it.strains)
+    return it.jump + Z @ step.change, after
 
 
-def _of_contact(a: Assembly, conditions: Conditions, slip: Slips, forces: Array, tangential: Array) -> Array:
-    """Generalised forces (n_dofs,) of contact and friction."""
-    if not a.touches:
-        return np.zeros(a.n_dofs)
-    return np.asarray(conditions.G.T @ forces + slip.T.T @ tangential)
+def _searched(it: Iterate, direction: Array, after: Iterate) -> Iterate:
+    """The iterate after a share of the step that lowers the penalty function, under the forces after the whole step.
 
+    With friction its work mu l |s| under the present normal forces is added, of which the step is a minimiser, and with
+    rigid hubs their strains. Under prescribed motions the energy may rise, and loads that follow may have none; then
+    only inversion shortens the step.
 
-def _of_hubs(a: Assembly, q: Array, stresses: Array) -> Array | float:
-    """Generalised forces (n_dofs,) by the stresses of rigid hubs; none without any."""
-    return 0.0 if a.hubs is None else np.asarray(a.hubs.derivative(q).T @ stresses)
+    Raises
+    ------
+    UnstableError
+        If no share of the step lowers it.
+    """
+    a, limit, driven = it.a, it.slip.limit(after.forces), bool(it.jump.any() or it.stage.follow)
+    weight, of_hubs = (2 * float(np.abs(f).max(initial=0.0)) for f in (after.forces, after.stresses))
+
+    def penalty(x: Iterate) -> float:
+        penetrated = float(np.maximum(-x.conditions.gap, 0.0).sum())
+        return weight * penetrated + of_hubs * float(np.abs(x.strains).sum())
+
+    def friction_work(s: Array) -> float:
+        size = np.linalg.norm(s.reshape(2, -1), axis=0)
+        return float(np.multiply(limit, size, out=np.zeros(len(size)), where=np.isfinite(limit)).sum())
+
+    def merit(x: Iterate) -> float:
+        return a.energy(x.q) - float(it.load @ x.q) + penalty(x) + friction_work(x.slip.slip)
+
+    before = 0.0 if driven else merit(it)
+    slope = float((it.internal - it.load) @ direction) - penalty(it)
+    slope += friction_work(it.slip.slip + it.slip.T @ direction) - friction_work(it.slip.slip)
+    tiny = np.abs(a.lengths * direction).max(initial=0.0) < 1e-6 * a.size
+    share = 1.0
+    for _ in range(MOST_HALVINGS):
+        trial = replace(after, q=it.q + share * direction)
+        try:
+            if driven:
+                a.energy(trial.q)
+            if driven or tiny or merit(trial) <= before + 1e-4 * share * min(slope, 0.0):
+                return trial
+        except InvertedError:
+            pass
+        share /= 2
+    raise UnstableError("No share of Newton's step lowers the energy.")
 
 
 def _largest(a: Assembly, forces: Array) -> float:

@@ -24,7 +24,8 @@ from fecontact.ancf import (
 )
 from fecontact.ancf.bricks.faces import Faces, multiplier_rule
 from fecontact.ancf.bricks.solid import forces_between
-from fecontact.ancf.system.newton import UnstableError, contact_step
+from fecontact.ancf.system.newton import ContactRows, stable_step
+from fecontact.ancf.system.tangent import Tangent, UnstableError
 
 SOFT = fc.Material(E=1.0, nu=0.3, density=1.0)
 FLOOR = fc.RigidBody(fc.Plane())
@@ -137,16 +138,32 @@ def test_conserving_forces_do_the_work_of_the_energy_and_keep_momenta(law, volum
 
 def test_newton_step_refuses_an_unstable_tangent():
     with pytest.raises(UnstableError):
-        contact_step(sp.csr_matrix(np.diag([1.0, -1.0])), np.ones(2), sp.csr_matrix((0, 2)), np.zeros(0))
+        stable_step(
+            Tangent(sp.csr_matrix(np.diag([1.0, -1.0]))),
+            np.ones(2),
+            ContactRows.frictionless(np.zeros(0), sp.csr_matrix((0, 2))),
+        )
 
 
 @pytest.mark.parametrize("negative", [0.5, 50.0, 5000.0])
 def test_what_a_contact_holds_may_be_unstable_without_it(negative):
     """A gap of 0.5 is closed against a negative stiffness: the force is that and the load, however negative it is."""
     K, G = sp.csr_matrix(np.diag([1.0, -negative])), sp.csr_matrix(np.array([[0.0, 1.0]]))
-    change, forces, _ = contact_step(K, np.array([1.0, -8.0]), G, np.array([0.5]), np.array([True]))
+    rows = ContactRows.frictionless(np.array([0.5]), G, guess=np.ones(1))
+    change, forces, _ = stable_step(Tangent(K), np.array([1.0, -8.0]), rows)
     np.testing.assert_allclose(change, [1.0, -0.5], atol=1e-12)
     np.testing.assert_allclose(forces, [8.0 + 0.5 * negative], rtol=1e-9)
+
+
+def test_what_floats_with_nothing_near_is_refused_and_what_touches_is_not():
+    K, along = sp.csr_matrix([[1.0, -1.0], [-1.0, 1.0]]), np.array([[0.5**0.5], [0.5**0.5]])
+    nothing = ContactRows.frictionless(np.zeros(0), sp.csr_matrix((0, 2)))
+    with pytest.raises(UnstableError, match="Nothing near resists"):
+        stable_step(Tangent(K), np.array([0.0, -1.0]), nothing, along)
+    floor = ContactRows.frictionless(np.array([0.5]), sp.csr_matrix([[1.0, 0.0]]))
+    change, forces, _ = stable_step(Tangent(K), np.array([0.0, -1.0]), floor, along)
+    np.testing.assert_allclose(change, [-0.5, -1.5], atol=1e-12)  # a bar on the floor, shorter by its load
+    np.testing.assert_allclose(forces, [1.0], atol=1e-12)
 
 
 def test_a_ball_is_pressed_far_into_a_brick_that_its_contact_keeps_from_buckling():
@@ -384,14 +401,14 @@ def test_contact_with_a_curved_tool_keeps_the_band():
     a = Assembly.of([solid], [{"x_min": "xyz"}], [(0, "top", fc.RigidBody(fc.Sphere(2.0)).placed((2.0, 0.0, -0.1)))])
     K, conditions = a.tangent(a.q0), a.conditions(a.q0)
     B = a.curvature(conditions, np.ones(len(conditions.gap)))
-    found, order = a.constants.reduced(a.constants.lessened(K, B))
-    assert order is not None
+    found = a.constants.reduced(a.constants.minus(K, B))
+    assert found.order is not None
     assert abs(B).max() > 1e-3
-    assert abs(found - a.free.T @ (K - B) @ a.free).max() < 1e-14 * abs(K).max()
+    assert abs(found.K - a.free.T @ (K - B) @ a.free).max() < 1e-14 * abs(K).max()
     elsewhere = sp.csr_matrix(([1.0], ([0], [a.n_dofs - 1])), shape=K.shape)  # no cell has both
-    found, order = a.constants.reduced(a.constants.lessened(K, elsewhere))
-    assert order is None
-    assert abs(found - a.free.T @ (K - elsewhere) @ a.free).max() < 1e-14 * abs(K).max()
+    found = a.constants.reduced(a.constants.minus(K, elsewhere))
+    assert found.order is None
+    assert abs(found.K - a.free.T @ (K - elsewhere) @ a.free).max() < 1e-14 * abs(K).max()
 
 
 @pytest.mark.by_day("ball-conserving")

@@ -23,8 +23,8 @@ from fecontact.ancf import (
     move,
     traction,
 )
-from fecontact.ancf.system.newton import UnstableError
 from fecontact.ancf.system.schemes import _settled
+from fecontact.ancf.system.tangent import UnstableError
 
 MOST = 1 / (3 * np.sqrt(3))  # the greatest pressure over E
 
