@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
@@ -173,8 +174,8 @@ def test_small_loads_that_nothing_carries_are_still_refused(turn):
     # rounding is cut off at 1e-12; a sideways load of a millionth, or a slope of a millionth, is not rounding
     s = Setup(turn=turn)
     block, scene = floating_block(s)
-    with pytest.raises(SupportError, match="translation along"):
+    with refused(SupportError, "free-motion", "translation along"):
         scene.solve(forces={block: s.vector((1e-6, 0, -1))})
     slope = s.rigid(fc.Plane(), turn=fc.rotation_about((0, 1, 0), 1e-6))
-    with pytest.raises(SupportError, match="translation along"):
+    with refused(SupportError, "free-motion", "translation along"):
         touching((block, slope)).solve(forces={block: s.vector((0, 0, -1))})

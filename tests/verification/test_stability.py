@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import Mesh, SupportError
@@ -221,9 +222,9 @@ def test_ball_at_rest_on_a_plate(row):
 @pytest.mark.parametrize(
     ("force", "moment", "motion"),
     [
-        ((0, 0, 1), (0, 0, 0), r"ball: translation along z"),
-        ((1, 0, -1), (0, 0, 0), r"ball: "),
-        ((0, 0, -1), (0, 100 * RADIUS, 0), r"ball: "),
+        ((0, 0, 1), (0, 0, 0), ("free-motion", "ball: translation along z")),
+        ((1, 0, -1), (0, 0, 0), ("free-motion", "ball:")),
+        ((0, 0, -1), (0, 100 * RADIUS, 0), ("free-motion", "ball:")),
     ],
 )
 def test_loads_without_an_answer(force, moment, motion):
@@ -232,7 +233,7 @@ def test_loads_without_an_answer(force, moment, motion):
     Source: statics (Farkas' lemma).
     """
     ball, plane = whole(), fc.RigidBody(fc.Plane())
-    with pytest.raises(SupportError, match=motion):
+    with refused(SupportError, *motion):
         fc.Scene([ball, plane], [fc.Contact(ball, plane)]).solve(forces={ball: force}, moments={ball: moment})
 
 

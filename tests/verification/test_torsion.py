@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.analytic import friction, hertz
@@ -156,5 +157,5 @@ def test_a_press_fit_twisted_and_pulled(row):
         / slid.slip[:, 2].mean(), 1e-2)  # fmt: skip
     held = {"moments": {shaft: (0, 0, 0.99 * limit * inner)}}
     assert scene.solve_path([{"motions": {shaft: {"rz": 0.0}}}, held])[1].contacts[0].friction.touching.all()
-    with pytest.raises(fc.SupportError, match=r"rotation about z .* mu = 0\.15\d"):
+    with refused(fc.SupportError, "slides-as-a-whole", "rotation about z", "mu = 0.15"):
         scene.solve_path([{"motions": {shaft: {"rz": 0.0}}}, {"moments": {shaft: (0, 0, 1.01 * limit * inner)}}])

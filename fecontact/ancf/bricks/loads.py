@@ -246,7 +246,7 @@ class FollowerPressure:
 
     def __post_init__(self) -> None:
         if not np.isfinite(number(self.pressure)):
-            raise InputError(f"A pressure must be a finite number; found {self.pressure!r}.", code="pressure-finite")
+            raise InputError(f"A pressure must be a finite number; found {self.pressure!r}.", code="not-finite")
 
     def forces(self, space: AncfSpace, q: Array) -> Array:
         """Generalised forces (n_dofs,)."""

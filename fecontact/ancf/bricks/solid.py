@@ -189,7 +189,9 @@ class AncfSolid:
         if self.points not in (2, 3, 4, 5):
             raise InputError(f"points must be 2, 3, 4 or 5 per direction; found {self.points!r}.", code="gauss")
         if self.volumetric == "linear" and getattr(self.law, "dilatation", None) is None:
-            raise InputError("volumetric='linear' needs a law with a dilatation, such as NeoHookean().", code="no-dila")
+            raise InputError(
+                "volumetric='linear' needs a law with a dilatation, such as NeoHookean().", code="needs-dilatation"
+            )
         if self.volumetric not in (None, "linear", *range(1, self.points)):
             raise InputError(
                 f"volumetric must be None, 'linear' or a number of points from 1 to {self.points - 1}, fewer than "

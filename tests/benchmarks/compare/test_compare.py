@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from compare import run
@@ -272,6 +273,6 @@ def test_bad_input_is_explained_before_any_run(arguments, message, capsys):
 def test_a_file_of_something_else_is_not_touched(tmp_path):
     path = tmp_path / "notes.jsonl"
     path.write_text("not rows\n{}\n")
-    with pytest.raises(fc.InputError, match="not a row of a comparison"):
+    with refused(fc.InputError, "bad-line", "a row of a comparison"):
         compare(QUICK, path)
     assert path.read_text() == "not rows\n{}\n"

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from refusals import refused
 
 from fecontact import InputError, Material
 from fecontact.analytic import boussinesq
@@ -111,17 +112,17 @@ def test_fields_continue_above_the_plane(load, hooke, divergence):
 
 def test_bad_input_is_named():
     material = Material(1.0, 0.3)
-    with pytest.raises(InputError, match="z >= 0"):
+    with refused(InputError, "points-outside-body", "z >= 0"):
         boussinesq.displacement([0.0, 0.0, -1.0], force=(0, 0, 1), material=material)
-    with pytest.raises(InputError, match="origin"):
+    with refused(InputError, "input", "origin"):
         boussinesq.stress([0.0, 0.0, 0.0], force=(0, 0, 1), material=material)
-    with pytest.raises(InputError, match="3 coordinates"):
+    with refused(InputError, "wrong-shape", "with 3"):
         boussinesq.stress([0.0, 0.0], force=(0, 0, 1), material=material)
-    with pytest.raises(InputError, match="Qx, Qy, P"):
+    with refused(InputError, "forces"):
         boussinesq.stress([0.0, 0.0, 1.0], force=np.ones((3, 2)), material=material)
-    with pytest.raises(InputError, match=r"-0\.5 times the distance"):
+    with refused(InputError, "points-outside-body", "-0.5 times the distance"):
         boussinesq.stress([0.0, 0.1, -0.1], force=(0, 0, 1), material=material, above=0.5)
-    with pytest.raises(InputError, match="share of the distance"):
+    with refused(InputError, "above-range", "1.0"):
         boussinesq.stress([0.0, 0.0, 1.0], force=(0, 0, 1), material=material, above=1.0)
-    with pytest.raises(InputError, match="under the load"):
+    with refused(InputError, "input", "under the load"):
         boussinesq.surface_displacement([1.0, 0.0], force=1.0, modulus=1.0)

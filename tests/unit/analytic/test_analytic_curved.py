@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.integrate import dblquad
 
 from fecontact import InputError, Material
@@ -185,16 +186,16 @@ def test_slopes_of_cells_give_the_displacement_of_a_tilted_plane(nu):
 
 def test_bad_input_is_named():
     material = Material(2.0, 0.3)
-    with pytest.raises(InputError, match="not over it"):
+    with refused(InputError, "input", "not over it"):
         curvature_field.fields([0, 0, -1.0], force=(0, 0, 1), curvature=np.eye(2), length=1.0, material=material)
-    with pytest.raises(InputError, match=r"\(\.\.\., 2, 2\)"):
+    with refused(InputError, "curvature-shape", "(2,)"):
         curvature_field.fields([0, 0, 1.0], force=(0, 0, 1), curvature=np.ones(2), length=1.0, material=material)
-    with pytest.raises(InputError, match="beside the load"):
+    with refused(InputError, "input", "beside the load"):
         curved_kernel.displacement([0, 0, 0.0], curvature=np.eye(2), length=1.0, material=material)
-    with pytest.raises(InputError, match=r"shape \(2, 2\)"):
+    with refused(InputError, "curvature-shape", "(2,)"):
         curved_kernel.displacement([1, 0, 0.0], curvature=np.ones(2), length=1.0, material=material)
     one = np.array([[0.0, 0.0, 1.0]])
-    with pytest.raises(InputError, match="length="):
+    with refused(InputError, "input", "length="):
         FaceLoads(0 * one, one, one, np.zeros((1, 3, 3)))
-    with pytest.raises(InputError, match=r"\(1, 3, 3\)"):
+    with refused(InputError, "input", "(1, 3, 3)"):
         FaceLoads(0 * one, one, one, np.zeros((2, 3, 3)), 1.0)

@@ -3,6 +3,7 @@ import math
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.integrate import quad
 
 from fecontact import InputError, Material
@@ -81,7 +82,7 @@ def test_a_cycle_begins_and_ends_at_the_shift():
     found = friction.mindlin(BALL, MU, tangential=0.7 * MU * BALL.force)
     ends = found.shift_in_cycle([found.tangential, -found.tangential])
     np.testing.assert_allclose(ends, [found.shift, -found.shift], rtol=1e-12)
-    with pytest.raises(InputError, match=r"from -0[.]196 to 0[.]196; found"):
+    with refused(InputError, "cycle-exceeds-force", "-0.196"):
         found.shift_in_cycle(0.2)
 
 
@@ -94,10 +95,10 @@ def test_mindlin_at_the_limit_and_beyond():
     assert found.slip(BALL.a) < 0
     assert friction.mindlin(BALL, MU, shift=found.shift).tangential == pytest.approx(limit, rel=1e-12)
     for wrong in ({"tangential": 1.01 * limit}, {"shift": 1.01 * found.shift}):
-        with pytest.raises(InputError, match="slides as a whole"):
+        with refused(InputError, "slides-as-a-whole", "tangential"):
             friction.mindlin(BALL, MU, **wrong)
     for mu in (0.0, -0.1, math.nan):
-        with pytest.raises(InputError, match="friction must be positive"):
+        with refused(InputError, "not-positive", "The friction"):
             friction.mindlin(BALL, mu, tangential=0.1)
 
 
@@ -148,7 +149,7 @@ def test_carter_works_as_much_as_it_creeps(share):
 
 def test_lines_that_slide_are_refused():
     for make in (friction.cattaneo, friction.carter):
-        with pytest.raises(InputError, match="slides as a whole"):
+        with refused(InputError, "slides-as-a-whole", "0.1212"):
             make(ROLLER, MU, tangential=1.01 * MU * ROLLER.force)
         assert make(ROLLER, MU, tangential=MU * ROLLER.force).c == 0
 
@@ -188,7 +189,7 @@ def test_torsion_turns_the_stuck_disc_rigidly(share):
 
 def test_torsion_beyond_the_limit():
     greatest = 3 * math.pi / 16 * MU * BALL.force * BALL.a
-    with pytest.raises(InputError, match="slides as a whole"):
+    with refused(InputError, "slides-as-a-whole", "0.212131"):
         friction.lubkin(BALL, MU, torque=greatest)
     nearly = friction.lubkin(BALL, MU, torque=greatest * (1 - 1e-9))
     r = np.linspace(0.01, 1, 5) * BALL.a
@@ -205,10 +206,10 @@ def test_stick_ratio_in_the_limits():
     # little friction: K' = ln(4/k), the logarithm of (1 + k)/(1 - k) over 2 k is 1
     assert friction.stick_ratio(0.02, 0.4) == pytest.approx(4 * math.exp(-20), rel=1e-7)
     assert friction.stick_ratio(0.02, 0.4, plane=True) == pytest.approx(4 * math.exp(-10 * math.pi), rel=1e-7)
-    with pytest.raises(InputError, match="beta must lie"):
+    with refused(InputError, "input", "beta must lie"):
         friction.stick_ratio(0.3, 0.6)
     for wrong in (-0.1, math.nan):
-        with pytest.raises(InputError, match="zero or positive"):
+        with refused(InputError, "friction", "zero or positive"):
             friction.stick_ratio(wrong, 0.2)
 
 
@@ -240,7 +241,7 @@ def test_dundurs():
     assert friction.dundurs(STEEL, STEEL) == 0
     assert friction.dundurs(None, RUBBER) == -friction.dundurs(RUBBER, None)
     assert friction.dundurs(Material(E=1.0, nu=0.0)) == 0.5
-    with pytest.raises(InputError, match="both rigid"):
+    with refused(InputError, "input", "both rigid"):
         friction.dundurs(None, None)
 
 
@@ -251,8 +252,8 @@ def test_belts():
     assert tight == pytest.approx(steps, rel=1e-5)
     assert friction.belt_slip_angle(2.0, tight, 0.25) == pytest.approx(3.0, rel=1e-14)
     assert friction.belt_tension(2.0, 0.0, 3.0) == 2.0
-    with pytest.raises(InputError, match="Exchange them"):
+    with refused(InputError, "input", "Exchange them"):
         friction.belt_slip_angle(3.0, 2.0, 0.25)
     for wrong in (-0.1, math.nan, math.inf, "much"):
-        with pytest.raises(InputError, match="Coulomb's mu"):
+        with refused(InputError, "friction", "zero or positive and finite"):
             friction.belt_tension(2.0, wrong, 1.0)

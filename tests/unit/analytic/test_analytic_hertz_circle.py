@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.integrate import quad
 
 from fecontact import InputError, Material
@@ -208,37 +209,37 @@ def test_printing_gives_an_aligned_table():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"radii": (10.0, -10.0), "force": 1.0}, "1/R1"),
-        ({"radii": (10.0, -9.0), "force": 1.0}, "1/R1"),
-        ({"radii": (np.inf, np.inf), "force": 1.0}, "1/R1"),
-        ({"radii": (0.0, 1.0), "force": 1.0}, "not zero"),
-        ({"radii": (np.nan, 1.0), "force": 1.0}, "not zero"),
-        ({"radii": 3.0, "force": 1.0}, "two numbers"),
-        ({"radii": (1.0, 1.0), "force": 0.0}, "positive"),
-        ({"radii": (1.0, 1.0), "force": np.nan}, "finite"),
-        ({"radii": (1.0, 1.0), "force": "much"}, "finite"),
-        ({"radii": (1.0, 1.0), "approach": -1.0}, "positive"),
-        ({"radii": (1.0, 1.0)}, "exactly one"),
-        ({"radii": (1.0, 1.0), "force": 1.0, "approach": 1.0}, "exactly one"),
-        ({"radii": (1.0, 1.0), "force": 1.0, "materials": (None, None)}, "rigid"),
-        ({"radii": (1.0, 1.0), "force": 1.0, "materials": (STEEL, 3)}, "Material"),
-        ({"radii": (1.0, 1.0), "force": 1.0, "materials": STEEL}, "materials"),
+        ({"radii": (10.0, -10.0), "force": 1.0}, ("surfaces-do-not-touch",)),
+        ({"radii": (10.0, -9.0), "force": 1.0}, ("surfaces-do-not-touch",)),
+        ({"radii": (np.inf, np.inf), "force": 1.0}, ("surfaces-do-not-touch",)),
+        ({"radii": (0.0, 1.0), "force": 1.0}, ("input", "not zero")),
+        ({"radii": (np.nan, 1.0), "force": 1.0}, ("input", "not zero")),
+        ({"radii": 3.0, "force": 1.0}, ("radii", "3.0")),
+        ({"radii": (1.0, 1.0), "force": 0.0}, ("not-positive",)),
+        ({"radii": (1.0, 1.0), "force": np.nan}, ("not-positive", "The force")),
+        ({"radii": (1.0, 1.0), "force": "much"}, ("not-positive", "The force")),
+        ({"radii": (1.0, 1.0), "approach": -1.0}, ("not-positive",)),
+        ({"radii": (1.0, 1.0)}, ("one-of", "force=, approach=")),
+        ({"radii": (1.0, 1.0), "force": 1.0, "approach": 1.0}, ("one-of", "force=, approach=")),
+        ({"radii": (1.0, 1.0), "force": 1.0, "materials": (None, None)}, ("input", "rigid")),
+        ({"radii": (1.0, 1.0), "force": 1.0, "materials": (STEEL, 3)}, ("no-body", "3")),
+        ({"radii": (1.0, 1.0), "force": 1.0, "materials": STEEL}, ("input", "materials")),
     ],
 )
 def test_bad_input_is_named(arguments, message):
-    with pytest.raises(InputError, match=message):
+    with refused(InputError, *message):
         hertz.spheres(**{"materials": (STEEL, None), **arguments})
 
 
 def test_bad_points_are_named():
     contact = hertz.spheres(radii=(1.0, 1.0), materials=(STEEL, None), force=1.0)
-    with pytest.raises(InputError, match="finite"):
+    with refused(InputError, "not-finite", "r"):
         contact.pressure([0.0, np.nan])
-    with pytest.raises(InputError, match=">= 0"):
+    with refused(InputError, "negative-depth", "r"):
         contact.pressure(-1.0)
-    with pytest.raises(InputError, match="array of numbers"):
+    with refused(InputError, "not-numbers", "r"):
         contact.pressure("middle")
-    with pytest.raises(InputError, match="rigid"):
+    with refused(InputError, "rigid-body"):
         contact.stress(0.0, 1.0, body=1)
-    with pytest.raises(InputError, match="body 0"):
+    with refused(InputError, "unknown-body", "2"):
         contact.stress(0.0, 1.0, body=2)

@@ -5,6 +5,7 @@ import json
 import meshio
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace
@@ -167,17 +168,17 @@ def test_files_and_pictures(tmp_path):
 
 def test_refused():
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
-    with pytest.raises(fc.InputError, match="pressure"):
+    with refused(fc.InputError, "unknown-name", "pressure"):
         fc.AncfBody(mesh, STEEL, pressure="nodal")
-    with pytest.raises(fc.InputError, match="integration"):
+    with refused(fc.InputError, "unknown-name", "integration"):
         fc.AncfBody(mesh, STEEL, integration="none")
     collapsed = fc.Mesh(mesh.points, mesh.cells[:, [0, 1, 2, 2, 4, 5, 6, 6]])
-    with pytest.raises(fc.MeshError, match="eight distinct"):
+    with refused(fc.MeshError, "degenerate-cells"):
         fc.AncfBody(collapsed, STEEL)
     body = block(contact="bottom")
     floor = fc.RigidBody(fc.Plane())
     scene = fc.Scene([body, floor], [fc.Contact(body, floor, coupling="nodal")])
-    with pytest.raises(fc.InputError, match="coupling"):
+    with refused(fc.InputError, "gradients-left-out"):
         scene.solve(motions={body: {"z": -0.1}})
 
 

@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 import scipy.linalg
+from refusals import refused
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, NeoHookean, StVenantKirchhoff, gauss, shapes
@@ -106,7 +107,7 @@ def test_inertia_of_a_curved_body_is_that_of_its_shape():
     exact = sum(float((3.0 * dV * (x**2).sum(axis=2)).sum()) for _, x, dV in volume_elements(mesh))
     # the 27 points of the other integral are not exact on curved cells
     assert abs(space.q0 @ M @ space.q0 / exact - 1) < 1e-5
-    with pytest.raises(fc.InputError, match="density"):
+    with refused(fc.InputError, "input", "density"):
         _ = AncfSolid(space, fc.Material(1.0, 0.3)).mass
 
 
@@ -211,9 +212,9 @@ def test_geometry_is_that_of_the_mesh():
 
 def test_rules_refused():
     space = AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8"))
-    with pytest.raises(fc.InputError, match="2, 3, 4 or 5"):
+    with refused(fc.InputError, "gauss", "6"):
         AncfSolid(space, fc.Material(1.0, 0.3), points=6)
-    with pytest.raises(fc.InputError, match="volumetric"):
+    with refused(fc.InputError, "volumetric"):
         AncfSolid(space, fc.Material(1.0, 0.3), volumetric=4)
-    with pytest.raises(fc.InputError, match="Gauss rule"):
+    with refused(fc.InputError, "gauss", "7"):
         gauss(7)

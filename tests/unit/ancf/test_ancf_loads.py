@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse.linalg
+from refusals import refused
 
 import fecontact as fc
 from fecontact.ancf import (
@@ -53,9 +54,9 @@ def test_point_forces(space):
     expected = np.concatenate([force, np.cross(space.mesh.points[point], force)])
     assert np.abs(resultant(space, nodal_force(space, point, force)) - expected).max() < 1e-13 * 10
     middle = np.setdiff1d(np.arange(len(space.mesh.points)), space.nodes)[0]
-    with pytest.raises(fc.InputError, match="no corner"):
+    with refused(fc.InputError, "input", "no corner"):
         nodal_force(space, int(middle), force)
-    with pytest.raises(fc.InputError, match="three finite"):
+    with refused(fc.InputError, "not-a-vector", "three"):
         nodal_force(space, point, (1.0, 2.0))
 
 
@@ -131,14 +132,14 @@ def test_supports_turn_with_the_body():
 
 
 def test_supports_refused(space):
-    with pytest.raises(fc.InputError, match="no boundary"):
+    with refused(fc.InputError, "unknown-boundary"):
         hold(space, {"nowhere": "xyz"})
-    with pytest.raises(fc.InputError, match="components"):
+    with refused(fc.InputError, "support-components", "'xq'"):
         hold(space, {"top": "xq"})
-    with pytest.raises(fc.InputError, match="not plane"):
+    with refused(fc.InputError, "boundary-not-plane"):
         hold(space, {"top": "n"})
     middle = fc.Mesh(space.mesh.points, space.mesh.cells, node_sets={"middle": space.mesh.cells[0, 8:10]})
-    with pytest.raises(fc.InputError, match="corner of a cell"):
+    with refused(fc.InputError, "input", "corner of a cell"):
         hold(AncfSpace(middle), {"middle": "xyz"})
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.integrate import solve_ivp
 
 import fecontact as fc
@@ -145,17 +146,17 @@ def test_a_hub_is_driven(with_hub):
 @pytest.mark.parametrize(
     ("make", "match"),
     [
-        (lambda j: j.pinned((2, (0, 0, 0))), "There are 2 structures"),
-        (lambda j: j.pinned((0, (5.0, 0, 0))), "outside"),
-        (lambda j: j.pinned((0, 3)), "three finite numbers"),
-        (lambda j: j.guided((0, (0.0, 0, 0)), 4), "3 gradients"),
-        (lambda j: j.follows(0, "x_min", 0), "cannot follow itself"),
-        (lambda j: j.held(0, {"lid": "xyz"}), "lid"),
-        (lambda j: j.motion([j.pinned((0, (0, 0, 0)))], [(1.0, 0.0)]), "have \\[3\\] components"),
-        (lambda j: j.motion([j.pinned((0, (0, 0, 0)))] * 2, [None, (1.0, 0, 0)]), "contradict"),
-        (lambda j: Joints([line(straight((0, 0, 0), (1, 0, 0), 1), EA=1.0, EI=1.0)]).affine(0), "no bricks"),
+        (lambda j: j.pinned((2, (0, 0, 0))), ("unknown", "are 2")),
+        (lambda j: j.pinned((0, (5.0, 0, 0))), ("points-outside-body",)),
+        (lambda j: j.pinned((0, 3)), ("input", "three finite numbers")),
+        (lambda j: j.guided((0, (0.0, 0, 0)), 4), ("too-few-gradients", "and 3")),
+        (lambda j: j.follows(0, "x_min", 0), ("follows-itself",)),
+        (lambda j: j.held(0, {"lid": "xyz"}), ("unknown-boundary", "'lid'")),
+        (lambda j: j.motion([j.pinned((0, (0, 0, 0)))], [(1.0, 0.0)]), ("change-shape", "[3]")),
+        (lambda j: j.motion([j.pinned((0, (0, 0, 0)))] * 2, [None, (1.0, 0, 0)]), ("input", "contradict")),
+        (lambda j: Joints([line(straight((0, 0, 0), (1, 0, 0), 1), EA=1.0, EI=1.0)]).affine(0), ("no-bricks",)),
     ],
 )
 def test_refused(cubes, make, match):
-    with pytest.raises(fc.InputError, match=match):
+    with refused(fc.InputError, *match):
         make(cubes)

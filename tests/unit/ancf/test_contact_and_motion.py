@@ -6,6 +6,7 @@ import meshio
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from refusals import refused
 
 import fecontact as fc
 from fecontact.ancf import (
@@ -215,7 +216,7 @@ def test_brick_on_brick_with_other_meshes_passes_the_patch_test():
 
 def test_statics_needs_supports_and_says_which_solid_lacks_them():
     a = Assembly.of([brick()], [{"top": "z"}], [(0, "bottom", FLOOR)])
-    with pytest.raises(fc.InputError, match="Solid 1 is free in 3 rigid motions"):
+    with refused(fc.InputError, "free-rigid-motion", "Solid 1", "in 3"):
         equilibrium(lambda s: Stage(a))
 
 
@@ -341,7 +342,7 @@ def test_series_for_paraview(tmp_path):
     last = meshio.read(parts[-1])
     assert np.abs(last.point_data["displacement"] - [0, 0, 0.2]).max() < 1e-12
     assert np.abs(last.point_data["von_mises"]).max() < 1e-12
-    with pytest.raises(fc.InputError, match=r"\.pvd"):
+    with refused(fc.InputError, "not-pvd", "'fall.vtu'"):
         save_motion(a, motion.frames, tmp_path / "fall.vtu", motion.frame_times)
 
 
@@ -349,7 +350,7 @@ def test_a_file_of_something_else_is_refused_and_kept(tmp_path):
     a = Assembly.of([brick()])
     file = tmp_path / "run.npz"
     file.write_text("notes")
-    with pytest.raises(fc.InputError, match="not the record of a motion"):
+    with refused(fc.InputError, "no-record"):
         move(a, until=1.0, step=0.1, path=file)
     assert file.read_text() == "notes"
 
@@ -367,30 +368,30 @@ def test_adaptive_steps_follow_the_accuracy():
 @pytest.mark.parametrize(
     ("wrong", "match"),
     [
-        ({"step": 0.0}, "step must be positive"),
-        ({"accuracy": -1.0}, "accuracy must be"),
-        ({"every": 0}, "every must be"),
-        ({"velocity": (1.0, np.nan, 0.0)}, "velocity must be"),
-        ({"forces": np.zeros(3)}, "forces must hold"),
+        ({"step": 0.0}, ("not-positive", "step")),
+        ({"accuracy": -1.0}, ("not-positive", "accuracy")),
+        ({"every": 0}, ("every-below-one", "0")),
+        ({"velocity": (1.0, np.nan, 0.0)}, ("input", "velocity must be")),
+        ({"forces": np.zeros(3)}, ("force-shape",)),
     ],
 )
 def test_bad_input_of_a_motion(wrong, match):
-    with pytest.raises(fc.InputError, match=match):
+    with refused(fc.InputError, *match):
         move(Assembly.of([brick()]), **{"until": 1.0, "step": 0.1, **wrong})
 
 
 def test_bad_contacts_are_refused():
     solid = brick()
-    with pytest.raises(fc.InputError, match="there are 1"):
+    with refused(fc.InputError, "unknown", "are 1"):
         Assembly.of([solid], None, [(1, "bottom", FLOOR)])
-    with pytest.raises(fc.InputError, match="itself"):
+    with refused(fc.InputError, "contact-with-itself"):
         Assembly.of([solid], None, [(0, "bottom", (0, "top"))])
     for given in ((0,), (0, "bottom"), (0, "bottom", 0), ("bottom", 0, FLOOR), (0, "bottom", FLOOR, 0.1, 0.2), 5, "ab"):
-        with pytest.raises(fc.InputError, match=r"A contact is \(solid, boundary, rigid body\)"):
+        with refused(fc.InputError, "contact-entry"):
             Assembly.of([solid], None, [given])  # type: ignore[list-item]
-    with pytest.raises(fc.InputError, match="supports must be given"):
+    with refused(fc.InputError, "input", "supports must be given"):
         Assembly.of([solid], [{}, {}])
-    with pytest.raises(fc.InputError, match="rho"):
+    with refused(fc.InputError, "rho-range", "1.5"):
         GeneralisedAlpha(1.5)
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
+from refusals import refused
 
 import fecontact as fc
 from fecontact.ancf import Assembly, EnergyMomentum, Joints, move
@@ -79,14 +80,14 @@ def test_a_pinned_chain_moves_with_its_energy(beam):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"points": [(0, 0, 0)]}, "two nodes or more"),
-        ({"points": [(0, 0, 0), (1, 0, 0), (1, 1, 0)]}, "not straight"),
-        ({"points": [(0, 0, 1), (1, 0, 1)]}, "z = 0"),
-        ({"EA": 0.0}, "EA"),
-        ({"rotary": -1.0}, "rotary -1.0"),
-        ({"procedure": "best"}, "procedure"),
+        ({"points": [(0, 0, 0)]}, ("axis-nodes",)),
+        ({"points": [(0, 0, 0), (1, 0, 0), (1, 1, 0)]}, ("bent",)),
+        ({"points": [(0, 0, 1), (1, 0, 1)]}, ("not-in-plane",)),
+        ({"EA": 0.0}, ("not-positive", "EA")),
+        ({"rotary": -1.0}, ("negative-mass", "-1.0")),
+        ({"procedure": "best"}, ("unknown-name", "procedure")),
     ],
 )
 def test_bad_input(given, message):
-    with pytest.raises(fc.InputError, match=message):
+    with refused(fc.InputError, *message):
         CorotationalBeam(**{"points": POINTS, "EA": 5.0, "EI": 0.3} | given)

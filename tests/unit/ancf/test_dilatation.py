@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.ancf import (
@@ -100,7 +101,7 @@ def test_laws_of_ones_own():
     q = space.q0 + 0.05 * np.random.default_rng(0).standard_normal(space.n_dofs)
     own, known = (AncfSolid(space, fc.Material(1.0, 0.3), law) for law in (Plain(), StVenantKirchhoff()))
     assert abs(own.tangent(q) - known.tangent(q)).max() < 1e-13
-    with pytest.raises(fc.InputError, match="a law with a dilatation"):
+    with refused(fc.InputError, "needs-dilatation"):
         AncfSolid(space, fc.Material(1.0, 0.3), Plain(), volumetric="linear")
-    with pytest.raises(fc.InputError, match="'linear' or a number of points from 1 to 3"):
+    with refused(fc.InputError, "volumetric", "'linear'", "1", "3"):
         AncfSolid(space, fc.Material(1.0, 0.3), volumetric="mean")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.ancf import (
@@ -123,9 +124,9 @@ def test_a_state_on_the_way_goes_on_from_its_level_and_a_finished_one_is_done():
 def test_a_state_of_other_solids_is_refused():
     a, _ = bar()
     other = equilibrium(lambda s: Stage(cube_on_floor()), steps=1).last
-    with pytest.raises(fc.InputError, match="same solids and contacts"):
+    with refused(fc.InputError, "start-differs"):
         equilibrium(lambda s: Stage(a), start=other)
-    with pytest.raises(fc.InputError, match="same solids and contacts"):
+    with refused(fc.InputError, "start-differs"):
         equilibrium(lambda s: Stage(a), start=replace(other, level=0.5))
 
 
@@ -135,7 +136,7 @@ def test_a_path_without_a_state_says_so():
     crush = traction(space, "x_max", (-1e6, 0, 0))
     path = equilibrium(lambda s: Stage(a, forces=crush), steps=1)
     assert not path.success
-    with pytest.raises(fc.SolverError, match="no last one"):
+    with refused(fc.SolverError, "no-last"):
         _ = path.last
 
 
@@ -191,7 +192,7 @@ def test_the_record_of_this_motion_is_gone_on_with(tmp_path):
 
 def test_several_differences_are_all_named(tmp_path):
     fallen(tmp_path / "run.npz")
-    with pytest.raises(fc.InputError, match=r"the bodies .* and the loads .* and the scheme"):
+    with refused(fc.InputError, "record-of-another", "the bodies", "and the loads"):
         fallen(tmp_path / "run.npz", E=1.0, gravity=(0, 0, 1.0), step=0.005)
 
 
@@ -200,5 +201,5 @@ def test_a_record_without_fingerprints_is_refused(tmp_path):
     with np.load(tmp_path / "run.npz") as data:
         old = {name: data[name] for name in data.files if name != "prints"}
     np.savez(tmp_path / "run.npz", **old)
-    with pytest.raises(fc.InputError, match="earlier version"):
+    with refused(fc.InputError, "record-too-old"):
         fallen(tmp_path / "run.npz")

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.ancf import (
@@ -85,7 +86,7 @@ def test_the_refusal_names_place_figure_and_remedy():
     q = a.q0.reshape(-1, 3).copy()
     top = 4 * np.flatnonzero(a.solids[0].space.mesh.points[:, 2] == 1.0)
     q[top, 2] = -0.5  # the top face below the middle one: the upper brick is inside out, the lower is not
-    with pytest.raises(InvertedError, match="Solid 1: ") as told:
+    with refused(InvertedError, "inverted-material", "Solid 1") as told:
         a.check_inverted(q.ravel())
     said = str(told.value)
     assert "cell 1" in said
@@ -103,7 +104,7 @@ def test_only_det_f_counts(volumetric):
     for good in (np.diag([-1.0, -1.0, 1.0]), np.diag([1e-3, 1.0, 1.0])):  # half a turn; nearly flat
         a.check_inverted(space.affine(good))
     for bad in (np.diag([1.0, 1.0, -1.0]), np.diag([1.0, 1.0, 0.0]), np.diag([1.0, np.nan, 1.0])):
-        with pytest.raises(InvertedError, match=f"at {128 + (16 if volumetric else 0)} Gauss points"):
+        with refused(InvertedError, "inverted-material", f"at {128 + (16 if volumetric else 0)} Gauss"):
             a.check_inverted(space.affine(bad))
 
 
@@ -111,7 +112,7 @@ def test_an_inverted_state_is_nothing_to_go_on_from():
     a = column()
     good = pressed(a, 0.5 * MOST, steps=2).last
     bad = replace(good, q=a.solids[0].space.affine(np.diag([1.0, 1.0, -1.0])))
-    with pytest.raises(InvertedError, match="inside out"):
+    with refused(InvertedError, "inverted-material", "inside out"):
         pressed(a, 0.5 * MOST, start=bad)
     assert pressed(a, 0.6 * MOST, start=good).success
 
@@ -147,5 +148,5 @@ def test_iterations_that_run_away_are_told_before_they_overflow(unit):
     change = a.translation(np.array([unit, 0.0, 0.0]))
     assert not _settled(a, 1e5 * change, change, 1e-9)
     for far in (1e7, np.inf, np.nan):
-        with pytest.raises(UnstableError, match="ran away"):
+        with refused(UnstableError, "diverged"):
             _settled(a, np.where(change > 0, far * unit, 0.0), change, 1e-9)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.integrate import solve_ivp
 
 import fecontact as fc
@@ -147,10 +148,10 @@ def test_a_hub_presses_a_brick_on_a_ball():
 
 def test_refused(block):
     hub = block.solids[0]
-    with pytest.raises(fc.InputError, match="does not move affinely"):
+    with refused(fc.InputError, "input", "does not move affinely"):
         Assembly([hub], Assembly.of([hub]).free, rigid=[0])
-    with pytest.raises(fc.InputError, match="number 1 is none"):
+    with refused(fc.InputError, "input", "number 1"):
         Assembly([hub], block.free, rigid=[1])
     table = Assembly.of([hub], None, [(0, "bottom", fc.RigidBody(fc.Plane()), 0.5)]).touches
-    with pytest.raises(fc.InputError, match="friction alone holds"):
+    with refused(fc.InputError, "free-rigid-motion"):
         equilibrium(lambda _: Stage(replace(block, touches=table)))

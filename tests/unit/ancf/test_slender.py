@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
+from refusals import refused
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
@@ -247,7 +248,7 @@ def test_members_at_an_angle_are_not_tied_by_their_gradients():
     post, arm = (line(straight(*ends, 2), EA=1.0, EI=1.0) for ends in (((0, 0, 0), (0, 1, 0)), ((0, 1, 0), (1, 1, 0))))
     joints = Joints([post, arm])
     for tie in (lambda: joints.rigid((0, 2), (1, 0)), lambda: joints.revolute((0, 2), (1, 0), 1)):
-        with pytest.raises(fc.InputError, match=r"meet at an angle.*spherical"):
+        with refused(fc.InputError, "members-at-an-angle"):
             tie()
     assert joints.spherical((0, 2), (1, 0)).shape[0] == 3
 
@@ -255,7 +256,7 @@ def test_members_at_an_angle_are_not_tied_by_their_gradients():
 def test_members_without_mass_have_no_weight_to_be_asked_for():
     bar, down = line(straight((0, 0, 0), (1, 0, 0), 2), EA=1.0, EI=1.0), np.array([0.0, -9.81, 0.0])
     a = Assembly([bar], Joints([bar]).free([Joints([bar]).clamped((0, 0))]))
-    with pytest.raises(fc.InputError, match="Member 0 has no mass"):
+    with refused(fc.InputError, "no-mass", "Member 0"):
         a.gravity(down)
     assert not a.gravity(np.zeros(3)).any()
 
@@ -263,22 +264,25 @@ def test_members_without_mass_have_no_weight_to_be_asked_for():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: line([(0, 0, 0)], EA=1, EI=1), "two nodes or more"),
-        (lambda: line([(0, 0, 0), (1, 0, 0), (1, 1, 0)], EA=1, EI=1), "not straight"),
-        (lambda: line([(0, 0, 0), (1, 0, 0)], EA=1, EI=1, tangents=[(2, 0, 0)] * 2), "unit vectors"),
-        (lambda: line([POINTS, POINTS], EA=1, EI=1, tangents=[POINTS, POINTS]), "for one curved axis"),
-        (lambda: line([(0, 0, 0), (0, 0, 0)], EA=1, EI=1), "have none"),
-        (lambda: line(CURVED["points"][:, [0, 2, 1]], EA=1, EI=1, tangents=CURVED["tangents"][:, [0, 2, 1]]), "plane"),
-        (lambda: line(POINTS, EA=0.0, EI=1), "EA"),
-        (lambda: line(POINTS, EA=1, EI=1, measure="best"), "measure"),
-        (lambda: beam(POINTS, MATERIAL, width=1, height=1, up=(1, 0, 0)), "along the axis"),
-        (lambda: plate([(0, 0, 0), (1, 0, 0), (1, 1, 0)], (1, 1), MATERIAL, 0.1), "right angles"),
-        (lambda: Joints([line(POINTS, EA=1, EI=1)]).clamped((1, 0)), "There are 1 structures"),
-        (lambda: Joints([line(POINTS, EA=1, EI=1)]).clamped((0, 3)), "3 nodes"),
-        (lambda: Joints([line(POINTS, EA=1, EI=1)]).guided((0, 0), 2), "1 gradients"),
+        (lambda: line([(0, 0, 0)], EA=1, EI=1), ("axis-nodes",)),
+        (lambda: line([(0, 0, 0), (1, 0, 0), (1, 1, 0)], EA=1, EI=1), ("bent",)),
+        (lambda: line([(0, 0, 0), (1, 0, 0)], EA=1, EI=1, tangents=[(2, 0, 0)] * 2), ("tangent",)),
+        (lambda: line([POINTS, POINTS], EA=1, EI=1, tangents=[POINTS, POINTS]), ("axes",)),
+        (lambda: line([(0, 0, 0), (0, 0, 0)], EA=1, EI=1), ("zero-length",)),
+        (
+            lambda: line(CURVED["points"][:, [0, 2, 1]], EA=1, EI=1, tangents=CURVED["tangents"][:, [0, 2, 1]]),
+            ("in-space",),
+        ),
+        (lambda: line(POINTS, EA=0.0, EI=1), ("not-positive", "EA")),
+        (lambda: line(POINTS, EA=1, EI=1, measure="best"), ("unknown-name", "measure")),
+        (lambda: beam(POINTS, MATERIAL, width=1, height=1, up=(1, 0, 0)), ("up-axis",)),
+        (lambda: plate([(0, 0, 0), (1, 0, 0), (1, 1, 0)], (1, 1), MATERIAL, 0.1), ("plate-not-rectangular",)),
+        (lambda: Joints([line(POINTS, EA=1, EI=1)]).clamped((1, 0)), ("unknown", "are 1")),
+        (lambda: Joints([line(POINTS, EA=1, EI=1)]).clamped((0, 3)), ("unknown-node", "has 3")),
+        (lambda: Joints([line(POINTS, EA=1, EI=1)]).guided((0, 0), 2), ("too-few-gradients", "and 1")),
     ],
 )
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
 def test_bad_input(make, message):
-    with pytest.raises(fc.InputError, match=message):
+    with refused(fc.InputError, *message):
         make()

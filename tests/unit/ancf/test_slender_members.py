@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from refusals import refused
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
@@ -244,18 +245,18 @@ def motion_ends(motion, a, one):
 @pytest.mark.parametrize(
     ("change", "match"),
     [
-        ({"slave": 2}, "There are 2 structures"),
-        ({"master": 0}, "cannot touch itself"),
-        ({"offsets": (0.0, 0.0)}, "not both zero"),
-        ({"offsets": (-0.1, 0.2)}, "two radii"),
-        ({"offsets": (0.3, 0.3)}, "overlap by 0.51 at the start"),
-        ({"elements": [7]}, "has 5 elements"),
+        ({"slave": 2}, ("unknown", "are 2")),
+        ({"master": 0}, ("input", "cannot touch itself")),
+        ({"offsets": (0.0, 0.0)}, ("input", "not both zero")),
+        ({"offsets": (-0.1, 0.2)}, ("input", "two radii")),
+        ({"offsets": (0.3, 0.3)}, ("initial-overlap", "0.51")),
+        ({"elements": [7]}, ("input", "has 5")),
     ],
 )
 def test_bad_input(change, match):
     structures, _ = crossed(1.0)
     given = {"slave": 0, "master": 1, "offsets": (0.05, 0.04), **change}
-    with pytest.raises(fc.InputError, match=match):
+    with refused(fc.InputError, *match):
         touching_members(structures, given.pop("slave"), given.pop("master"), **given)
 
 
@@ -265,7 +266,7 @@ def test_an_element_with_two_crossings_that_touch_is_refused():
     contact = touching_members([one, two], 0, 1, offsets=(0.05, 0.05))
     q = start([one, two])
     q[2] = q[8] = 0.099
-    with pytest.raises(fc.SolverError, match="crossed in two places"):
+    with refused(fc.SolverError, "crossed-twice"):
         contact.at(q)
 
 
@@ -303,5 +304,5 @@ def test_closest_points_of_a_skew_element_from_its_corners():
 
 def test_a_plate_is_no_slave_of_a_line():
     (bar, sheet), _ = on_a_plate()
-    with pytest.raises(fc.InputError, match="exchange slave and master"):
+    with refused(fc.InputError, "input", "exchange slave and master"):
         touching_members([bar, sheet], 1, 0, offsets=(0.05, 0.04))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.linalg
+from refusals import refused
 
 import fecontact as fc
 from fecontact.ancf import (
@@ -192,16 +193,16 @@ def moved(a, **given):
 @pytest.mark.parametrize(
     ("make", "match"),
     [
-        (lambda a, s: moved(lambda t: Stage(a if t == 0 else bar(divisions=(3, 1, 1)))), "192 coordinates"),
-        (lambda a, s: moved(bar(divisions=(3, 1, 1)), start=s), "144 coordinates and the assembly 192"),
-        (lambda a, s: moved(lambda t: Stage(a), start=replace(s, q=1.1 * s.q)), "away from where it is"),
-        (lambda a, s: moved(a, start=moved(a).now, until=0.2, velocity=(1, 0, 0)), "give no other"),
+        (lambda a, s: moved(lambda t: Stage(a if t == 0 else bar(divisions=(3, 1, 1)))), ("stage-differs", "192")),
+        (lambda a, s: moved(bar(divisions=(3, 1, 1)), start=s), ("start", "144", "192")),
+        (lambda a, s: moved(lambda t: Stage(a), start=replace(s, q=1.1 * s.q)), ("start-differs",)),
+        (lambda a, s: moved(a, start=moved(a).now, until=0.2, velocity=(1, 0, 0)), ("two-starts",)),
     ],
 )
 def test_refused(make, match):
     a = bar({"x_min": "xyz"})
     state = equilibrium(lambda s: Stage(a), steps=1).last
-    with pytest.raises(fc.InputError, match=match):
+    with refused(fc.InputError, *match):
         make(a, state)
 
 
@@ -210,7 +211,7 @@ def test_the_record_of_other_stages_is_refused(tmp_path):
     pull = a.gravity(np.array([1.0, 0.0, 0.0]))
     moved(lambda t: Stage(a, forces=t * pull), path=file)
     assert moved(lambda t: Stage(a, forces=t * pull), path=file).success
-    with pytest.raises(fc.InputError, match="the loads"):
+    with refused(fc.InputError, "record-of-another", "the loads"):
         moved(lambda t: Stage(a, forces=t * t * pull), path=file)
 
 
@@ -223,5 +224,5 @@ def test_the_record_of_other_moments_is_refused(tmp_path):
         return lambda t: Stage(Assembly([beam.turned(((-1, rate * t),))], free))
 
     moved(turned(1.0), path=file)
-    with pytest.raises(fc.InputError, match="the loads"):
+    with refused(fc.InputError, "record-of-another", "the loads"):
         moved(turned(2.0), path=file)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.app.cli import main
@@ -140,7 +141,7 @@ def test_a_prescribed_displacement_moves_the_supports(deck):
     result = fc.read_scene(path).solve()
     # two blocks of height two in series
     assert abs(force(result)[2] - 0.1) < ROUNDING
-    with pytest.raises(fc.InputError, match="those of no rigid motion"):
+    with refused(fc.InputError, "no-rigid-motion"):
         fc.read_scene(deck(step("*BOUNDARY\n201, 3, 3, -0.02\n"), change=change))
 
 
@@ -220,36 +221,39 @@ def test_the_command_line_solves_decks(deck, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("Lower, MATERIAL=cork", "Lower, MATERIAL=Steel"), "'STEEL'"),
-        (("*SOLID SECTION, ELSET=Lower, MATERIAL=cork\n", ""), "8 elements of 'Lower' have no material"),
-        (("ELSET=Lower, MATERIAL", "ELSET=Lowest, MATERIAL"), "no element set of solids 'Lowest'"),
-        (("Upper_below, Lower_above", "Upper_below, Lower_rim"), "no surface of solids 'Lower_rim'"),
-        (("Upper_below, Lower_above", "Upper_below, Cap_above"), "are on one body"),
-        (("Upper_above, Cap_below", "Upper_above, Lower_below"), "no node of the tied surface"),
-        (("INTERACTION=Dry, TYPE", "INTERACTION=Wet, TYPE"), "SURFACE INTERACTION 'Wet'"),
-        (("Lower_foot, 3, 3", "Lower_feet, 3, 3"), "no node set 'Lower_feet'"),
-        (("*ELASTIC\n10., 0.", "*ELASTIC\n10., zero"), "cannot be read"),
-        (("*ELASTIC\n10.", "*ELASTIC, TYPE=ORTHO\n10."), "isotropic"),
-        (("*BOUNDARY\n", "*TRANSFORM, NSET=NLower\n1., 0., 0.\n*BOUNDARY\n"), "turns the axes"),
+        (("Lower, MATERIAL=cork", "Lower, MATERIAL=Steel"), ("unknown-material", "'STEEL'")),
+        (("*SOLID SECTION, ELSET=Lower, MATERIAL=cork\n", ""), ("no-material", "blocks.inp: 8", "'Lower'")),
+        (("ELSET=Lower, MATERIAL", "ELSET=Lowest, MATERIAL"), ("input", "element", "set of solids 'Lowest'")),
+        (("Upper_below, Lower_above", "Upper_below, Lower_rim"), ("input", "surface", "of solids 'Lower_rim'")),
+        (("Upper_below, Lower_above", "Upper_below, Cap_above"), ("no-contact", "are on one body")),
+        (("Upper_above, Cap_below", "Upper_above, Lower_below"), ("input", "no node of the tied surface")),
+        (("INTERACTION=Dry, TYPE", "INTERACTION=Wet, TYPE"), ("unknown-interaction", "'Wet'")),
+        (("Lower_foot, 3, 3", "Lower_feet, 3, 3"), ("input", "'Lower_feet'")),
+        (("*ELASTIC\n10., 0.", "*ELASTIC\n10., zero"), ("bad-value",)),
+        (("*ELASTIC\n10.", "*ELASTIC, TYPE=ORTHO\n10."), ("not-isotropic",)),
+        (
+            ("*BOUNDARY\n", "*TRANSFORM, NSET=NLower\n1., 0., 0.\n*BOUNDARY\n"),
+            ("not-supported", "turns the axes of nodes"),
+        ),
     ],
 )
 def test_decks_that_cannot_be_used(change, words, deck):
-    with pytest.raises(fc.InputError, match=words):
+    with refused(fc.InputError, *words):
         fc.read_scene(deck(step("*DSLOAD\nCap_above, P, 0.1\n"), change=change))
 
 
 @pytest.mark.parametrize(
     ("steps", "words"),
     [
-        ("", "no static step"),
-        (step("*BOUNDARY, TYPE=VELOCITY\nLower_foot, 3, 3, 1.\n"), "expected displacements"),
-        (step("*CLOAD, AMPLITUDE=Whole\nCap_head, 3, -1.\n"), "no \\*AMPLITUDE 'Whole'"),
-        (step("*DLOAD\nCap, P9, 1.\n"), "face 'S9'"),
-        (step("") + step("*BOUNDARY\nCap_head, 3\n"), "must be the same in all steps"),
+        ("", ("input", "no static step")),
+        (step("*BOUNDARY, TYPE=VELOCITY\nLower_foot, 3, 3, 1.\n"), ("input", "expected displacements")),
+        (step("*CLOAD, AMPLITUDE=Whole\nCap_head, 3, -1.\n"), ("unknown-amplitude", "'Whole'")),
+        (step("*DLOAD\nCap, P9, 1.\n"), ("bad-value", "face 'S9'")),
+        (step("") + step("*BOUNDARY\nCap_head, 3\n"), ("supports-change",)),
     ],
 )
 def test_steps_that_cannot_be_used(steps, words, deck):
-    with pytest.raises((fc.InputError, fc.MeshError), match=words):
+    with refused((fc.InputError, fc.MeshError), *words):
         fc.read_scene(deck(steps))
 
 
@@ -279,6 +283,6 @@ def test_materials_at_rest():
         assert abs(made.E - 2.5) < ROUNDING
         assert abs(made.nu - 0.25) < ROUNDING
     assert of_febio("muscle material", {}) is None
-    for wrong in (("NEO HOOKE", 1, []), ("VAN DER WAALS", 1, [1.0])):
-        with pytest.raises(fc.InputError, match="HYPERELASTIC"):
+    for code, wrong in (("constants", ("NEO HOOKE", 1, [])), ("unknown-law", ("VAN DER WAALS", 1, [1.0]))):
+        with refused(fc.InputError, code, wrong[0]):
             hyperelastic(*wrong, None)

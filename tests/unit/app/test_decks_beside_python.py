@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from tests.deck_text import blocks, deck_of, listed, scene_of, step
@@ -156,37 +157,38 @@ def test_several_steps_are_not_solved_as_one(read, tmp_path):
     cases = read(deck_of(SMALL, two, SLIDES))
     path = read(deck_of(SMALL, two, SLIDES, "*FRICTION\n.3,\n"))
     one = read(deck_of(SMALL, step(PRESS.format(1)), SLIDES))
-    with pytest.raises(fc.InputError, match=r"has 2 cases: call sweep\(\) instead of solve"):
+    with refused(fc.InputError, "input", "has 2", "cases", "sweep"):
         cases.solve()
-    with pytest.raises(fc.InputError, match=r"2 steps of a load path: call solve_path\(\) instead of solve"):
+    with refused(fc.InputError, "input", "has 2", "steps of a load path", "solve_path"):
         path.solve()
     for verb in (one.solve_path, one.sweep):
-        with pytest.raises(fc.InputError, match=r"call solve\(\) instead"):
+        with pytest.raises(fc.InputError, match=r"call solve\(\) instead") as caught:
             verb()
+        assert caught.value.code in ("no-steps", "no-cases")
 
 
 @pytest.mark.parametrize(
     ("model", "steps", "words"),
     [
-        ("*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n", "", r"\*EQUATION ties displacements"),
-        ("*COUPLING, REF NODE=9999, SURFACE=UP_face_top\n*KINEMATIC\n1, 3\n", "", r"\*COUPLING ties nodes to one"),
-        ("*CLEARANCE, MASTER=LOW_face_top, SLAVE=UP_face_bottom, VALUE=.1\n", "", r"\*CLEARANCE changes the gap"),
-        ("", "*MODEL CHANGE, TYPE=CONTACT PAIR, REMOVE\nUP_face_bottom, LOW_face_top\n", r"\*MODEL CHANGE adds or rem"),
-        ("", "*CHANGE FRICTION, INTERACTION=I\n*FRICTION\n.2,\n", r"\*CHANGE FRICTION changes a contact"),
-        ("*TIE, CYCLIC SYMMETRY, NAME=T\nLOW_face_x_min, LOW_face_y_min\n", "", "CYCLIC SYMMETRY ties surfaces that"),
-        ("*EXPANSION\n1e-5,\n", "*TEMPERATURE\nLOW_bottom, 30.\n", r"\*TEMPERATURE expands a material"),
-        ("*INITIAL CONDITIONS, TYPE=STRESS\n1, 1., 0., 0., 0., 0., 0.\n", "", "begin without stress"),
-        ("*SURFACE, NAME=N, TYPE=NODE\nUP_bottom,\n*TIE, NAME=T\nN, LOW_face_top\n", "", "'N' is a surface of nodes"),
-        ("", "*DLOAD\nUP, CENTRIF, 1., 0., 0., 0., 1., 0., 0.\n", "would be lost: expected P1, P2"),
-        ("", "*CLOAD\nUP_top, 4, 1.\n", "have no component 4"),
-        ("*NODE, NSET=ALONE\n9999, 0., 0., 9.\n", "*CLOAD\nALONE, 3, -1.\n", "ALONE has no nodes of solids"),
-        ("", "*CLOAD, USER\nUP_top, 3, -1.\n", r"\*CLOAD with USER"),
-        ("*AMPLITUDE, NAME=A\n1., 0., 0., 1.\n", "", "expected pairs of growing times"),
-        ("*INCLUDE, INPUT=absent.inp\n", "", "includes are missing: absent.inp"),
+        ("*EQUATION\n2\n1, 1, 1., 2, 1, -1.\n", "", ("not-supported", "EQUATION", "ties displacements")),
+        ("*COUPLING, REF NODE=9999, SURFACE=UP_face_top\n*KINEMATIC\n1, 3\n", "", ("not-supported", "COUPLING")),
+        ("*CLEARANCE, MASTER=LOW_face_top, SLAVE=UP_face_bottom, VALUE=.1\n", "", ("not-supported", "CLEARANCE")),
+        ("", "*MODEL CHANGE, TYPE=CONTACT PAIR, REMOVE\nUP_face_bottom, LOW_face_top\n", ("not-supported", "MODEL")),
+        ("", "*CHANGE FRICTION, INTERACTION=I\n*FRICTION\n.2,\n", ("not-supported", "CHANGE")),
+        ("*TIE, CYCLIC SYMMETRY, NAME=T\nLOW_face_x_min, LOW_face_y_min\n", "", ("input", "CYCLIC SYMMETRY")),
+        ("*EXPANSION\n1e-5,\n", "*TEMPERATURE\nLOW_bottom, 30.\n", ("input", "*TEMPERATURE expands a material")),
+        ("*INITIAL CONDITIONS, TYPE=STRESS\n1, 1., 0., 0., 0., 0., 0.\n", "", ("input", "begin without stress")),
+        ("*SURFACE, NAME=N, TYPE=NODE\nUP_bottom,\n*TIE, NAME=T\nN, LOW_face_top\n", "", ("surface-of-nodes", "'N'")),
+        ("", "*DLOAD\nUP, CENTRIF, 1., 0., 0., 0., 1., 0., 0.\n", ("load-would-be-lost", "expected P1, P2")),
+        ("", "*CLOAD\nUP_top, 4, 1.\n", ("load-would-be-lost", "nodes of solids have no component 4")),
+        ("*NODE, NSET=ALONE\n9999, 0., 0., 9.\n", "*CLOAD\nALONE, 3, -1.\n", ("load-would-be-lost", "ALONE")),
+        ("", "*CLOAD, USER\nUP_top, 3, -1.\n", ("not-supported", "CLOAD", "USER")),
+        ("*AMPLITUDE, NAME=A\n1., 0., 0., 1.\n", "", ("growing", "['1., 0., 0., 1.']")),
+        ("*INCLUDE, INPUT=absent.inp\n", "", ("missing-files", "absent", "inp")),
     ],
 )  # fmt: skip
 def test_what_changes_the_question_is_refused(model, steps, words, read):
-    with pytest.raises(fc.InputError, match=words):
+    with refused(fc.InputError, *words):
         read(deck_of(SMALL, step(PRESS.format(1) + steps), SLIDES + model))
 
 
@@ -209,18 +211,18 @@ def test_what_may_change_the_answer_is_a_warning_of_the_result(options, words, r
 
 
 def test_the_soft_law_that_is_refused_at_once(read):
-    with pytest.raises(fc.InputError, match="never part"):
+    with refused(fc.InputError, "input", "never part"):
         read(deck_of(SMALL, step(PRESS.format(1)), SLIDES, interaction="*SURFACE BEHAVIOR, NO SEPARATION\n"))
 
 
 def test_plane_cells_are_named(read):
     text = "*NODE\n1, 0, 0\n2, 1, 0\n3, 1, 1\n4, 0, 1\n*ELEMENT, TYPE=CAX4, ELSET=E\n1, 1, 2, 3, 4\n"
-    with pytest.raises(fc.InputError, match=r"plane or axisymmetric \(CAX4\).*fc.read_section"):
+    with refused(fc.InputError, "elements-not-solid", "CAX4"):
         read(text)
     beside = text.replace("\n1, 1, 2", "\n90001, 90001, 90002").replace(", 3, 4\n", ", 90003, 90004\n")
     for n in range(1, 5):
         beside = beside.replace(f"\n{n}, ", f"\n9000{n}, ")
-    with pytest.raises(fc.InputError, match=r"elements of 'E' are plane or axisymmetric"):
+    with refused(fc.InputError, "elements-not-solid", "'E'"):
         read(beside + deck_of(SMALL, step(PRESS.format(1)), SLIDES + "*SOLID SECTION, ELSET=E, MATERIAL=M\n"))
 
 

@@ -4,6 +4,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.app.decks.febio_steps import LoadCurve
@@ -149,7 +150,7 @@ def test_a_symmetry_plane_and_blocks_that_are_tied(deck):
     sides = [s for s in SIDES if s[0] != "Low_x_min"]
     mirror = '<Constraints><constraint type="symmetry plane" surface="Low_x_min"/></Constraints>'
     check_pressed(fc.read_scene(deck(sides=sides, more=mirror)))
-    with pytest.raises(fc.InputError, match="no two bodies into contact"):
+    with refused(fc.InputError, "no-contact"):
         fc.read_scene(deck(kind="tied-elastic"))
 
 
@@ -262,37 +263,40 @@ def test_a_curve_that_repeats_bends_in_every_period(deck):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"law": "fluid"}, "the law 'fluid'"),
-        ({"loads": ""}, "no load and no prescribed motion"),
-        ({"loads": PRESS.replace("0.1", "1*scale")}, "expected numbers"),
-        ({"loads": PRESS.replace('lc="1"', 'lc="7"')}, "no load curve '7'"),
-        ({"pairs": ""}, "no surface pair 'Pair'"),
-        ({"pairs": PAIR.replace("primary", "first")}, "the surface pair 'Pair' has no <primary>"),
-        ({"more": RIGID.format("")}, "no rigid material 'Gel'"),
-        ({"bcs": DOWN.replace("<relative>0", "<relative>1")}, "relative"),
-        ({"bcs": DOWN.replace("<dof>z", "<dof>w")}, "expected a component"),
-        ({"loads": PRESS.replace("</Loads>", "<body_load type='const'/></Loads>")}, "its load would be lost"),
-        ({"loads": PRESS.replace('surface="Up_top"', 'surface="Up_rim"')}, "no surface of solids"),
-        ({"more": "<LoadData><loadcurve id='9' type='cubic spline'/></LoadData>"}, "expected a load curve"),
-        ({"mu": "0.1</fric_coeff><tension>1</tension><fric_coeff>0.1"}, "pull on each other"),
-        ({"bcs": DOWN.replace("<value", "<valve").replace("</value", "</valve")}, "expected <value> or <scale>"),
+        ({"law": "fluid"}, ("unknown-law", "'fluid'")),
+        ({"loads": ""}, ("no-load",)),
+        ({"loads": PRESS.replace("0.1", "1*scale")}, ("numbers", "'1*scale'")),
+        ({"loads": PRESS.replace('lc="1"', 'lc="7"')}, ("unknown-curve", "'7'")),
+        ({"pairs": ""}, ("input", "'Pair'")),
+        ({"pairs": PAIR.replace("primary", "first")}, ("no-pair", "'Pair'", "primary")),
+        ({"more": RIGID.format("")}, ("unknown-rigid-material", "'Gel'")),
+        ({"bcs": DOWN.replace("<relative>0", "<relative>1")}, ("input", "relative")),
+        ({"bcs": DOWN.replace("<dof>z", "<dof>w")}, ("input", "expected a component")),
+        ({"loads": PRESS.replace("</Loads>", "<body_load type='const'/></Loads>")}, ("not-supported",)),
+        ({"loads": PRESS.replace('surface="Up_top"', 'surface="Up_rim"')}, ("input", "no surface of solids")),
+        ({"more": "<LoadData><loadcurve id='9' type='cubic spline'/></LoadData>"}, ("load-curve", "'cubic spline'")),
+        ({"mu": "0.1</fric_coeff><tension>1</tension><fric_coeff>0.1"}, ("tension",)),
+        (
+            {"bcs": DOWN.replace("<value", "<valve").replace("</value", "</valve")},
+            ("missing-element", "value> or <scale"),
+        ),
     ],
 )
 def test_decks_that_cannot_be_used(options, words, deck):
-    with pytest.raises(fc.InputError, match=words):
+    with refused(fc.InputError, *words):
         fc.read_scene(deck(**options))
 
 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("<E>1</E>", '<E lc="1">1</E>', "<E> of a material changes by a load curve"),
-        ("<fric_coeff>", '<fric_coeff lc="1">', "friction by a load curve"),
-        ("<Mesh>", '<Mesh from="other.feb"/><Mesh>', "includes are missing: other.feb"),
+        ("<E>1</E>", '<E lc="1">1</E>', ("not-supported", "E")),
+        ("<fric_coeff>", '<fric_coeff lc="1">', ("not-supported",)),
+        ("<Mesh>", '<Mesh from="other.feb"/><Mesh>', ("missing-files", "other.feb")),
     ],
 )
 def test_what_changes_with_time_or_is_missing(old, new, words, deck):
     path = deck()
     path.write_text(path.read_text().replace(old, new, 1))
-    with pytest.raises(fc.InputError, match=words):
+    with refused(fc.InputError, *words):
         fc.read_scene(path)

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from refusals import refused
 
 from fecontact import InputError
 from fecontact.app.cli import main
@@ -72,16 +73,16 @@ def test_picture_of_a_contact(tmp_path):
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"friction": -0.1}, "friction must be positive"),
-        ({"friction": float("nan")}, "friction must be positive"),
-        ({"force": 0.0}, "force must be positive"),
-        ({"tangential": 1.0}, "slides as a whole"),
-        ({"tangential": -1e-4}, "tangential must be positive"),
-        ({"cells": 4}, "at least 8 cells"),
+        ({"friction": -0.1}, ("not-positive", "friction")),
+        ({"friction": float("nan")}, ("not-positive", "friction")),
+        ({"force": 0.0}, ("not-positive", "force")),
+        ({"tangential": 1.0}, ("slides-as-a-whole", "tangential")),
+        ({"tangential": -1e-4}, ("not-positive", "tangential")),
+        ({"cells": 4}, ("too-few-cells", "4")),
     ],
 )
 def test_refusals(change, told):
-    with pytest.raises(InputError, match=told):
+    with refused(InputError, *told):
         run("mindlin", {**PLAIN, "cells": 16, **change})
 
 
@@ -89,14 +90,14 @@ def test_a_block_is_refused_what_friction_cannot_hold():
     found = run("block", {**PLAIN, "cells": 2})
     assert "at least mu = 0.315" in found.refusal
     assert "along (" in str(found)
-    with pytest.raises(InputError, match="slides as a whole"):
+    with refused(InputError, "slides-as-a-whole"):
         run("block", {**PLAIN, "cells": 2, "tangential": 1.0})
-    with pytest.raises(InputError, match="number of cells"):
+    with refused(InputError, "not-whole", "The number of cells"):
         run("block", {**PLAIN, "cells": 1})
 
 
 def test_unknown_studies_are_named():
-    with pytest.raises(InputError, match="'mindlin', 'fretting', 'carter', 'block'"):
+    with refused(InputError, "unknown-name", "'mindlin', 'fretting', 'carter', 'block'"):
         run("belt", PLAIN)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
@@ -67,11 +68,11 @@ def test_angles_come_back_from_the_pose_and_the_femur_moves_the_other_way(side):
 
 
 def test_angles_that_say_nothing_are_refused():
-    with pytest.raises(InputError, match="side"):
+    with refused(InputError, "unknown-name", "side"):
         fc.GroodSuntay(side="middle")
-    with pytest.raises(InputError, match="external rotation"):
+    with refused(InputError, "not-finite", "The external rotation"):
         fc.GroodSuntay(external_rotation=np.nan)
-    with pytest.raises(InputError, match="90 degrees"):
+    with refused(InputError, "gimbal-lock"):
         fc.GroodSuntay.of(fc.GroodSuntay(adduction=90.0).pose)
 
 
@@ -111,41 +112,41 @@ def test_a_motion_file_is_read_in_degrees_or_radians(tmp_path):
     # the older head of .sto files
     old = GOOD.format(unit="yes", a=1, b=2, c=3).replace("nRows=3", "datarows 3").replace("nColumns=3", "datacolumns 3")
     assert len(fc.read_motion(written(tmp_path, old, "walk.sto")).times) == 3
-    for times, missing in (([2.0], "outside"), ([np.nan], "no times")):
-        with pytest.raises(InputError, match=missing):
+    for times, missing in (([2.0], ("input", "outside")), ([np.nan], ("input", "no times"))):
+        with refused(InputError, *missing):
             degrees.at(times)
-    with pytest.raises(InputError, match="no column 'hip'"):
+    with refused(InputError, "input", "'hip'"):
         degrees.column("hip")
 
 
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("endheader\n", "", "no line 'endheader'"),
-        ("nRows=3", "nRows=4", "4: it may be cut off"),
-        ("nColumns=3", "nColumns=9", "9: it may be cut off"),
-        ("nRows=3", "nRows=three", "line 3"),
-        ("inDegrees=yes", "inDegrees=maybe", "yes or no"),
-        ("time\t", "t\t", "must be 'time'"),
-        ("knee_tx", "knee_angle_r", "twice"),
-        ("2.5", "", "line 11: 2 values for 3 columns"),
-        ("2.5", "two", "line 11: a value is no number"),
-        ("2.5", "nan", "line 11: a value is not finite"),
-        ("0.5\t", "0.0\t", "line 11: the time 0 does not increase"),
+        ("endheader\n", "", ("no-endheader",)),
+        ("nRows=3", "nRows=4", ("input", "of 4")),
+        ("nColumns=3", "nColumns=9", ("input", "of 9")),
+        ("nRows=3", "nRows=three", ("not-a-number", "line 3")),
+        ("inDegrees=yes", "inDegrees=maybe", ("in-degrees", "'maybe'")),
+        ("time\t", "t\t", ("input", "must be 'time'")),
+        ("knee_tx", "knee_angle_r", ("columns-twice",)),
+        ("2.5", "", ("row-length", "line 11", "11: 2", "for 3")),
+        ("2.5", "two", ("not-a-number", "line 11")),
+        ("2.5", "nan", ("not-finite", "line 11")),
+        ("0.5\t", "0.0\t", ("input", "line 11", "time 0")),
     ],
 )
 def test_a_motion_file_that_is_none_is_refused_with_its_line(tmp_path, old, new, told):
     text = GOOD.format(unit="yes", a=10.0, b=20.0, c=40.0)
     assert old in text
-    with pytest.raises(InputError, match=told):
+    with refused(InputError, *told):
         fc.read_motion(written(tmp_path, text.replace(old, new, 1)))
 
 
 def test_a_motion_file_without_rows_or_without_file_is_refused(tmp_path):
-    with pytest.raises(InputError, match="no rows"):
+    with refused(InputError, "no-rows"):
         fc.read_motion(written(tmp_path, "endheader\ntime x\n"))
     for path in (tmp_path / "none.mot", tmp_path):
-        with pytest.raises(InputError, match="cannot be read"):
+        with refused(InputError, "unreadable"):
             fc.read_motion(path)
 
 
@@ -165,7 +166,7 @@ def test_thickness_between_concentric_spheres_is_the_difference_of_radii():
     # facet's diagonal over R, 0.09, which lengthens the way by its square over two at the most
     assert np.abs(thickness_between(bone, outer)[bone.nodes] - 1.0).max() < 0.09**2 / 2
     for wrong in (outer.flipped(), dome(5.0).mapped(lambda x: x + 5.0 * E1), dome(3.0, 40)):
-        with pytest.raises(InputError, match="does not lie over"):
+        with refused(InputError, "cartilage-off-bone"):
             thickness_between(bone, wrong)
 
 
@@ -208,7 +209,7 @@ def test_a_path_gives_a_table_and_maps_and_goes_on_where_it_stopped(joint, tmp_p
     saved = np.genfromtxt(table.save(tmp_path / "table.csv"), delimiter=",", names=True)
     assert np.allclose(saved["mean_pressure"], [0.5, 1.0, 2.0])
     assert any("20.0 %" in warning for warning in table.warnings["0002"])
-    with pytest.raises(InputError, match="'peak'"):
+    with refused(InputError, "unknown-name", "'peak'"):
         table.column("peak")
 
 
@@ -225,27 +226,27 @@ def test_without_forces_the_bone_stays_where_it_is(joint):
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ({"poses": []}, "at least one pose"),
-        ({"poses": [np.eye(3)]}, r"Pose 0 must be .* matrix \(4, 4\)"),
-        ({"poses": ["up"]}, "Pose 0"),
-        ({"poses": [2 * np.eye(4)]}, "last row is 0 0 0 1"),
-        ({"forces": [[0, 0, 1], [0, 0, 1]]}, "one vector"),
-        ({"moments": "up"}, "array of numbers"),
-        ({"times": [0.0, 1.0]}, "1 poses and 2 times"),
-        ({"at": (0, 0)}, "three finite numbers"),
+        ({"poses": []}, ("no-steps",)),
+        ({"poses": [np.eye(3)]}, ("no-pose", "Pose 0")),
+        ({"poses": ["up"]}, ("wrong-class", "Pose 0")),
+        ({"poses": [2 * np.eye(4)]}, ("no-pose",)),
+        ({"forces": [[0, 0, 1], [0, 0, 1]]}, ("input", "one vector")),
+        ({"moments": "up"}, ("not-numbers", "the moments")),
+        ({"times": [0.0, 1.0]}, ("times-differ", "are 1", "and 2")),
+        ({"at": (0, 0)}, ("not-a-vector", "three")),
     ],
 )
 def test_what_is_no_path_is_refused(joint, given, told):
-    with pytest.raises(InputError, match=told):
+    with refused(InputError, *told):
         joint.follow(**{"poses": [fc.Pose()], "forces": (0, 0, -1.0), **given})
 
 
 def test_bones_and_materials_that_are_none_are_refused(joint):
-    with pytest.raises(InputError, match="moving bone"):
+    with refused(InputError, "wrong-class", "The moving bone"):
         fc.Joint("femur.stl", joint.fixed, 1.0, fc.Material(1.0, 0.3))
-    with pytest.raises(InputError, match="material"):
+    with refused(InputError, "wrong-class", "The material"):
         fc.Joint(joint.moving, joint.fixed, 1.0, 10.0)
-    with pytest.raises(InputError, match="names are those of the moving and the fixed bone"):
+    with refused(InputError, "input", "names are those of the moving and the fixed bone"):
         fc.Joint(joint.moving, joint.fixed, 1.0, fc.Material(1.0, 0.3), names=("femur",))
-    with pytest.raises(InputError, match="or two; found 3"):
+    with refused(InputError, "one-or-two-values", "found 3"):
         fc.Joint(joint.moving, joint.fixed, (1.0, 2.0, 3.0), fc.Material(1.0, 0.3)).bodies  # noqa: B018

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from refusals import refused
 
 from fecontact import InputError
 from fecontact.app.cli import main
@@ -57,14 +58,14 @@ def test_a_pendulum_falls_with_its_energy():
 @pytest.mark.parametrize(
     ("name", "options", "message"),
     [
-        ("spring", {}, "problem"),
-        ("circle", {"elements": -1}, "one element or more"),
-        ("pendulum", {"elements": 5}, "even number"),
-        ("fourbar", {"elements": 3}, "even number"),
-        ("pendulum", {"gravity": 3.0}, "gravity"),
-        ("pendulum", {"step": 0.0}, "step"),
+        ("spring", {}, ("unknown-name", "problem")),
+        ("circle", {"elements": -1}, ("input", "one element or more")),
+        ("pendulum", {"elements": 5}, ("input", "even number")),
+        ("fourbar", {"elements": 3}, ("input", "even number")),
+        ("pendulum", {"gravity": 3.0}, ("input", "gravity")),
+        ("pendulum", {"step": 0.0}, ("not-positive", "step")),
     ],
 )
 def test_refusals(name, options, message):
-    with pytest.raises(InputError, match=message):
+    with refused(InputError, *message):
         run(name, options)

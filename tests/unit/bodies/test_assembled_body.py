@@ -5,6 +5,7 @@ import pickle
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from refusals import refused
 from skfem import (
     Basis,
     ElementHex1,
@@ -97,27 +98,27 @@ def test_a_copy_in_another_process_and_the_fingerprint():
 def test_a_stiffness_that_is_not_of_a_free_body_is_refused():
     basis, K = _assembled("hex8")
     make = fc.AssembledBody.from_skfem
-    with pytest.raises(InputError, match=r"shape \(375, 375\)"):
+    with refused(InputError, "no-sparse-stiffness", "375"):
         make(basis, K[:-3, :-3], RUBBER)
-    with pytest.raises(InputError, match=r"sparse"):
+    with refused(InputError, "no-sparse-stiffness", "ndarray"):
         make(basis, K.toarray(), RUBBER)
-    with pytest.raises(InputError, match=r"not symmetric: .* by 0\.\d+"):
+    with refused(InputError, "stiffness-not-symmetric", "0.214"):
         make(basis, sp.triu(K), RUBBER)
-    with pytest.raises(InputError, match=r"resists rigid motions, by 0\.\d+"):
+    with refused(InputError, "stiffness-holds", "0.515"):
         make(basis, K + sp.eye(basis.N), RUBBER)
-    with pytest.raises(InputError, match=r"1 entries of the stiffness are not finite"):
+    with refused(InputError, "not-finite", "1 entries"):
         make(basis, sp.csr_matrix(K) + sp.csr_matrix(([np.nan], ([0], [0])), K.shape), RUBBER)
-    with pytest.raises(InputError, match=r"needs stiffness"):
+    with refused(InputError, "input", "needs stiffness"):
         fc.AssembledBody(fc.shapes.block((1, 1, 1), (1, 1, 1)), RUBBER)
 
 
 def test_a_basis_that_is_none_of_displacements_is_refused():
     scalar = Basis(MeshHex(), ElementHex1())
-    with pytest.raises(InputError, match=r"found ElementHex1 on MeshHex1"):
+    with refused(InputError, "no-skfem-basis", "ElementHex1", "MeshHex1"):
         fc.AssembledBody.from_skfem(scalar, sp.eye(scalar.N), RUBBER)
     flat = Basis(MeshHex2(), ElementVector(ElementHex1()))
-    with pytest.raises(InputError, match=r"27 nodes per cell and the element 8"):
+    with refused(InputError, "basis-too-low", "has 27", "element 8"):
         fc.AssembledBody.from_skfem(flat, sp.eye(flat.N), RUBBER)
     part = Basis(MeshHex().refined(1), ElementVector(ElementHex1()), elements=[0, 1])
-    with pytest.raises(InputError, match=r"2 of 8 cells"):
+    with refused(InputError, "input", "spans 2", "of 8"):
         fc.AssembledBody.from_skfem(part, sp.eye(part.N), RUBBER)

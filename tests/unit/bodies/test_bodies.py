@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError, MeshError
@@ -24,7 +25,7 @@ def test_rotation_about():
     # small angles keep their digits: the rotation less the identity is W to first order
     tiny = fc.rotation_about((0, 0, 1), 1e-9)
     assert tiny[1, 0] == 1e-9
-    with pytest.raises(InputError, match=r"not zero"):
+    with refused(InputError, "input", "not zero"):
         fc.rotation_about((0, 0, 0), 1.0)
 
 
@@ -50,16 +51,16 @@ def test_relative_pose_drops_a_common_offset():
 @pytest.mark.parametrize(
     ("rotation", "translation", "words"),
     [
-        (np.diag([1.0, 1.0, -1.0]), np.zeros(3), r"proper orthogonal"),
-        (1.1 * np.eye(3), np.zeros(3), r"proper orthogonal"),
-        (np.eye(2), np.zeros(3), r"proper orthogonal"),
-        (np.full((3, 3), np.nan), np.zeros(3), r"proper orthogonal"),
-        (np.eye(3), np.array([0.0, np.nan, 0.0]), r"three finite numbers"),
-        (np.eye(3), np.zeros(2), r"three finite numbers"),
+        (np.diag([1.0, 1.0, -1.0]), np.zeros(3), ("no-rotation",)),
+        (1.1 * np.eye(3), np.zeros(3), ("no-rotation",)),
+        (np.eye(2), np.zeros(3), ("no-rotation",)),
+        (np.full((3, 3), np.nan), np.zeros(3), ("no-rotation",)),
+        (np.eye(3), np.array([0.0, np.nan, 0.0]), ("not-a-vector", "three")),
+        (np.eye(3), np.zeros(2), ("not-a-vector", "three")),
     ],
 )
 def test_bad_poses(rotation, translation, words):
-    with pytest.raises(InputError, match=words):
+    with refused(InputError, *words):
         fc.Pose(rotation, translation)
 
 
@@ -74,7 +75,7 @@ def test_rigid_sphere_keeps_digits_near_its_pole():
     assert np.abs(projection.gap - gap).max() < 1e-16
     assert np.abs(projection.gap / gap - 1).max() < 1e-9
     assert np.abs(np.linalg.norm(projection.points - [0, 0, R], axis=1) - R).max() < 1e-15 * R * 2
-    with pytest.raises(InputError, match=r"radius"):
+    with refused(InputError, "not-positive", "A sphere's radius"):
         fc.Sphere(-1.0)
 
 
@@ -88,7 +89,7 @@ def test_rigid_body_traces_its_motion():
     assert np.abs(body.trace(projection, directions) @ motion - (field * directions).sum(axis=1)).max() < 1e-14
     reduced = body.reduce(body.trace(projection, directions), None, Stopwatch())
     assert reduced.compliance is None
-    with pytest.raises(InputError, match=r"'surface'"):
+    with refused(InputError, "unknown-surface", "'cap'"):
         body.surface("cap")
 
 
@@ -150,27 +151,27 @@ def test_reference_point_is_the_centre_of_mass():
 
 
 def test_bad_bodies(degenerate):
-    with pytest.raises(InputError, match=r"'lid'.*'x_min'.*'top'"):
+    with refused(InputError, "unknown-boundary", "'lid'", "'x_min'", "'top'"):
         cube(contact="lid")
-    with pytest.raises(InputError, match=r"'lid'.*'x_min'.*'top'"):
+    with refused(InputError, "unknown-boundary", "'lid'", "'x_min'", "'top'"):
         cube(supports={"lid": "xyz"})
-    with pytest.raises(InputError, match=r"'bilinear'.*'midface', 'nodal'"):
+    with refused(InputError, "unknown-name", "'bilinear'", "'midface', 'nodal'"):
         cube(pressure="bilinear")
-    with pytest.raises(InputError, match=r"not a contact surface; declared were: 'top'"):
+    with refused(InputError, "no-contact-surface", "'top'"):
         cube().surface("bottom")
-    with pytest.raises(InputError, match=r"no boundary 'lid'"):
+    with refused(InputError, "unknown-boundary", "'lid'"):
         cube().surface("lid")
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1))
-    with pytest.raises(MeshError, match=r"Cell 0 is left-handed"):
+    with refused(MeshError, "folded-cell", "Cell 0", "left-handed"):
         fc.ElasticBody(mesh.mapped(lambda x: x * [1, 1, -1]), STEEL)
-    with pytest.raises(MeshError, match=r"not finite"):
+    with refused(MeshError, "mesh", "not finite"):
         fc.ElasticBody(mesh.mapped(lambda x: x * [1, np.nan, 1]), STEEL)
-    with pytest.raises(InputError, match=r"E must be positive and finite; found -1"):
+    with refused(InputError, "not-positive", "Young's modulus E", "found -1"):
         fc.Material(E=-1, nu=0.3)
     for nu in (0.5, -1.0, np.nan, 0.7):
-        with pytest.raises(InputError, match=r"nu = "):
+        with refused(InputError, "poisson-ratio", "0.5"):
             fc.Material(E=1.0, nu=nu)
-    with pytest.raises(InputError, match=r"density"):
+    with refused(InputError, "not-positive", "The density"):
         fc.Material(E=1.0, nu=0.3, density=0.0)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.bodies.local.relief import fit
@@ -85,8 +86,8 @@ def test_the_middle_of_a_window_is_put_on_the_surface() -> None:
 
 
 def test_a_window_too_steep_or_with_kinks_is_refused() -> None:
-    with pytest.raises(fc.InputError, match="inclines by"):
+    with refused(fc.InputError, "surface-too-steep"):
         fc.LocalBody(half_ball(), (0, 0, 0), 8.0, (16, 16))
     flat = fc.shapes.half_sphere(RADIUS, contact_radius=2.0, level=COARSE, element="hex8")
-    with pytest.raises(fc.InputError, match="has kinks"):
+    with refused(fc.InputError, "surface-has-kinks"):
         fc.LocalBody(half_ball(mesh=flat, geometry="plain"), (0, 0, 0), 2.4, (16, 16))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from refusals import refused
 
 import fecontact as fc
 from fecontact.bodies.local.relief import coefficients, interpolation, nodes
@@ -123,23 +124,23 @@ def test_loads_of_the_body_move_the_window() -> None:
 
 
 REFUSED = {
-    "off the surface": ({"at": (2.0, 2.0, 1.9), "window": 1.0}, "it is 0.1 from it"),
-    "across an edge": ({"at": (0.4, 2.0, 2.0), "window": 1.0}, "reaches across an edge"),
-    "no body": ({"at": (0, 0, 0), "window": 1.0, "body": None}, "ElasticBody"),
+    "off the surface": ({"at": (2.0, 2.0, 1.9), "window": 1.0}, ("window-off-surface", "0.1")),
+    "across an edge": ({"at": (0.4, 2.0, 2.0), "window": 1.0}, ("window-across-edge",)),
+    "no body": ({"at": (0, 0, 0), "window": 1.0, "body": None}, ("no-elastic", "None")),
 }
 
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_refusals(case: str) -> None:
     options, message = REFUSED[case]
-    with pytest.raises(fc.InputError, match=message):
+    with refused(fc.InputError, *message):
         fc.LocalBody(**{"body": block(), **options})
 
 
 def test_a_window_at_an_edge_is_refused_if_that_takes_too_many_cells(monkeypatch) -> None:
     monkeypatch.setattr("fecontact.bodies.local.remainder.MOST_CELLS", 150)  # three times its own are divided anyway
     local = fc.LocalBody(block(), (0.31, 2.0, 2.0), 0.6, (8, 8))
-    with pytest.raises(fc.InputError, match=r"contradicts Betti's theorem .* it would take more than \d+ cells"):
+    with refused(fc.InputError, "compliance-not-symmetric", "it would take more than 492 cells"):
         local.remainder  # noqa: B018
     assert fc.LocalBody(block(), (2.0, 2.0, 2.0), 0.6, (8, 8)).remainder.defect < 0.01
 

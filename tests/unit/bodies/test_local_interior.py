@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.bodies.local.pressed import Pressed
@@ -75,9 +76,9 @@ def test_fields_at_nodes_are_the_nodal_ones(block) -> None:
 
 def test_points_outside_are_refused(block) -> None:
     local, result = block
-    with pytest.raises(fc.InputError, match="1 of 2 points are not in 'body', the first"):
+    with refused(fc.InputError, "points-outside-body", "1 of", "of 2", "'body'"):
         result.fields_at(local, [[2.0, 2.0, 1.0], [2.0, 2.0, 3.0]])
-    with pytest.raises(fc.InputError, match="is rigid"):
+    with refused(fc.InputError, "rigid"):
         result.fields_at(result.scene.bodies[1], [[0.0, 0.0, 0.0]])
 
 

@@ -5,6 +5,7 @@ import math
 import meshio
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.contact.coupling.mortar import multiplier_areas
@@ -112,7 +113,7 @@ def test_weights_on_the_axis():
     body = fc.AxisymmetricBody(mesh, STEEL, "bottom")
     surface = body.surface("bottom")
     axis = surface.nodes[np.argmin(mesh.points[surface.nodes, 0])]
-    with pytest.raises(fc.MeshError, match="no area of its own"):
+    with refused(fc.MeshError, "no-area"):
         _ = surface.nodal_areas
     areas = multiplier_areas(surface)
     assert abs(areas.sum() / math.pi - 1) < 1e-13
@@ -122,7 +123,7 @@ def test_weights_on_the_axis():
     floor = fc.RigidBody(fc.Plane())
     body = fc.AxisymmetricBody(mesh, STEEL, "bottom", {"top": "xz"})
     scene = fc.Scene([body, floor], [fc.Contact(body, floor, coupling="nodal")])
-    with pytest.raises(fc.MeshError, match="coupling='auto'"):
+    with refused(fc.MeshError, "no-area"):
         scene.solve(motions={body: {"z": -0.01}})
 
 
@@ -218,7 +219,7 @@ def test_floating_block_under_an_eccentric_load():
     assert np.abs(contact.force - [0, 0, 2]).max() < 1e-9
     assert result.residuals().equilibrium < 1e-10
     assert np.abs(result.reaction(floor)[[0, 1, 3, 5]]).max() < 1e-9
-    with pytest.raises(fc.SupportError, match="translation along x"):
+    with refused(fc.SupportError, "free-motion", "translation along x"):
         scene.solve(forces={block: (0.1, 0, -2.0)})
 
 
@@ -247,7 +248,7 @@ def test_a_spring_in_a_plane():
     result = scene.solve(forces={block: (-0.01, 0.0, -2.0)}, finite_motion=False)  # the rope keeps its direction
     assert abs(result.springs[0].tension - 0.01) < 1e-10
     leaving = fc.Spring(0.5, (block, (1.0, 0.0, 1.0)), (None, (1.0, 3.0, 1.0)))
-    with pytest.raises(fc.InputError, match="leaves the plane"):
+    with refused(fc.InputError, "spring-off-plane"):
         fc.Scene([block, floor], [fc.Contact(block, floor)], springs=[leaving])
 
 
@@ -323,10 +324,10 @@ def test_mixed_scenes_are_refused():
     flat = fc.PlaneBody(section, STEEL, "bottom", name="strip")
     ring = fc.AxisymmetricBody(section, STEEL, "bottom", name="ring")
     for one, other in ((flat, solid), (ring, solid), (flat, ring)):
-        with pytest.raises(fc.InputError, match="cannot share a scene"):
+        with refused(fc.InputError, "mixed-dimensions"):
             fc.Scene([one, other], [fc.Contact(one, other)])
     thick = fc.PlaneBody(section, STEEL, "top", name="thick", thickness=2.0)
-    with pytest.raises(fc.InputError, match="one thickness"):
+    with refused(fc.InputError, "thickness-differs", "[1.0, 2.0]"):
         fc.Scene([flat, thick], [fc.Contact(flat, thick)])
 
 
@@ -335,14 +336,14 @@ def test_poses_out_of_the_plane_or_off_the_axis_are_refused():
     floor = fc.RigidBody(fc.Plane())
     flat, ring = (kind(section, STEEL, "bottom", {"top": "xz"}) for kind in KINDS)
     wrong = [
-        (flat.placed((0, 0.1, 0)), "off the plane"),
-        (flat.placed(rotation=fc.rotation_about((1, 0, 0), 0.1)), "out of the plane"),
-        (ring.placed((0.1, 0, 0)), "off the axis"),
-        (ring.placed(rotation=fc.rotation_about((0, 1, 0), 0.1)), "out of the axis"),
-        (ring.placed(rotation=fc.rotation_about((0, 1, 0), math.pi)), "out of the axis"),
+        (flat.placed((0, 0.1, 0)), ("off-plane", "plane y = 0")),
+        (flat.placed(rotation=fc.rotation_about((1, 0, 0), 0.1)), ("input", "plane y = 0")),
+        (ring.placed((0.1, 0, 0)), ("off-plane", "axis")),
+        (ring.placed(rotation=fc.rotation_about((0, 1, 0), 0.1)), ("input", "axis")),
+        (ring.placed(rotation=fc.rotation_about((0, 1, 0), math.pi)), ("input", "axis")),
     ]
     for body, message in wrong:
-        with pytest.raises(fc.InputError, match=message):
+        with refused(fc.InputError, *message):
             fc.Scene([body, floor], [fc.Contact(body, floor)])
 
 
@@ -351,22 +352,22 @@ def test_loads_that_do_not_exist_are_refused():
     floor = fc.RigidBody(fc.Plane())
     flat, ring = (kind(section, STEEL, "bottom", {"top": "xz"}, name="body") for kind in KINDS)
     cases = [
-        (flat, {"forces": {flat: (0, 1, 0)}}, "loaded, moved or free in y"),
-        (flat, {"motions": {flat: {"rx": 0.1}}}, "rx"),
-        (flat, {"free": {flat: "rz"}}, "rz"),
-        (flat, {"forces": {(flat, "top"): (0, 1, 1)}}, "x, z only"),
-        (ring, {"forces": {ring: (1, 0, 0)}}, "in x"),
-        (ring, {"moments": {ring: (0, 1, 0)}}, "ry"),
-        (ring, {"forces": {(ring, "top"): (1, 0, 0)}}, "along z only"),
-        (ring, {"gravity": (1, 0, 0)}, "Gravity"),
-        (ring, {"motions": {floor: {"x": 0.1}}}, "in x"),
+        (flat, {"forces": {flat: (0, 1, 0)}}, ("motion-not-in-plane", "in y")),
+        (flat, {"motions": {flat: {"rx": 0.1}}}, ("motion-not-in-plane", "in rx")),
+        (flat, {"free": {flat: "rz"}}, ("motion-not-in-plane", "in rz")),
+        (flat, {"forces": {(flat, "top"): (0, 1, 1)}}, ("load-not-in-plane", "x, z")),
+        (ring, {"forces": {ring: (1, 0, 0)}}, ("motion-not-in-plane", "in x")),
+        (ring, {"moments": {ring: (0, 1, 0)}}, ("motion-not-in-plane", "in ry")),
+        (ring, {"forces": {(ring, "top"): (1, 0, 0)}}, ("load-not-in-plane", "along z")),
+        (ring, {"gravity": (1, 0, 0)}, ("load-not-in-plane", "Gravity")),
+        (ring, {"motions": {floor: {"x": 0.1}}}, ("motion-not-in-plane", "in x")),
     ]
     for body, loads, message in cases:
         scene = fc.Scene([body, floor], [fc.Contact(body, floor)])
-        with pytest.raises(fc.InputError, match=message):
+        with refused(fc.InputError, *message):
             scene.solve(**loads)
     spring = fc.Spring(1.0, (ring, (0.0, 0.0, 1.0)), (None, (0.0, 0.0, 2.0)))
-    with pytest.raises(fc.InputError, match="no springs"):
+    with refused(fc.InputError, "input", "no springs"):
         fc.Scene([ring, floor], [fc.Contact(ring, floor)], springs=[spring])
 
 
@@ -375,13 +376,13 @@ def test_rigid_surfaces_without_the_symmetry_are_refused():
     flat, ring = (kind(section, STEEL, "bottom", {"top": "xz"}) for kind in KINDS)
     tilted = fc.rotation_about((0, 1, 0), 0.2)
     wrong = [
-        (flat, fc.RigidBody(fc.Sphere(5.0)).placed((0, 0, -10)), "along y"),
-        (ring, fc.RigidBody(fc.Plane()).placed(rotation=tilted), "revolution"),
-        (ring, fc.RigidBody(fc.Sphere(5.0)).placed((0.3, 0, -10)), "revolution"),
+        (flat, fc.RigidBody(fc.Sphere(5.0)).placed((0, 0, -10)), ("not-along-the-axis",)),
+        (ring, fc.RigidBody(fc.Plane()).placed(rotation=tilted), ("not-along-the-axis",)),
+        (ring, fc.RigidBody(fc.Sphere(5.0)).placed((0.3, 0, -10)), ("not-along-the-axis",)),
     ]
     for body, rigid, message in wrong:
         scene = fc.Scene([body, rigid], [fc.Contact(body, rigid)])
-        with pytest.raises(fc.InputError, match=message):
+        with refused(fc.InputError, *message):
             scene.solve(motions={body: {"z": -0.01}})
     right = [(flat, fc.RigidBody(fc.Plane()).placed((0, 0, -0.1), tilted)), (ring, fc.RigidBody(fc.Plane()))]
     for body, rigid in right:
@@ -391,42 +392,42 @@ def test_rigid_surfaces_without_the_symmetry_are_refused():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"mesh": "hex"}, "must be a SectionMesh"),
-        ({"supports": {"top": "y"}}, "out of 'x' and 'z'"),
-        ({"supports": {"lid": "z"}}, "no boundary 'lid'"),
-        ({"contact": "lid"}, "no boundary 'lid'"),
-        ({"integration": "half"}, "Unknown integration"),
-        ({"thickness": -1.0}, "thickness must be"),
-        ({"plane": "stretch"}, "'strain', 'stress'"),
-        ({"plane": "stress", "integration": "selective"}, "does not lock"),
-        ({"material": {"bone": STEEL}}, "no element set"),
+        ({"mesh": "hex"}, ("wrong-class", "a SectionMesh")),
+        ({"supports": {"top": "y"}}, ("support-components", "'x' and 'z'")),
+        ({"supports": {"lid": "z"}}, ("unknown-boundary", "'lid'")),
+        ({"contact": "lid"}, ("unknown-boundary", "'lid'")),
+        ({"integration": "half"}, ("unknown-name", "integration")),
+        ({"thickness": -1.0}, ("not-positive", "The thickness")),
+        ({"plane": "stretch"}, ("unknown-name", "'strain', 'stress'")),
+        ({"plane": "stress", "integration": "selective"}, ("stress",)),
+        ({"material": {"bone": STEEL}}, ("input", "no element set")),
     ],
 )
 def test_bad_bodies(change, message):
     given = {"mesh": fc.sections.rectangle((1.0, 1.0), (1, 1)), "material": STEEL, "contact": "bottom", **change}
     if given["mesh"] == "hex":
         given["mesh"] = fc.shapes.block((1, 1, 1), (1, 1, 1))
-    with pytest.raises(fc.InputError, match=message):
+    with refused(fc.InputError, *message):
         fc.PlaneBody(**given)
 
 
 def test_bad_meshes():
     good = fc.sections.rectangle((1.0, 1.0), (1, 1))
-    with pytest.raises(fc.MeshError, match="clockwise"):
+    with refused(fc.MeshError, "folded-cell", "clockwise"):
         fc.SectionMesh(good.points, good.cells[:, [0, 3, 2, 1, 7, 6, 5, 4]])
-    with pytest.raises(fc.MeshError, match="y = 0"):
+    with refused(fc.MeshError, "off-plane"):
         good.mapped(lambda x: x + np.array([0, 1, 0]))
-    with pytest.raises(fc.MeshError, match="belong to no cell"):
+    with refused(fc.MeshError, "mesh", "belong to no cell"):
         fc.SectionMesh(np.concatenate([good.points, [[5.0, 0, 0]]]), good.cells)
-    with pytest.raises(fc.MeshError, match="8 or 9 nodes"):
+    with refused(fc.MeshError, "wrong-shape", "quadrilaterals of 8 or 9 nodes"):
         fc.SectionMesh(good.points, good.cells[:, :4])
-    with pytest.raises(fc.MeshError, match="x >= 0"):
+    with refused(fc.MeshError, "negative-radius"):
         fc.AxisymmetricBody(good.translated((-0.5, 0, 0)), STEEL)
-    with pytest.raises(fc.InputError, match="Unknown element"):
+    with refused(fc.InputError, "unknown-name", "element"):
         fc.sections.rectangle((1.0, 1.0), (1, 1), element="hex20")
-    with pytest.raises(fc.InputError, match="outer radius"):
+    with refused(fc.InputError, "input", "outer radius"):
         fc.sections.ring(2.0, 1.0, 1.0, (1, 1))
-    with pytest.raises(fc.InputError, match="No outer side"):
+    with refused(fc.InputError, "empty-boundary", "side"):
         good.with_boundary("lid", lambda x: x[:, 2] > 5)
     assert len(good.with_boundary("lid", lambda x: x[:, 2] > 0.99).faces("lid")) == 1
 
@@ -458,9 +459,9 @@ def test_pictures(tmp_path):
     assert np.abs(shown - np.stack([contact.points[:, 0], contact.pressure], axis=1)).max() == 0
     assert result.plot("gap").axes[0].get_ylabel() == "gap"
     assert result.plot("von_mises", tmp_path / "bodies.png", scale=10).axes
-    with pytest.raises(fc.InputError, match="no film of sensels"):
+    with refused(fc.InputError, "input", "no film of sensels"):
         result.plot("pressure", style="sensels")
-    with pytest.raises(fc.InputError, match="nothing to cut open"):
+    with refused(fc.InputError, "section-not-cut"):
         result.plot("von_mises", cut="x>0")
     from fecontact.results.pictures.bodies import plot_solids
     from fecontact.results.pictures.solids import solids_of_file

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from refusals import refused
 from scipy.sparse.linalg import aslinearoperator
 
 import fecontact as fc
@@ -81,12 +82,12 @@ def test_an_asymmetric_flexibility_is_refused_with_its_size(mesh) -> None:
     # two nodes near the middle; one moves the other by a hundredth of what it gives, and not the other way round
     i, j = 3 * np.argsort(np.linalg.norm(mesh.points - [1.0, 1.0, 0.1], axis=1))[:2] + 2
     A[i, j] = 0.01 * A[i, i]
-    with pytest.raises(fc.InputError, match=r"flexibility of 'own' must be symmetric \(Betti\).* by 0\.01 of"):
+    with refused(fc.InputError, "flexibility-not-symmetric", "'own'", "0.01"):
         pressed(Surface(mesh, A.tocsr()))
 
 
 def test_a_flexibility_of_another_shape_is_refused(mesh) -> None:
-    with pytest.raises(fc.InputError, match=r"shape \(3750, 3750\), three displacements.*; found \(625, 625\)"):
+    with refused(fc.InputError, "flexibility-shape", "(3750, 3750)", "(625, 625)"):
         pressed(Surface(mesh, np.eye(625)))
 
 
@@ -95,13 +96,11 @@ def test_missing_members_are_named(mesh) -> None:
         facets = boundary_surface(mesh, "top")
 
     floor = fc.RigidBody(fc.Plane())
-    with pytest.raises(
-        fc.InputError, match=r"is no whole body: it lacks flexibility. A subclass of bodies.SurfaceBody"
-    ):
+    with refused(fc.InputError, "no-body", "flexibility"):
         fc.Contact(Half(), floor)
-    with pytest.raises(fc.InputError, match=r"is no whole body: it lacks name, pose, contact, n_dofs.*describe"):
+    with refused(fc.InputError, "no-body", "name, pose, contact, n_dofs", "describe"):
         fc.Contact(floor, Body())  # type: ignore[abstract]
-    with pytest.raises(fc.InputError, match=r"does not derive from bodies.Body"):
+    with refused(fc.InputError, "no-body", "object"):
         fc.Contact(floor, object())  # type: ignore[arg-type]
-    with pytest.raises(fc.InputError, match=r"'a body' is no body"):
+    with refused(fc.InputError, "no-body", "'a body'"):
         fc.Scene([floor, "a body"], [fc.Contact(floor, fc.RigidBody(fc.Plane()))])  # type: ignore[list-item]

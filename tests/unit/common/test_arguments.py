@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refused
 
 from fecontact import InputError
 from fecontact.common import arguments, checks
@@ -11,47 +12,48 @@ from fecontact.common.errors import shown
 
 
 @pytest.mark.parametrize(
-    ("check", "good", "bad", "words"),
+    ("check", "good", "bad", "code"),
     [
-        (arguments.text, "femur", ["", None, 1, b"femur", ["femur"]], "must be a text that is not empty"),
-        (arguments.texts, ["a", "b"], [None, 1, ["a", 2], [""], {"a": 1}], "must be a (sequence of names|text)"),
-        (arguments.flag, False, [None, 0, 1.0, "no"], "must be True or False"),
-        (arguments.function, print, [None, 1, "print"], "must be a function"),
-        (arguments.mapping, {"a": 1}, [1, "a", [("a", 1)]], "must be a mapping"),
-        (arguments.file_path, Path("knee.inp"), [None, "", 3, b"a", "a\0b", "n" * 300, ["a"]], "path"),
-        (checks.whole, 3, [0, 1.5, "3", None, True, 10**10], "must be a whole number from 1 to 1e\\+09"),
-        (checks.number_array, [1.0, np.inf], [None, "1", [1j], [[1], [1, 2]], [None], ["1"]], "array of numbers"),
-        (checks.index_array, [0, 7], [[0.5], [np.nan], [10**400], "1", [None]], "array of whole numbers"),
+        (arguments.text, "femur", ["", None, 1, b"femur", ["femur"]], "not-a-text"),
+        (arguments.texts, ["a", "b"], [None, 1, {"a": 1}], "not-a-sequence"),
+        (arguments.texts, ["a", "b"], [["a", 2], [""]], "not-a-text"),
+        (arguments.flag, False, [None, 0, 1.0, "no"], "not-true-or-false"),
+        (arguments.function, print, [None, 1, "print"], "not-a-function"),
+        (arguments.mapping, {"a": 1}, [1, "a", [("a", 1)]], "not-a-mapping"),
+        (arguments.file_path, Path("knee.inp"), [None, "", 3, b"a", "a\0b", "n" * 300, ["a"]], "not-a-path"),
+        (checks.whole, 3, [0, 1.5, "3", None, True, 10**10], "not-whole"),
+        (checks.number_array, [1.0, np.inf], [None, "1", [1j], [[1], [1, 2]], [None], ["1"]], "not-numbers"),
+        (checks.index_array, [0, 7], [[0.5], [np.nan], [10**400], "1", [None]], "not-whole"),
     ],
 )
-def test_each_accepts_what_it_is_for_and_refuses_the_rest(check, good, bad, words):
+def test_each_accepts_what_it_is_for_and_refuses_the_rest(check, good, bad, code):
     assert np.array_equal(check("the thing", good), good)
     for value in bad:
-        with pytest.raises(InputError, match=words):
+        with refused(InputError, code, "he thing"):
             check("the thing", value)
 
 
 def test_sequences_instances_and_flags_of_points():
     assert arguments.items("the bodies", (b for b in "ab"), "bodies") == ("a", "b")
     for value in (None, "ab", {"a": 1}, 3):
-        with pytest.raises(InputError, match="must be a sequence of bodies"):
+        with refused(InputError, "not-a-sequence", "bodies"):
             arguments.items("the bodies", value, "bodies")
     assert arguments.instance("the number", 2, (int, type(None))) == 2
-    with pytest.raises(InputError, match="must be a int or None; found 'x'"):
+    with refused(InputError, "wrong-class", "a int or None", "'x'"):
         arguments.instance("the number", "x", (int, type(None)))
     assert checks.flags("where", np.array([True, False]), 2).tolist() == [True, False]
     for values in (None, [True], [0.5, 1.0], "ab"):
-        with pytest.raises(InputError, match="must give 2 times True or False"):
+        with refused(InputError, "not-true-or-false", "give 2"):
             checks.flags("where", values, 2)
 
 
 def test_three_positive_numbers():
     assert checks.positives("the sides", [1, 2, 3], 3) == (1.0, 2.0, 3.0)
     for values in (None, [1, 2], [1, 2, -3], [1, 2, np.inf], "123"):
-        with pytest.raises(InputError, match="must be three positive, finite numbers"):
+        with refused(InputError, "not-positive", "three"):
             checks.positives("the sides", values, 3)
     for values in ([1, 1e-200, 1], [1, 1, 1e200]):
-        with pytest.raises(InputError, match="to be worked with"):
+        with refused(InputError, "out-of-scale", "The sides"):
             checks.positives("the sides", values, 3)
 
 
@@ -63,5 +65,5 @@ def test_a_message_repeats_a_value_cut_and_survives_one_that_does_not_print():
     assert shown("x") == "'x'"
     assert len(shown(list(range(1000)))) == 120
     assert shown(Mute()) == "a Mute that cannot be printed"
-    with pytest.raises(InputError, match="found a Mute that cannot be printed"):
+    with refused(InputError, "not-positive", "a Mute that cannot be printed"):
         checks.positive("the force", Mute())

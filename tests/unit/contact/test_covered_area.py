@@ -1,7 +1,10 @@
 """Overlaps that end within faces: force over covered area, and none where bodies meet on a line only."""
 
+import re
+
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.contact.coupling.covered_area import rim_of
@@ -105,15 +108,16 @@ def test_faces_under_a_rigid_punch_are_covered_to_a_share_of_a_face():
 @pytest.mark.parametrize("coupling", ["auto", "nodal", "mortar"])
 @pytest.mark.parametrize(("overlap", "size"), [(0.0, r"0, 0\.0e\+00"), (1e-5, r"1e-05, (8\.0e-05|1\.2e-04)")])
 def test_blocks_that_share_an_edge_line_are_refused_with_the_area(coupling, overlap, size):
-    with pytest.raises(fc.InputError, match=f"line, a point or a sliver only.*each other is {size} of the faces"):
+    with refused(fc.InputError, "sliver") as caught:
         hanging(overlap, coupling=coupling)
+    assert re.search(size, str(caught.value))
 
 
 @pytest.mark.parametrize("coupling", ["auto", "nodal", "mortar"])
 def test_blocks_that_share_a_corner_are_refused(coupling):
     lower = solid("lower", "top", "bottom", (2, 2, 2))
     upper = solid("upper", "bottom", "top", (3, 3, 2)).placed((1.0, 1.0, 1.0))
-    with pytest.raises(fc.InputError, match="line, a point or a sliver only"):
+    with refused(fc.InputError, "sliver"):
         fc.Scene([lower, upper], [fc.Contact(upper, lower, coupling=coupling)]).solve(forces={upper: (0, 0, -1)})
 
 
@@ -126,7 +130,7 @@ def test_quarters_of_balls_on_opposite_sides_of_a_plane_are_refused(coupling):
     upper = fc.ElasticBody(mesh, SOLID, "cap", held, name="upper").placed(
         rotation=fc.rotation_about((0, 0, 1), np.pi / 2)
     )
-    with pytest.raises(fc.InputError, match="line, a point or a sliver only"):
+    with refused(fc.InputError, "sliver"):
         fc.Scene([lower, upper], [fc.Contact(upper, lower, coupling=coupling)]).solve(forces={upper: (0, 0, -40)})
     # the quarter on the same side is the ordinary symmetric model
     facing = fc.ElasticBody(mesh, SOLID, "cap", held, name="upper")

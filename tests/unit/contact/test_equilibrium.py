@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import refusals
 import scipy.sparse as sp
 
 import fecontact as fc
@@ -54,7 +55,7 @@ def test_a_load_beyond_the_legs_is_refused_from_1e_8_on(sign):
         legs, loading = tipped(sign * HALF * (1 + beyond))
         check_balance([legs], loading)
     legs, loading = tipped(sign * HALF * (1 + 2.2e-8))
-    with pytest.raises(SupportError, match=r"No contact forces can balance.* - plate: "):
+    with refusals.refused(SupportError, "free-motion", "No contact forces can balance"):
         check_balance([legs], loading)
 
 
@@ -83,7 +84,7 @@ def test_a_body_is_named_where_it_moves_by_more_than_1e_6_of_all(share, named):
 
 
 def test_a_body_that_nothing_touches_is_refused():
-    with pytest.raises(SupportError, match="alone"):
+    with refusals.refused(SupportError, "free-motion", "alone"):
         check_balance([Legs(plate())], Loading((constrain_rigid_motion(plate("alone"), force=(0, 0, -1.0)),), (None,)))
 
 
@@ -95,7 +96,7 @@ def test_what_no_row_sees_is_compared_with_the_others_in_whatever_unit(length):
     legs.places *= length
     tilt = constrain_rigid_motion(standing, moment=(0, length, 0), motion={"z": 0.0})
     check_balance([legs], Loading((tilt,), (None,)))
-    with pytest.raises(SupportError, match="alone: "):
+    with refusals.refused(SupportError, "free-motion", "alone:"):
         check_balance([legs], Loading((tilt, constrain_rigid_motion(alone, moment=(0, 0, length))), (None, None)))
 
 
@@ -163,7 +164,7 @@ def test_a_load_along_what_nothing_resists_counts_beyond_what_directions_are_kno
     loading = Loading((constrain_rigid_motion(body, force=(0.1, 0.0, -1.0)),), (None,))
     if not refused:
         return check_balance([Slopes(body, slope, share)], loading)
-    with pytest.raises(SupportError, match="plate: translation along y"):
+    with refusals.refused(SupportError, "free-motion", "plate: translation along y"):
         check_balance([Slopes(body, slope, share)], loading)
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.contact.coupling.nodal import pair
@@ -24,14 +25,14 @@ def block(size=(1.0, 1.0, 1.0), cells=(2, 2, 2), name="block", **options):
 def test_faces_that_do_not_look_at_the_floor_are_refused_with_the_angle(contact, angle, coupling):
     upper = block(contact=contact, supports={"bottom": "xyz"})
     scene = fc.Scene([upper, FLOOR], [fc.Contact(upper, FLOOR, coupling=coupling)])
-    with pytest.raises(fc.InputError, match=rf"'{contact}' of 'block'.*'floor'.* {angle} degrees apart.*180"):
+    with refused(fc.InputError, "not-facing", f"'{contact}' of 'block'", "'floor'", f" {angle} degrees"):
         scene.solve(forces={upper: (0, 0, -1)})
 
 
 def test_the_angle_is_that_of_the_poses():
     turn = fc.rotation_about((0, 1, 0), np.radians(-30.0))
     upper = block(contact="x_max", supports={"bottom": "xyz"}).placed(rotation=turn)
-    with pytest.raises(fc.InputError, match=" 60 degrees apart"):
+    with refused(fc.InputError, "not-facing", "are 60"):
         fc.Scene([upper, FLOOR], [fc.Contact(upper, FLOOR)]).solve(forces={upper: (0, 0, -1)})
 
 
@@ -45,7 +46,7 @@ def test_other_kinds_of_surfaces_that_look_the_same_way_are_refused(kind):
         one, other = fc.PlaneBody(mesh, SOLID, "top", {"bottom": "xz"}), FLOOR
     else:
         one, other = fc.HalfSpace(SOLID, size=(1.0, 1.0), shape=(4, 4)), FLOOR
-    with pytest.raises(fc.InputError, match=" 0 degrees apart"):
+    with refused(fc.InputError, "not-facing", "are 0"):
         fc.Scene([one, other], [fc.Contact(one, other)]).solve(motions={one: {"z": -0.01}})
 
 
@@ -55,7 +56,7 @@ def test_an_arch_that_stands_on_the_edges_of_its_inner_face_is_refused():
     upright = fc.rotation_about((1, 0, 0), np.pi / 2)
     arch = fc.ElasticBody(mesh, SOLID, "inner", {"outer": "xyz"}).placed(rotation=upright)
     assert np.isclose(arch.pose.to_world(mesh.points)[:, 2].min(), 0.0)
-    with pytest.raises(fc.InputError, match=r"where they are nearest .* 90 degrees apart"):
+    with refused(fc.InputError, "not-facing", "where they are nearest", "are 90"):
         fc.Scene([arch, FLOOR], [fc.Contact(arch, FLOOR)]).solve(motions={arch: {"z": -0.01}})
 
 
@@ -77,7 +78,7 @@ def test_a_block_on_its_edge_is_no_mistake(angle):
 
 @pytest.mark.parametrize("angle", [86.0, 90.0])
 def test_a_face_almost_upright_is(angle):
-    with pytest.raises(fc.InputError, match=f" {180 - angle:.0f} degrees apart"):
+    with refused(fc.InputError, "not-facing", f" {180 - angle:.0f} degrees"):
         bottom_edge(angle)
 
 

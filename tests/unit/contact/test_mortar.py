@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import refusals
 
 import fecontact as fc
 from fecontact.contact.coupling.mortar import multiplier_areas, pair_mortar
@@ -172,7 +173,7 @@ def test_plain_eight_node_slave_is_refused():
     body = fc.ElasticBody(mesh, SOLID, "bottom", {"top": "xyz"}, pressure="nodal")
     floor = fc.RigidBody(fc.Plane())
     scene = fc.Scene([body, floor], [fc.Contact(body, floor, coupling="mortar")])
-    with pytest.raises(fc.InputError, match="plain eight-node faces"):
+    with refusals.refused(fc.InputError, "mortar-of-eight-nodes"):
         scene.solve(motions={body: {"z": -0.1}})
 
 
@@ -278,7 +279,7 @@ def test_a_load_nearer_to_a_rim_than_half_a_face_is_refused_with_the_remedy():
         return scene.solve(forces={up: (0, 0, -1e-4)}, moments={up: (0, 1e-4 * x, 0)}, motions={up: held}).contacts[0]
 
     assert abs(pressed(1, 0.085).centre_of_pressure[0] - 0.085) < 1e-9
-    with pytest.raises(fc.SupportError, match="rim of what faces each other, finer faces of 'up' there balance it"):
+    with refusals.refused(fc.SupportError, "free-motion", "'up'"):
         pressed(1, 0.05)
     assert abs(pressed(3, 0.05).centre_of_pressure[0] - 0.05) < 1e-9
     with pytest.raises(fc.SupportError) as refused:

@@ -1,9 +1,8 @@
 """Which rigid components of a body are held, moved, loaded or free; and the loads."""
 
-import re
-
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError, SupportError
@@ -132,19 +131,19 @@ def test_boundary_forces_pressures_and_gravity():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"force": (1, 2)}, r"force on 'body' must be three finite numbers"),
-        ({"force": (1, 2, np.nan)}, r"force on 'body' must be three finite numbers"),
-        ({"moment": "a lot"}, r"moment on 'body' must be three finite numbers"),
-        ({"motion": {"w": 1.0}}, r"Unknown component 'w'.*x, y, z, rx, ry, rz"),
-        ({"motion": {"z": "far"}}, r"motion 'z' of 'body' must be a finite number"),
-        ({"motion": {"z": np.inf}}, r"motion 'z' of 'body' must be a finite number"),
-        ({"free": "rx rw"}, r"Unknown free components \['rw'\]"),
-        ({"force": (0, 0, 1), "motion": {"z": 1.0}}, r"both loaded.*moved in z"),
-        ({"free": "z", "motion": {"z": 1.0}}, r"both loaded \(or free\) and moved in z"),
+        ({"force": (1, 2)}, ("not-a-vector", "The force on 'body'", "three")),
+        ({"force": (1, 2, np.nan)}, ("not-a-vector", "The force on 'body'", "three")),
+        ({"moment": "a lot"}, ("not-a-vector", "The moment on 'body'", "three")),
+        ({"motion": {"w": 1.0}}, ("unknown-component", "'w'", "x, y, z, rx, ry, rz")),
+        ({"motion": {"z": "far"}}, ("not-finite", "The motion 'z' of 'body'")),
+        ({"motion": {"z": np.inf}}, ("not-finite", "The motion 'z' of 'body'")),
+        ({"free": "rx rw"}, ("unknown-component", "['rw']")),
+        ({"force": (0, 0, 1), "motion": {"z": 1.0}}, ("input", "in z")),
+        ({"free": "z", "motion": {"z": 1.0}}, ("input", "in z")),
     ],
 )
 def test_bad_arguments(arguments, words):
-    with pytest.raises(InputError, match=words):
+    with refused(InputError, *words):
         constrain_rigid_motion(cube(HELD), **arguments)
 
 
@@ -156,34 +155,34 @@ def test_bad_loads():
         return make_loading([body, rigid], *{**nothing, **given}.values())
 
     for given, words in [
-        ({"forces": {other: (0, 0, 1)}}, r"'other'"),
-        ({"forces": {"body": (0, 0, 1)}}, r"string 'body'; pass the body object itself.*named 'body', 'rigid'"),
-        ({"forces": {("body", "top"): (0, 0, 1)}}, r"string 'body'; pass the body object itself"),
-        ({"forces": {("body", (0, 0, 0)): (0, 0, 1)}}, r"string 'body'; pass the body object itself"),
-        ({"moments": {"body": (0, 0, 1)}}, r"string 'body'; pass the body object itself"),
-        ({"motions": {"body": {"z": 1.0}}}, r"string 'body'; pass the body object itself"),
-        ({"free": {"body": "z"}}, r"string 'body'; pass the body object itself"),
-        ({"pressures": {("body", "top"): 1.0}}, r"string 'body'; pass the body object itself"),
-        ({"forces": {(other, "top"): (0, 0, 1)}}, r"'other'"),
-        ({"forces": {body.placed(): (0, 0, 1)}}, r"One of that name is, but it is another object"),
-        ({"moments": {other: (0, 0, 1)}}, r"'other'"),
-        ({"motions": {other: {"z": 1.0}}}, r"'other'"),
-        ({"free": {other: "z"}}, r"'other'"),
-        ({"pressures": {(other, "top"): 1.0}}, r"'other'"),
-        ({"pressures": {(body, "lid"): 1.0}}, r"'lid'.*'top'"),
-        ({"pressures": {(body, "top"): np.nan}}, r"finite"),
-        ({"pressures": {body: 1.0}}, r"\(body, 'boundary'\)"),
-        ({"pressures": {(rigid, "surface"): 1.0}}, r"'rigid'"),
-        ({"forces": {(rigid, "surface"): (0, 0, 1)}}, r"'rigid'"),
-        ({"forces": {(body, "lid"): (0, 0, 1)}}, r"'lid'.*'top'"),
-        ({"forces": {(body, "top"): (0, 1)}}, r"three finite numbers"),
-        ({"forces": {(body, "top", 1): (0, 0, 1)}}, r"\(body, 'boundary'\)"),
-        ({"gravity": (0, 0)}, r"Gravity must be three finite numbers"),
+        ({"forces": {other: (0, 0, 1)}}, ("not-in-scene", "'other'")),
+        ({"forces": {"body": (0, 0, 1)}}, ("load-key", "'body', 'rigid'")),
+        ({"forces": {("body", "top"): (0, 0, 1)}}, ("load-key", "'body'")),
+        ({"forces": {("body", (0, 0, 0)): (0, 0, 1)}}, ("load-key", "'body'")),
+        ({"moments": {"body": (0, 0, 1)}}, ("load-key", "'body'")),
+        ({"motions": {"body": {"z": 1.0}}}, ("load-key", "'body'")),
+        ({"free": {"body": "z"}}, ("load-key", "'body'")),
+        ({"pressures": {("body", "top"): 1.0}}, ("load-key", "'body'")),
+        ({"forces": {(other, "top"): (0, 0, 1)}}, ("not-in-scene", "'other'")),
+        ({"forces": {body.placed(): (0, 0, 1)}}, ("not-in-scene", "One of that name is, but it is another object")),
+        ({"moments": {other: (0, 0, 1)}}, ("not-in-scene", "'other'")),
+        ({"motions": {other: {"z": 1.0}}}, ("not-in-scene", "'other'")),
+        ({"free": {other: "z"}}, ("not-in-scene", "'other'")),
+        ({"pressures": {(other, "top"): 1.0}}, ("not-in-scene", "'other'")),
+        ({"pressures": {(body, "lid"): 1.0}}, ("unknown-boundary", "'lid'", "'top'")),
+        ({"pressures": {(body, "top"): np.nan}}, ("not-finite", "The pressure on 'top' of 'body'")),
+        ({"pressures": {body: 1.0}}, ("load-key",)),
+        ({"pressures": {(rigid, "surface"): 1.0}}, ("needs-elastic-body", "'rigid'")),
+        ({"forces": {(rigid, "surface"): (0, 0, 1)}}, ("needs-elastic-body", "'rigid'")),
+        ({"forces": {(body, "lid"): (0, 0, 1)}}, ("unknown-boundary", "'lid'", "'top'")),
+        ({"forces": {(body, "top"): (0, 1)}}, ("not-a-vector", "three")),
+        ({"forces": {(body, "top", 1): (0, 0, 1)}}, ("load-key",)),
+        ({"gravity": (0, 0)}, ("not-a-vector", "Gravity", "three")),
     ]:
-        with pytest.raises(InputError, match=words):
+        with refused(InputError, *words):
             loading(**given)
     weightless = fc.ElasticBody(body.mesh, fc.Material(E=1.0, nu=0.3), pressure="nodal", supports=HELD)
-    with pytest.raises(InputError, match=r"Gravity needs a density"):
+    with refused(InputError, "no-density"):
         make_loading([weightless], None, None, None, None, None, (0, 0, -1))
 
 
@@ -237,22 +236,19 @@ def test_numbers_beyond_reckoning_are_refused(size):
     body = cube(HELD)
     plane = fc.RigidBody(fc.Plane()).placed((0, 0, 0.9), fc.rotation_about((1, 0, 0), np.pi))
     scene = fc.Scene([body, plane], [fc.Contact(body, plane)])
-    what = r"too large|too small"
-    with pytest.raises(
-        InputError, match=rf"The force on 'body' is ({what}) to be worked with: found {re.escape(f'{size:g}')}"
-    ):
+    with refused(InputError, "out-of-scale", "The force on 'body'", f"{size:g}"):
         scene.solve(forces={body: (0, 0, size)})
-    with pytest.raises(InputError, match=rf"The force on 'top'.*({what})"):
+    with refused(InputError, "out-of-scale", "The force on 'top'"):
         scene.solve(forces={(body, "top"): (0, 0, size)})
-    with pytest.raises(InputError, match=rf"The moment on 'body' is ({what})"):
+    with refused(InputError, "out-of-scale", "The moment on 'body'"):
         scene.solve(moments={body: (0, size, 0)})
-    with pytest.raises(InputError, match=rf"The motion 'z' of 'body' is ({what})"):
+    with refused(InputError, "out-of-scale", "The motion 'z' of 'body'"):
         scene.solve(motions={body: {"z": size}})
-    with pytest.raises(InputError, match=rf"The pressure on 'top'.*({what})"):
+    with refused(InputError, "out-of-scale", "The pressure on 'top'"):
         scene.solve(pressures={(body, "top"): size})
-    with pytest.raises(InputError, match=rf"Gravity is ({what})"):
+    with refused(InputError, "out-of-scale", "Gravity"):
         scene.solve(gravity=(0, 0, size))
-    with pytest.raises(InputError, match=rf"Young's modulus E is ({what})"):
+    with refused(InputError, "out-of-scale", "Young's modulus E"):
         fc.Material(E=size, nu=0.3)
 
 
@@ -269,10 +265,10 @@ def test_forces_up_to_the_limits_are_carried(force):
 @pytest.mark.parametrize("length", [1e-100, 1e-31, 1e31, 1e100])
 def test_meshes_beyond_reckoning_are_refused(length):
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)).scaled(length)
-    with pytest.raises(InputError, match=r"size of the mesh is too (large|small)"):
+    with refused(InputError, "out-of-scale", "The size of the mesh"):
         fc.ElasticBody(mesh, STEEL)
     section = fc.sections.rectangle((1.0, 1.0), (1, 1))
-    with pytest.raises(InputError, match=r"size of the mesh is too (large|small)"):
+    with refused(InputError, "out-of-scale", "The size of the mesh"):
         fc.PlaneBody(type(section)(section.points * length, section.cells), STEEL)
 
 
@@ -294,21 +290,21 @@ def on_a_floor(turn):
 def test_a_load_across_what_contacts_resist_is_refused(turn):
     # 10 sideways and 1 upwards against a frictionless ceiling: the wedge carried 101
     block, scene = on_a_floor(turn)
-    with pytest.raises(SupportError, match=r"motion that nothing resists - block: translation along"):
+    with refused(SupportError, "free-motion", "motion that nothing resists - block: translation along"):
         scene.solve(forces={block: turn @ [10, 0, 1]})
     # from both sides of the tolerance of 1e-5
-    with pytest.raises(SupportError, match=r"block: translation along"):
+    with refused(SupportError, "free-motion", "block: translation along"):
         scene.solve(forces={block: turn @ [1.1e-5, 0, 1]})
     for sideways in (0.0, 0.9e-5):
         force = scene.solve(forces={block: turn @ [sideways, 0, 1]}).contacts[0].total_force
         assert abs(force - 1) < 1e-9
-    with pytest.raises(SupportError, match=r"block: rotation about"):
+    with refused(SupportError, "free-motion", "block: rotation about"):
         scene.solve(forces={block: turn @ [0, 0, 1]}, moments={block: turn @ [0.01, 0, 0.1]})
 
 
 def test_the_component_that_nothing_resists_is_named_and_can_be_held():
     block, scene = on_a_floor(np.eye(3))
-    with pytest.raises(SupportError, match=r"block: translation along x\."):
+    with refused(SupportError, "free-motion", "block: translation along x."):
         scene.solve(forces={block: (10, 0, 1)})
     held = scene.solve(forces={block: (0, 0, 1)}, motions={block: {"x": 0.0}})
     assert abs(held.contacts[0].total_force - 1) < 1e-9
@@ -331,7 +327,7 @@ def test_a_force_at_a_point_of_a_rigid_body_is_carried_with_its_moment(at):
     assert abs(forces.sum() - 0.1) < 1e-9
     assert np.abs(forces @ centres[:, :2] / 0.1 - at[:2]).max() < 1e-6
     # beyond the legs the plate tips, and a point that may not turn is held by its moment
-    with pytest.raises(SupportError, match=r"plate: rotation about"):
+    with refused(SupportError, "free-motion", "plate: rotation about"):
         scene.solve(forces={(plate, tuple(plate.pose.to_body(np.array([3.0, 3.0, 0.0])))): (0, 0, -0.1)})
     upright = scene.solve(forces={(plate, point): (0, 0, -0.1)}, motions={plate: dict.fromkeys(("rx", "ry", "rz"), 0)})
     assert abs(upright.reaction(plate)[3:]).max() > 1e-3
@@ -345,7 +341,7 @@ def test_a_force_at_a_point_in_plane_and_axisymmetric_scenes():
     contact = result.contacts[0]
     assert abs(contact.total_force - 1) < 1e-9
     assert abs(contact.centre_of_pressure[0] - 0.45) < 1e-6
-    with pytest.raises(InputError, match=r"loaded, moved or free in .*rx"):
+    with refused(InputError, "motion-not-in-plane", "in rx"):
         fc.Scene([slab, punch], [fc.Contact(slab, punch)]).solve(forces={(punch, (0.45, 0.1, 0.0)): (0, 0, -1.0)})
     disc = fc.AxisymmetricBody(section, STEEL, "top", {"bottom": "xz"})
     ring = fc.Scene([disc, punch], [fc.Contact(disc, punch)]).solve(forces={(punch, (0.45, 0.0, 0.0)): (0, 0, -1.0)})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import Pose, rotation_about
@@ -77,7 +78,7 @@ def test_spins_on_the_spot_are_cut(turn: float, cuts: int | None) -> None:
     scene = fc.Scene([block, floor], [fc.Contact(block, floor, friction=0.3)])
     steps = [{"motions": {block: {"z": -0.01, "rz": a}}} for a in (0.0, 0.5, 0.5 + turn)]
     if cuts is None:
-        with pytest.raises(fc.SolverError, match="Give smaller load steps"):
+        with refused(fc.SolverError, "not-solved", "Give smaller load steps"):
             scene.solve_path(steps, finite_motion=True)
         return
     path = scene.solve_path(steps, finite_motion=True)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 
@@ -53,7 +54,7 @@ def test_all_ligaments_slack_under_a_pull_is_refused_in_words():
     block, floor = ball_on_floor()
     above = fc.Spring(10.0, (block, (0.5, 0.5, 1.0)), (None, (0.5, 0.5, 4.0)))
     scene = fc.Scene([block, floor], [fc.Contact(block, floor)], springs=[above])
-    with pytest.raises(fc.SupportError, match=r"block: translation along z. Of the springs 'spring' only pull"):
+    with refused(fc.SupportError, "free-motion", "'spring'"):
         scene.solve(forces={block: (0, 0, 5.0)})
 
 
@@ -65,7 +66,7 @@ def test_a_motion_that_slackens_all_ligaments_says_so():
         for y, name in ((0.0, "front"), (1.0, "back"))
     ]
     scene = fc.Scene([block, floor], [fc.Contact(block, floor)], springs=sides)
-    with pytest.raises(fc.SupportError, match=r"block: translation along x.*'front', 'back' only pull"):
+    with refused(fc.SupportError, "free-motion", "'front'", "'back'"):
         scene.solve(forces={block: (5.0, 0, -10.0)}, free={block: "x z"})
     # away from them they carry it, half each
     result = scene.solve(forces={block: (-5.0, 0, -10.0)}, free={block: "x z"}, finite_motion=False)
@@ -87,7 +88,7 @@ def test_spring_between_two_bodies_is_an_internal_force():
 def test_floating_body_is_tied_at_its_nodes_only():
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
     loose = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), "bottom", name="loose")
-    with pytest.raises(fc.InputError, match="nearest node"):
+    with refused(fc.InputError, "no-node-there"):
         loose.attachment(np.array([0.1, 0.1, 0.1]), np.array([0, 0, 1.0]))
     row = loose.attachment(np.array([0.0, 0.0, 1.0]), np.array([0, 0, 1.0]))
     assert abs((row @ loose.rigid_modes)[0, 2] - 1) < 1e-12  # moves with the body
@@ -106,17 +107,17 @@ def test_frame_point_follows_the_rigid_motion_exactly():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"stiffness": -1.0}, "must be positive"),
-        ({"kind": "rubber"}, "Unknown kind"),
-        ({"slack_length": -1.0}, "must not be negative"),
-        ({"end": (None, (0, 0, float("nan")))}, "finite numbers"),
-        ({"end": (None, (0.5, 0.5, 1.0))}, "ends of 'spring' coincide"),
+        ({"stiffness": -1.0}, ("not-positive", "The stiffness of 'spring'")),
+        ({"kind": "rubber"}, ("unknown-name", "kind")),
+        ({"slack_length": -1.0}, ("input", "must not be negative")),
+        ({"end": (None, (0, 0, float("nan")))}, ("not-a-vector", "An end of 'spring'")),
+        ({"end": (None, (0.5, 0.5, 1.0))}, ("input", "'spring'")),
     ],
 )
 def test_bad_springs_are_named(changes, message):
     block, _ = ball_on_floor()
     given = {"stiffness": 1.0, "start": (block, (0.5, 0.5, 1.0)), "end": (None, (0.0, 0.0, 0.0)), **changes}
-    with pytest.raises(fc.InputError, match=message):
+    with refused(fc.InputError, *message):
         fc.Spring(**given)
 
 
@@ -124,5 +125,5 @@ def test_spring_on_a_foreign_body_is_refused():
     block, floor = ball_on_floor()
     other = fc.RigidBody(fc.Plane(), name="other")
     spring = fc.Spring(1.0, (block, (0.5, 0.5, 1.0)), (other, (0.0, 0.0, 0.0)))
-    with pytest.raises(fc.InputError, match="'other', to which 'spring' is tied"):
+    with refused(fc.InputError, "not-in-scene", "'other'", "'spring'"):
         fc.Scene([block, floor], [fc.Contact(block, floor)], springs=[spring])

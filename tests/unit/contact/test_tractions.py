@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.contact.loads import make_loading
@@ -97,31 +98,31 @@ def test_a_scene_under_a_traction_is_that_under_the_same_force():
 @pytest.mark.parametrize(
     ("loads", "message"),
     [
-        ({"pressures": [1.0, 2.0]}, r"given by nodes, must have the shape \(15,\); found \(2,\)"),
-        ({"pressures": np.full(15, np.nan)}, "15 of its values are not"),
-        ({"pressures": lambda x: x}, r"a function of points \(.*must have the shape"),
-        ({"pressures": lambda x: x[:, 0] / 0.0 * 0.0}, "must be finite"),
-        ({"tractions": lambda x: "up"}, "must be numbers"),
-        ({"tractions": [[1.0, 2.0]]}, r"shape \(15, 3\)"),
-        ({"tractions": 1.0}, r"shape \(15, 3\); found \(\)"),
+        ({"pressures": [1.0, 2.0]}, ("wrong-shape", "given by nodes", "(15,)", "(2,)")),
+        ({"pressures": np.full(15, np.nan)}, ("not-finite", "finite; 15")),
+        ({"pressures": lambda x: x}, ("wrong-shape", "a function of points (")),
+        ({"pressures": lambda x: x[:, 0] / 0.0 * 0.0}, ("not-finite",)),
+        ({"tractions": lambda x: "up"}, ("not-numbers", "'up'")),
+        ({"tractions": [[1.0, 2.0]]}, ("wrong-shape", "(15, 3)")),
+        ({"tractions": 1.0}, ("wrong-shape", "(15, 3)", "()")),
     ],
 )
 @pytest.mark.filterwarnings("ignore:.*divide:RuntimeWarning", "ignore:.*invalid:RuntimeWarning")
 def test_wrong_intensities_are_refused(loads, message):
     body = made("hex27")
-    with pytest.raises(fc.InputError, match=message):
+    with refused(fc.InputError, *message):
         resultant(body, **{kind: {(body, "top"): value} for kind, value in loads.items()})
 
 
 def test_other_refusals():
     body, plane = made("section"), fc.RigidBody(fc.Plane())
-    with pytest.raises(fc.InputError, match=r"'top' of 'block'"):
+    with refused(fc.InputError, "load-not-in-plane", "The traction on 'top' of 'block'"):
         resultant(body, tractions={(body, "top"): lambda x: np.ones((len(x), 3))})
-    with pytest.raises(fc.InputError, match="A traction acts on"):
+    with refused(fc.InputError, "load-key", "traction"):
         resultant(body, tractions={body: (0.0, 0.0, 1.0)})
     solid = made("hex20")
     scene = fc.Scene([solid, plane], [fc.Contact(solid, plane)])
-    with pytest.raises(fc.InputError, match="which accuracy= divides"):
+    with refused(fc.InputError, "load-at-nodes"):
         scene.solve(pressures={(solid, "top"): np.ones(len(top(solid)))}, accuracy=0.1)
-    with pytest.raises(fc.InputError, match="needs an elastic body"):
+    with refused(fc.InputError, "needs-elastic-body"):
         scene.solve(tractions={(plane, "surface"): (0.0, 0.0, 1.0)})

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError
@@ -165,7 +166,7 @@ def test_factor_solves(backend):
 
 
 def test_unknown_route():
-    with pytest.raises(InputError, match=r"'schur', 'columns', 'operator'"):
+    with refused(InputError, "unknown-name", "'schur', 'columns', 'operator'"):
         ball_on_block("banded")
 
 
@@ -248,7 +249,7 @@ def test_a_loose_body_has_no_bordered_factor():
     model_, *_ = bordered_case()
     K = model_.coordinates.stiffness(model_.stiffness)
     C = sp.csr_matrix(([1.0], ([0], [2])), shape=(1, K.shape[0]))
-    with pytest.raises(fc.FecontactError, match="loose"):
+    with refused(fc.FecontactError, "singular"):
         bordered(K, C)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from hanging_meshes import SPATIAL, joined, part, section_step, stairs, step
+from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError, MeshError
@@ -101,15 +102,15 @@ def test_a_support_holds_what_hanging_nodes_follow(steel):
     inside = (corners[:, :, 1].min(axis=1) >= 1.5) & (corners[:, :, 0].min(axis=1) >= 1)
     assert inside.any()
     part_of_it = replace(mesh, boundaries={**mesh.boundaries, "patch": small[inside]})
-    with pytest.raises(InputError, match=r"support of 'patch' holds \d hanging nodes .* divide these cells"):
+    with refused(InputError, "hanging-support", "'patch'"):
         Model(part_of_it, steel, {"patch": "z"})
     nodes = replace(mesh, node_sets={"one": mesh.hanging.nodes[:1], "free": mesh.hanging.free[:1]})
     Model(nodes, steel, {"free": "xyz"})
-    with pytest.raises(InputError, match="support of 'one' holds 1 hanging nodes"):
+    with refused(InputError, "hanging-support", "'one'", "holds 1"):
         Model(nodes, steel, {"one": "xyz"})
     section = section_step("quad8")
     sets = replace(section, node_sets={"one": section.hanging.nodes[:1]})
-    with pytest.raises(InputError, match="support of 'one' holds 1 hanging nodes"):
+    with refused(InputError, "hanging-support", "'one'", "holds 1"):
         fc.PlaneBody(sets, steel, supports={"one": "xz"})
 
 
@@ -117,7 +118,7 @@ def test_hanging_nodes_lie_where_they_follow(steel):
     mesh = step("hex8")
     moved = mesh.points.copy()
     moved[mesh.hanging.nodes[0]] += [0.0, 0.0, 1e-6]
-    with pytest.raises(MeshError, match=r"hanging node .* lies"):
+    with refused(MeshError, "hanging-off-place"):
         replace(mesh, points=moved)
 
 
@@ -125,7 +126,7 @@ def test_parts_of_a_mesh_without_connection_are_told_of_hanging_nodes_or_not(ste
     one = step("hex20")
     other = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)).translated((5.0, 0.0, 0.0))
     both = fc.mesh.mesh.merge([one, replace(other, boundaries={"far": other.faces("bottom")})], 1e-9)
-    with pytest.raises(MeshError, match="2 parts without connection"):
+    with refused(MeshError, "several-parts", "has 2"):
         Model(both, steel, {"bottom": "xyz"})
     Model(both, steel, {"bottom": "xyz", "far": "xyz"})
 

@@ -5,6 +5,7 @@ import importlib.util
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from refusals import refused
 
 import fecontact as fc
 from fecontact import FecontactError, MissingPackageError, SolverNotFoundError
@@ -101,7 +102,7 @@ def test_singular_stiffness_is_an_error():
     # a loose node: nothing at all on its diagonal
     K = sp.csr_matrix(np.triu([[2.0, -1, 0], [-1, 2, 0], [0, 0, 0]]))
     for backend in available_backends():
-        with pytest.raises(FecontactError, match=r"body is loose"):
+        with refused(FecontactError, "singular"):
             condense(K, np.array([0]), backend)
 
 
@@ -110,17 +111,17 @@ def test_rslab_refuses_what_is_not_definite():
     loose = sp.diags([np.full(100, 2.0), np.full(99, -1.0)], [0, 1]).tolil()
     loose[50, 49:52] = loose[49, 50] = 0.0  # one node held by nothing
     for K in (loose.tocsr(), (loose - 3.0 * sp.eye(100)).tocsr()):
-        with pytest.raises(FecontactError, match=r"body is loose"):
+        with refused(FecontactError, "singular", "body is loose"):
             factor.factorise(K, "rslab")
 
 
 def test_unknown_and_missing_backends(monkeypatch):
     K = sp.csr_matrix(np.eye(2))
-    with pytest.raises(SolverNotFoundError, match=r"'cholmod'.*superlu"):
+    with refused(SolverNotFoundError, "unknown-solver", "'cholmod'", "superlu"):
         condense(K, np.array([0]), "cholmod")
     monkeypatch.setattr(factor, "available_backends", lambda: ("superlu",))
     for name, package in (("pardiso", "pypardiso"), ("rslab", "rslab")):
-        with pytest.raises(MissingPackageError, match=f"pip install {package}"):
+        with refused(MissingPackageError, "missing-package", f"pip install {package}"):
             condense(K, np.array([0]), name)
     assert condense(K, np.array([0]), "auto").stiffness[0, 0] == 1
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError, MeshError, merge
@@ -35,17 +36,17 @@ def test_held_dofs():
 @pytest.mark.parametrize(
     ("supports", "words"),
     [
-        ({"lid": "xyz"}, r"'lid'.*'top'"),
-        ({"top": "xw"}, r"'x', 'y', 'z'"),
-        ({"top": ""}, r"'x', 'y', 'z'"),
-        ({"top": ("x",)}, r"'x', 'y', 'z'"),
-        ({"top": (0, 0, 0)}, r"direction \(1, 1, 0\)"),
-        ({"top": [(1, 0, 0), (1, 0)]}, r"direction \(1, 1, 0\)"),
-        ({"top": ()}, r"direction \(1, 1, 0\)"),
+        ({"lid": "xyz"}, ("unknown-boundary", "'lid'", "'top'")),
+        ({"top": "xw"}, ("support-components",)),
+        ({"top": ""}, ("support-components",)),
+        ({"top": ("x",)}, ("support-components",)),
+        ({"top": (0, 0, 0)}, ("support-components",)),
+        ({"top": [(1, 0, 0), (1, 0)]}, ("support-components",)),
+        ({"top": ()}, ("support-components",)),
     ],
 )
 def test_bad_supports(supports, words, steel):
-    with pytest.raises(InputError, match=words):
+    with refused(InputError, *words):
         Model(block(), steel, supports)
 
 
@@ -90,9 +91,9 @@ def test_oblique_supports_hold_what_they_say(supports, n_held, n_free, steel):
 
 def test_normal_of_an_edge_is_refused(steel):
     mesh = block("hex8").with_boundary("corner", lambda x: (x[:, 0] == 0) | (x[:, 1] == 0))
-    with pytest.raises(InputError, match=r"has an edge at .*separately"):
+    with refused(InputError, "no-normal"):
         Model(mesh, steel, {"corner": "n"})
-    with pytest.raises(InputError, match="set of nodes and has no normal"):
+    with refused(InputError, "no-normal"):
         Model(replace(mesh, node_sets={"some": np.array([0, 1, 2])}), steel, {"some": "n"})
 
 
@@ -210,16 +211,16 @@ def test_materials_by_element_set(steel):
     model = Model(mesh, {"low": steel, "high": soft}, {})
     assert set(model.shear[mesh.groups["low"]]) == {steel.shear_modulus}
     assert set(model.shear[mesh.groups["high"]]) == {soft.shear_modulus}
-    with pytest.raises(InputError, match=r"4 cells have no material"):
+    with refused(InputError, "input", "4 cells"):
         Model(mesh, {"low": steel}, {})
-    with pytest.raises(InputError, match=r"'middle'.*low, high"):
+    with refused(InputError, "input", "'middle'", "low, high"):
         Model(mesh, {"middle": steel}, {})
     overlapping = mesh.with_group("all", lambda x: x[:, 2] > 0)
-    with pytest.raises(InputError, match=r"another set"):
+    with refused(InputError, "two-materials"):
         Model(overlapping, {"low": steel, "all": soft}, {})
-    with pytest.raises(InputError, match=r"Material"):
+    with refused(InputError, "input", "Material"):
         Model(mesh, 210e3, {})
-    with pytest.raises(InputError, match=r"density"):
+    with refused(InputError, "some-densities"):
         _ = Model(mesh, {"low": steel, "high": fc.Material(E=1.0, nu=0.1, density=2.0)}, {}).density
 
 
@@ -235,8 +236,8 @@ def test_parts_without_connection(steel):
     left = block()
     right = left.translated((5.0, 0.0, 0.0))
     both = merge([left, fc.Mesh(right.points, right.cells, {"far": right.faces("bottom")})], 1e-9)
-    with pytest.raises(MeshError, match=r"2 parts without connection.*cell 8 can"):
+    with refused(MeshError, "several-parts", "has 2", "cell 8"):
         Model(both, steel, {"bottom": "xyz"})
-    with pytest.raises(MeshError, match=r"2 parts"):
+    with refused(MeshError, "several-parts", "has 2"):
         Model(both, steel, {"bottom": "xyz", "far": "z"})
     assert Model(both, steel, {"bottom": "xyz", "far": "xyz"}).free_motions.shape == (6, 0)

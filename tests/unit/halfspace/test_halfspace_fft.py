@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 from fecontact import InputError
 from fecontact.halfspace import kernels
@@ -145,8 +146,14 @@ def test_the_part_round_a_contact_holds_it():
 
 
 @pytest.mark.parametrize(
-    ("size", "shape"), [((1.0, -1.0), (4, 4)), ((1.0, 1.0), (1, 4)), ((1.0, 1.0), (4.5, 4)), (1.0, (4, 4))]
+    ("size", "shape", "code"),
+    [
+        ((1.0, -1.0), (4, 4), "not-positive"),
+        ((1.0, 1.0), (1, 4), "grid-shape"),
+        ((1.0, 1.0), (4.5, 4), "grid-shape"),
+        (1.0, (4, 4), "not-positive"),
+    ],
 )
-def test_bad_grids(size, shape):
-    with pytest.raises(InputError, match="grid"):
+def test_bad_grids(size, shape, code):
+    with refused(InputError, code, "grid"):
         Grid(size, shape)

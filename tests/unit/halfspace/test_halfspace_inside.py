@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.analytic import boussinesq
@@ -68,7 +69,7 @@ def test_a_frictionless_interface_has_no_shear():
     _, contact = ball(None, layers=[fc.Layer(UNIT, 0.5, "frictionless")])
     stress = contact.stress([[0.4, 0.1, -0.5], [0.9, -0.3, -0.5]])
     assert np.abs(stress[:, 4:]).max() < 1e-6 * contact.max_pressure
-    with pytest.raises(fc.InputError, match=r"base below the layers, 0\.5, is rigid"):
+    with refused(fc.InputError, "input", "0.5"):
         contact.stress([[0.0, 0.0, -0.6]])
 
 

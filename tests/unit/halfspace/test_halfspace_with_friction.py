@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError
@@ -126,7 +127,7 @@ def test_without_friction_it_is_the_frictionless_answer(against):
     assert np.abs(found.pressure - plain.pressure).max() <= 1e-12 * plain.max_pressure
     assert not found.traction.any()
     assert found.friction_residuals.within(1e-8)
-    with pytest.raises(InputError, match="needs a friction above"):
+    with refused(InputError, "slides-as-a-whole", "0"):
         body.press(BALL, force=force_of(body), friction=0.0, tangential=(1e-9, 0.0))
 
 
@@ -299,40 +300,40 @@ def test_reports(tmp_path):
 
 
 REFUSED = {
-    "friction": (lambda body: body.press(BALL, force=0.01, friction=-0.1), "Coulomb's mu"),
-    "nan": (lambda body: body.press(BALL, force=0.01, friction=math.nan), "Coulomb's mu"),
+    "friction": (lambda body: body.press(BALL, force=0.01, friction=-0.1), ("friction", "zero or positive")),
+    "nan": (lambda body: body.press(BALL, force=0.01, friction=math.nan), ("friction", "zero or positive")),
     "sliding": (
         lambda body: body.press(BALL, force=0.01, friction=0.3, tangential=(0.004, 0.0)),
-        "slides along \\(1, 0\\).*above 0.4; found 0.3",
+        ("slides-as-a-whole", "(1, 0)", "0.4", "0.3"),
     ),
     "torque": (
         lambda body: body.press_path(BALL, [fc.PressStep(force=0.01, torque=1.0)], 0.3),
-        "slides round its normal",
+        ("slides-as-a-whole", "0.3"),
     ),
     "both": (
         lambda body: fc.PressStep(force=1.0, tangential=(0.0, 0.0), shift=(0.0, 0.0)),
-        "one of tangential and shift",
+        ("input", "tangential", "shift"),
     ),
-    "no load": (lambda body: fc.PressStep(tangential=(1.0, 0.0)), "exactly one of force and approach"),
-    "tension": (lambda body: fc.PressStep(force=-1.0), "must be positive"),
-    "nan force": (lambda body: fc.PressStep(force=1.0, tangential=(math.nan, 0.0)), "two finite numbers"),
-    "no steps": (lambda body: body.press_path(BALL, [], 0.3), "at least one step"),
-    "no step": (lambda body: body.press_path(BALL, [{"force": 1.0}], 0.3), "must be a PressStep"),
+    "no load": (lambda body: fc.PressStep(tangential=(1.0, 0.0)), ("one-of",)),
+    "tension": (lambda body: fc.PressStep(force=-1.0), ("force-not-positive", "-1.0")),
+    "nan force": (lambda body: fc.PressStep(force=1.0, tangential=(math.nan, 0.0)), ("not-a-vector", "two")),
+    "no steps": (lambda body: body.press_path(BALL, [], 0.3), ("no-steps",)),
+    "no step": (lambda body: body.press_path(BALL, [{"force": 1.0}], 0.3), ("wrong-class", "a PressStep")),
     "array": (
         lambda body: body.press_path(body.heights_of(BALL), [fc.PressStep(force=0.01, position=(0.1, 0.0))], 0.3),
-        "cannot be moved",
+        ("heights-fixed",),
     ),
-    "tangential alone": (lambda body: body.press(BALL, force=0.01, tangential=(1.0, 0.0)), "needs friction"),
+    "tangential alone": (lambda body: body.press(BALL, force=0.01, tangential=(1.0, 0.0)), ("input", "needs friction")),
     "load point": (
         lambda body: body.press(BALL, force=0.01, friction=0.1, load_point=(9.0, 0.0)),
-        "outside the counter-surface",
+        ("load-point-outside",),
     ),
-    "lifted": (lambda body: body.press(BALL, approach=-0.1, friction=0.1), "Nothing is pressed"),
+    "lifted": (lambda body: body.press(BALL, approach=-0.1, friction=0.1), ("nothing-touches",)),
     "second step": (
         lambda body: body.press_path(
             BALL, [fc.PressStep(force=0.01), fc.PressStep(force=0.001, tangential=(0.002, 0.0))], 0.3
         ),
-        "Step 2 of 2: The contact slides",
+        ("slides-as-a-whole", "Step 2", "of 2", "The contact slides"),
     ),
 }
 
@@ -340,7 +341,7 @@ REFUSED = {
 @pytest.mark.parametrize("name", REFUSED)
 def test_refusals(name):
     do, told = REFUSED[name]
-    with pytest.raises(InputError, match=told):
+    with refused(InputError, *told):
         do(half(n=12))
 
 
@@ -364,9 +365,9 @@ def test_a_punch_that_tilts(against):
 
 def test_points_and_twisted_periods_are_refused():
     points = fc.HalfSpace(STEEL, (2.6, 2.6), (12, 12), pressure="point")
-    with pytest.raises(InputError, match="pressure='uniform'"):
+    with refused(InputError, "friction-uniform", "'point'"):
         points.press(BALL, force=0.01, friction=0.1)
-    with pytest.raises(InputError, match="would not repeat"):
+    with refused(InputError, "torsion-not-periodic"):
         half(n=12, periodic=True).press_path(BALL, [fc.PressStep(force=0.01, twist=0.1)], 0.3)
-    with pytest.raises(InputError, match="without friction only"):
+    with refused(InputError, "stress-with-friction"):
         half(n=12, periodic=True).press(BALL, force=0.01, friction=0.1).stress([[0.0, 0.0, -1.0]])

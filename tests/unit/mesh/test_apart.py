@@ -5,7 +5,7 @@ import subprocess
 import sys
 import time
 
-import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.mesh.gmsh import run_apart
@@ -13,14 +13,14 @@ from fecontact.mesh.gmsh import run_apart
 
 def test_results_and_errors_of_the_package_come_back():
     assert run_apart("a material", fc.Material, 2.0, 0.3) == fc.Material(2.0, 0.3)
-    with pytest.raises(fc.InputError, match="Young's modulus E must be positive"):
+    with refused(fc.InputError, "not-positive"):
         run_apart("a material", fc.Material, -2.0, 0.3)
 
 
 def test_a_crash_is_told_with_the_last_words_and_ends_that_process_alone(capfd):
-    with pytest.raises(fc.MeshError, match=r"The mesher ended its process \(signal SIGABRT\). It said nothing"):
+    with refused(fc.MeshError, "mesh", "The mesher", "signal SIGABRT"):
         run_apart("The mesher", os.abort)
-    with pytest.raises(fc.MeshError, match=r"\(exit 1\). Its last words: .*ValueError: invalid literal for int"):
+    with refused(fc.MeshError, "mesh", "exit 1", "Its last words:"):
         run_apart("The mesher", int, "x")
     assert capfd.readouterr() == ("", "")
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError, MeshError, merge
@@ -61,19 +62,19 @@ def test_chains_are_closed(length):
 
 
 def test_circles_chains_and_wrong_sums_are_refused():
-    with pytest.raises(MeshError, match=r"in a circle"):
+    with refused(MeshError, "hanging-circle"):
         HangingNodes.closed(np.array([0, 1]), rows(3, {1: 0.5, 2: 0.5}, {0: 0.5, 2: 0.5}))
-    with pytest.raises(MeshError, match=r"follows from another"):
+    with refused(MeshError, "mesh", "follows from another"):
         HangingNodes(np.array([0, 1]), rows(3, {2: 1.0}, {0: 0.5, 2: 0.5}))
-    with pytest.raises(MeshError, match=r"node 1 sum to one but for 0\.1"):
+    with refused(MeshError, "hanging-weights", "node 1", "0.1"):
         HangingNodes(np.array([1]), rows(3, {0: 0.5, 2: 0.6}))
-    with pytest.raises(MeshError, match=r"one row of weights each"):
+    with refused(MeshError, "hanging-shape", "1"):
         HangingNodes(np.array([1, 1]), rows(3, {0: 1.0}, {2: 1.0}))
-    with pytest.raises(MeshError, match=r"0 \.\.\. 2"):
+    with refused(MeshError, "hanging-points", "... 2"):
         HangingNodes(np.array([1]), rows(3, {0: 1.0}), np.array([[0, 1, 7, -1, -1]]))
-    with pytest.raises(MeshError, match=r"0 \.\.\. 2"):
+    with refused(MeshError, "hanging-points", "... 2"):
         HangingNodes(np.array([-1]), rows(3, {0: 1.0}))
-    with pytest.raises(MeshError, match=r"0 \.\.\. 2"):
+    with refused(MeshError, "hanging-points", "... 2"):
         HangingNodes(np.array([1]), rows(3, {0: 1.0}), np.array([[0, 1, 2, -1, -2]]))
 
 
@@ -87,15 +88,15 @@ def test_a_hanging_node_lies_where_it_follows_but_for_rounding():
         return replace(mesh, points=points)
 
     assert moved(1e-10).points[m, 1] == mesh.points[m, 1] + 1e-10  # a few units of the last digit of 1000
-    with pytest.raises(MeshError, match=r"1e-07 off the place where it follows"):
+    with refused(MeshError, "hanging-off-place", "1e-07"):
         moved(1e-7)
 
 
 def test_a_mesh_refuses_ties_of_another():
     ties = HangingNodes(np.array([1]), rows(3, {0: 0.5, 2: 0.5}))
-    with pytest.raises(MeshError, match=r"of a mesh of 3 points; this one has 8"):
+    with refused(MeshError, "hanging-points", "of 3", "has 8"):
         replace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8"), hanging=ties)
-    with pytest.raises(MeshError, match=r"of a mesh of 3 points; this one has 8"):
+    with refused(MeshError, "hanging-points", "of 3", "has 8"):
         replace(fc.sections.rectangle((1.0, 1.0), (1, 1)), hanging=ties)
 
 
@@ -140,7 +141,7 @@ def test_merging_renumbers_the_ties_and_refuses_joints_at_hanging_nodes():
         assert np.abs(whole.points[m] - (whole.points[a] + whole.points[b]) / 2).max() < ROUNDING
     assert np.abs(whole.hanging.followed(whole.points) - whole.points).max() < ROUNDING
     assert merge([fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")], 1e-9).hanging is None
-    with pytest.raises(MeshError, match=r"1 hanging nodes of mesh 0 lie on points of another"):
+    with refused(MeshError, "hanging-at-joint", "1 hanging", "mesh 0"):
         merge([mesh, replace(mesh, hanging=None).mapped(lambda x: x * [1, -1, 1])], 1e-9)
 
 
@@ -158,15 +159,15 @@ def test_merged_sections_keep_their_ties():
 
 def test_what_makes_no_sense_with_hanging_nodes_is_refused():
     mesh = hanging_block().with_group("all", lambda x: x[:, 0] > -1)
-    with pytest.raises(InputError, match=r"1 hanging nodes cannot be given more nodes"):
+    with refused(InputError, "hanging-not-possible", "with 1", "given more nodes"):
         mesh.upgraded(20)
-    with pytest.raises(InputError, match=r"cannot be cut into parts; do that before cells are divided"):
+    with refused(InputError, "hanging-not-possible", "cut into parts"):
         mesh.part("all")
-    with pytest.raises(InputError, match=r"cannot be turned into one of scikit-fem"):
+    with refused(InputError, "hanging-not-possible", "turned into one of scikit-fem"):
         mesh.to_skfem()
-    with pytest.raises(InputError, match=r"cannot be turned into a surface mesh"):
+    with refused(InputError, "hanging-not-possible", "turned into a surface mesh"):
         fc.SurfaceMesh.of(mesh, "top")
-    with pytest.raises(InputError, match=r"cannot be divided into hexahedra"):
+    with refused(InputError, "hanging-not-possible", "divided into hexahedra"):
         divided(mesh)
-    with pytest.raises(InputError, match=r"cannot be used with gradient coordinates"):
+    with refused(InputError, "hanging-not-possible", "used with gradient coordinates"):
         AncfSpace(mesh)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import Mesh, merge
@@ -203,40 +204,47 @@ def test_parts_without_an_assembly_stand_where_they_were_drawn(tmp_path):
 @pytest.mark.parametrize(
     ("part", "words"),
     [
-        ("Middle", r"no part 'Middle'; its instances are: 'Left', 'Right', 'Roof', 'Anvil-1'"),
-        ("Brick", r"2 instances of the part 'Brick'; its instances are: 'Left', 'Right'\."),
+        ("Middle", ("input", "no part 'Middle'; its instances are: 'Left', 'Right', 'Roof', 'Anvil-1'")),
+        ("Brick", ("input", "2 instances of the part 'Brick'; its instances are: 'Left', 'Right'.")),
     ],
 )
 def test_parts_that_are_not_there(part, words, read):
-    with pytest.raises(fc.InputError, match=words):
+    with refused(fc.InputError, *words):
         read(part=part)
 
 
 def test_part_of_files_that_have_none(read, tmp_path):
     (tmp_path / "brick.inp").write_text(BRICK)
     (tmp_path / "box.step").write_text("")
-    for name, words in (("brick.inp", "its element sets are: 'Lower', 'Upper'"), ("box.step", "no parts to be read")):
-        with pytest.raises(fc.InputError, match=words):
+    for name, words in (
+        ("brick.inp", ("unknown-part", "its element sets are: 'Lower', 'Upper'")),
+        ("box.step", ("no-parts",)),
+    ):
+        with refused(fc.InputError, *words):
             fc.read_mesh(tmp_path / name, part="Left")
     assert len(fc.read_mesh(tmp_path / "brick.inp", part="upper").cells) == 1
-    with pytest.raises(fc.MeshError, match="no solid cells in its part 'Anvil-1'"):
+    with refused(fc.MeshError, "mesh", "no solid cells in its part 'Anvil-1'"):
         read(part="Anvil-1")
 
 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("PART=brick", "PART=Bric", "part 'Bric'; the parts are: 'Brick', 'Wedge', 'Anvil'"),
-        ("10., 0., 0.\n10", "10., 0.\n10", "three numbers"),
-        ("10., 0., 1., 90.", "10., 0., 0., 90.", "are the same"),
-        ("INSTANCE=Left, GENERATE", "INSTANCE=Middle, GENERATE", "instance 'Middle'; the instances are: 'Left'"),
-        ("Left.1, Right.2", "Left.99, Right.2", "node 99"),
-        ("Roof.Body, S2", "Roof.Bodies, S2", "element set 'Roof.Bodies'"),
-        ("Roof.Body, S2", "Upper, S2", "exists in 2 instances"),
-        ("Roof.Body, S2", "Roof.Body, S9", "face 'S9'"),
-        ("0., 0., 7.", "0., zero, 7.", "cannot be read"),
+        ("PART=brick", "PART=Bric", ("mesh", "part 'Bric'; the parts are: 'Brick', 'Wedge', 'Anvil'")),
+        ("10., 0., 0.\n10", "10., 0.\n10", ("mesh", "three numbers")),
+        ("10., 0., 1., 90.", "10., 0., 0., 90.", ("mesh", "are the same")),
+        (
+            "INSTANCE=Left, GENERATE",
+            "INSTANCE=Middle, GENERATE",
+            ("mesh", "instance 'Middle'; the instances are: 'Left'"),
+        ),
+        ("Left.1, Right.2", "Left.99, Right.2", ("unknown-node", "node 99")),
+        ("Roof.Body, S2", "Roof.Bodies, S2", ("mesh", "element set 'Roof", "Bodies'")),
+        ("Roof.Body, S2", "Upper, S2", ("mesh", "exists in 2 instances")),
+        ("Roof.Body, S2", "Roof.Body, S9", ("mesh", "face 'S9'")),
+        ("0., 0., 7.", "0., zero, 7.", ("bad-line",)),
     ],
 )
 def test_damaged_assemblies(old, new, words, read):
-    with pytest.raises(fc.MeshError, match=words):
+    with refused(fc.MeshError, *words):
         read((old, new))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.fem.loads import moments_of_volume
@@ -100,7 +101,7 @@ def test_numbers_of_the_file_follow_the_mesh(file):
     floor = fc.RigidBody(fc.Plane()).placed((0.0, 0.0, 2.0), np.diag([1.0, -1.0, -1.0]))
     result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={floor: {"z": -0.01}})
     assert result.contacts[0].error_estimate is not None
-    with pytest.raises(fc.MeshError, match="file_elements must be at most 1"):
+    with refused(fc.MeshError, "mesh", "file_elements", "most 1"):
         fc.Mesh(mesh.points, mesh.cells, file_elements=np.arange(2))
 
 
@@ -109,22 +110,25 @@ def test_included_files(file):
     with_loads = DECK + "*INCLUDE, INPUT=there.inc\n*INCLUDE, INPUT=absent.inc\n"
     mesh = fc.read_mesh(file(with_loads))
     assert "file to be included, absent.inc (bricks.inp, line 43), which is missing" in mesh.notes[0]
-    with pytest.raises(fc.MeshError, match=r"defines no nodes.*Files that it includes are missing: nodes\.inc"):
+    with refused(fc.MeshError, "mesh", "defines no nodes"):
         fc.read_mesh(file("*INCLUDE, INPUT=nodes.inc" + DECK[DECK.index("\n   *ELEM") :]))
-    with pytest.raises(fc.MeshError, match="a circle without an end"):
+    with refused(fc.MeshError, "mesh", "a circle without an end"):
         fc.read_mesh(file("*INCLUDE, INPUT=bricks.inp"))
 
 
 def test_numbers_that_are_none(file):
-    for number in ("1e300", "nan"):
-        with pytest.raises((fc.InputError, fc.MeshError), match=r"the numbers of nodes|cannot be read"):
+    for number, code in (("1e300", "not-whole"), ("nan", "bad-line")):
+        with refused((fc.InputError, fc.MeshError), code):
             fc.read_mesh(file(DECK.replace("1, 0., 0., 0.", f"{number}, 0., 0., 0.", 1)))
 
 
-@pytest.mark.parametrize(("old", "new"), [("103,\n", "103,\n2, 1, 2,\n"), ("1, 4\n*NSET", "1, 4, 0\n*NSET")])
-def test_broken_rows_and_ranges(old, new, file):
+@pytest.mark.parametrize(
+    ("old", "new", "found"),
+    [("103,\n", "103,\n2, 1, 2,\n", "no multiple of the 9"), ("1, 4\n*NSET", "1, 4, 0\n*NSET", "a step of 1 or more")],
+)
+def test_broken_rows_and_ranges(old, new, found, file):
     assert old in DECK
-    with pytest.raises(fc.MeshError, match=r"no multiple of the 9|a step of 1 or more"):
+    with refused(fc.MeshError, "mesh", found):
         fc.read_mesh(file(DECK.replace(old, new)))
 
 
@@ -195,9 +199,9 @@ def test_febio_meshes_in_other_files(way, file):
     assert mesh.kinds == {"tet4": 1}
     assert "file to be included, loads.feb, which is missing" in mesh.notes[0]
     (path.parent / "geometry.feb").unlink()
-    with pytest.raises(fc.MeshError, match=r"no <Mesh>.*missing: geometry\.feb, loads\.feb"):
+    with refused(fc.MeshError, "no-mesh", "missing: geometry.feb, loads.feb"):
         fc.read_mesh(path)
-    with pytest.raises(fc.MeshError, match="a circle without an end"):
+    with refused(fc.MeshError, "mesh", "a circle without an end"):
         fc.read_mesh(file(f'<febio_spec version="2.5">{way}</febio_spec>', "geometry.feb"))
 
 
@@ -215,10 +219,10 @@ def test_febio_parts_and_instances(file):
     corners = read.part("B.Bone").points
     assert {tuple(x) for x in corners.round(12).tolist()} == {(0, 0, 5), (0, 2, 5), (-1, 0, 5), (0, 0, 6)}
     for old, new, words in (
-        ('part="P"/', 'part="Q"/', "the parts are: P"),
-        ("<rotate>", '<rotate type="Euler">', "Euler"),
+        ('part="P"/', 'part="Q"/', ("unknown-part", "P")),
+        ("<rotate>", '<rotate type="Euler">', ("mesh", "Euler")),
     ):
-        with pytest.raises(fc.MeshError, match=words):
+        with refused(fc.MeshError, *words):
             fc.read_mesh(
                 file(FEB.format(version="2.5", tag="Geometry", mesh=mesh.replace(old, new), outside=""), "bad.feb")
             )

@@ -4,6 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.fem.loads import moments_of_volume
@@ -84,7 +85,7 @@ def test_cells_of_order_three_are_refused_with_what_to_do(gmsh, tmp_path):
         gmsh.write(str(tmp_path / "cubic.msh"))
     finally:
         gmsh.finalize()
-    with pytest.raises(fc.MeshError, match=r"holds 8 hexahedra of order 3, which is too high.*gmsh -order 2"):
+    with refused(fc.MeshError, "no-solid-cells", "gmsh -order 2"):
         fc.read_mesh(tmp_path / "cubic.msh")
     # its surfaces are read by their corners
     assert abs(fc.read_surface(tmp_path / "cubic.msh", "lid").areas.sum() - 1) < 1e-12
@@ -132,16 +133,16 @@ $EndElements
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("4.1 0 8", "5.0 0 8", "gmsh's version 5.0; expected 1, 2, 4.0 or 4.1"),
-        ("5 5 5\n", "5 5\n", "numbers are missing"),
-        ("0 0 1\n", "0 zero 1\n", "could not be read"),
-        ("$EndElements", "", "has no end"),
-        ("1 1 2 3 4", "1 1 2 3 9", "refers to node 9"),
-        ("3 1 4 1\n", "3 1 777 1\n", "could not be read"),
-        ("3 1 4 1\n", "3 1 29 1\n", "numbers are missing"),
-        ("4.1 0 8", "4.1 1 8", "damaged"),
-        ("0 0 1\n", "0 nan 1\n", "not finite"),
-        (TEXT, "nothing at all", "no nodes"),
+        ("4.1 0 8", "5.0 0 8", ("version", "5.0")),
+        ("5 5 5\n", "5 5\n", ("mesh", "numbers are missing")),
+        ("0 0 1\n", "0 zero 1\n", ("damaged",)),
+        ("$EndElements", "", ("mesh", "has no end")),
+        ("1 1 2 3 4", "1 1 2 3 9", ("unknown-node", "node 9")),
+        ("3 1 4 1\n", "3 1 777 1\n", ("damaged",)),
+        ("3 1 4 1\n", "3 1 29 1\n", ("mesh", "numbers are missing")),
+        ("4.1 0 8", "4.1 1 8", ("mesh", "damaged")),
+        ("0 0 1\n", "0 nan 1\n", ("not-finite",)),
+        (TEXT, "nothing at all", ("mesh", "no nodes")),
     ],
 )
 def test_damaged_files(old, new, words, tmp_path):
@@ -149,8 +150,8 @@ def test_damaged_files(old, new, words, tmp_path):
     path.write_text(TEXT)
     assert fc.read_mesh(path).kinds == {"tet4": 1}
     path.write_text(TEXT.replace("0 0 1\n", "0 1e308 1\n"))
-    with pytest.raises(fc.InputError, match="size of the mesh"):
+    with refused(fc.InputError, "out-of-scale", "The size of the mesh"):
         fc.read_mesh(path)
     path.write_text(TEXT.replace(old, new))
-    with pytest.raises(fc.MeshError, match=words):
+    with refused(fc.MeshError, *words):
         fc.read_mesh(path)

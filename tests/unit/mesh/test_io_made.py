@@ -4,6 +4,7 @@ import struct
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import merge
@@ -55,7 +56,7 @@ def test_stl_points_are_joined_and_a_layer_grows_on_them(tmp_path):
     check_mesh(layer)
     inner, outer = surface.areas.sum(), moments_of_volume(layer)[0] / 0.5
     assert 1.03 < outer / inner < 1.07  # (r + t/2)^2 / r^2 = 1.0506 on the ball itself
-    with pytest.raises(fc.MeshError, match=r"folds"):
+    with refused(fc.MeshError, "layer-folds"):
         fc.shapes.extrude(surface.flipped(), 12.0)
 
 
@@ -76,16 +77,16 @@ def test_other_surface_files(suffix, tmp_path):
 
 def test_bad_surfaces(tmp_path):
     (tmp_path / "a.stl").write_text("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n")
-    with pytest.raises(fc.MeshError, match=r"damaged|coordinates"):
+    with refused(fc.MeshError, "mesh", "coordinates"):
         fc.read_surface(tmp_path / "a.stl")
-    with pytest.raises(fc.InputError, match="Unknown surface file"):
+    with refused(fc.InputError, "file-type"):
         fc.read_surface(tmp_path / "a.xyz")
-    with pytest.raises(fc.InputError, match="no file"):
+    with refused(fc.InputError, "no-file"):
         fc.read_surface(tmp_path / "b.stl")
     x = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0]], dtype=float)
-    with pytest.raises(fc.MeshError, match="branches"):
+    with refused(fc.MeshError, "mesh", "branches"):
         fc.SurfaceMesh(x, np.array([[0, 1, 2, 2], [0, 1, 3, 3], [0, 1, 4, 4]]))
-    with pytest.raises(fc.MeshError, match="no area"):
+    with refused(fc.MeshError, "mesh", "no area"):
         fc.SurfaceMesh(x[[0, 1, 1]] * [1, 0, 0], np.array([[0, 1, 2, 2]]))
 
 
@@ -109,9 +110,9 @@ def test_thickness_may_vary(block):
     assert abs(moments_of_volume(by_function)[0] - 0.2) < ROUNDING
     by_array = fc.shapes.extrude(surface, 0.1 + 0.2 * surface.points[:, 0])
     assert np.abs(by_array.points - by_function.points).max() < ROUNDING
-    with pytest.raises(fc.InputError, match="positive everywhere"):
+    with refused(fc.InputError, "thickness-not-positive"):
         fc.shapes.extrude(surface, lambda x: x[:, 0])
-    with pytest.raises(fc.InputError, match="one per point"):
+    with refused(fc.InputError, "input", "one per point"):
         fc.shapes.extrude(surface, [0.1, 0.2])
     for layers in (0, [0.1, 1.0], [0, 0.6, 0.5, 1]):
         with pytest.raises(fc.InputError):
@@ -122,7 +123,7 @@ def test_two_sheets_that_face_each_other():
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1.0]])
     sheets = fc.SurfaceMesh(points, np.array([[0, 1, 2, 3], [4, 5, 6, 7]]))
     assert abs(moments_of_volume(fc.shapes.extrude(sheets, 0.45))[0] - 0.9) < ROUNDING
-    with pytest.raises(fc.MeshError, match="runs into itself"):
+    with refused(fc.MeshError, "layer-crosses-itself"):
         fc.shapes.extrude(sheets, 0.55)
 
 
@@ -155,7 +156,7 @@ def test_picks(kind, block):
     body = fc.ElasticBody(other, fc.Material(E=1.0, nu=0.3), contact="bottom")
     assert picked(pick.near(body.surface("bottom"), 0.1)) == top
     assert picked(pick.near(other.points, 0.5) & pick.facing((0, 0, 1))) == top
-    with pytest.raises(fc.InputError, match="No outer face"):
+    with refused(fc.InputError, "empty-boundary", "face"):
         mesh.with_boundary("p", pick.plane((0, 0, 2), (0, 0, 1)))
 
 
@@ -248,7 +249,7 @@ def test_geo_scripts_and_defaults(tmp_path, gmsh):
         'Physical Volume("all") = {1};\n'
     )
     for read in (fc.read_mesh, fc.mesh_solid):
-        with pytest.raises(fc.InputError, match="can run any program"):
+        with refused(fc.InputError, "script-not-allowed"):
             read(path)
     mesh = fc.mesh_solid(path, scale=10.0, run_script=True)
     assert list(mesh.kinds) == ["tet10"]
@@ -261,14 +262,14 @@ def test_cad_requests_that_cannot_be_met(tmp_path, plate):
     folder, _ = plate
     (tmp_path / "bad.step").write_text("no step")
     for call, words in (
-        (lambda: fc.mesh_solid(tmp_path / "bad.step"), "bad.step"),
-        (lambda: fc.mesh_solid(tmp_path / "none.step"), "no file"),
-        (lambda: fc.mesh_solid(tmp_path / "none.txt"), "Unknown CAD"),
-        (lambda: fc.mesh_solid(folder / "plate.step", element="hex27"), "hex27"),
-        (lambda: fc.mesh_solid(folder / "plate.step", size=-1.0), "size"),
-        (lambda: fc.mesh_solid(folder / "plate.step", near=(0, 0)), "near"),
+        (lambda: fc.mesh_solid(tmp_path / "bad.step"), ("mesh", "bad")),
+        (lambda: fc.mesh_solid(tmp_path / "none.step"), ("no-file",)),
+        (lambda: fc.mesh_solid(tmp_path / "none.txt"), ("input", "Unknown CAD")),
+        (lambda: fc.mesh_solid(folder / "plate.step", element="hex27"), ("unknown-name", "of gmsh 'hex27'")),
+        (lambda: fc.mesh_solid(folder / "plate.step", size=-1.0), ("not-positive", "size")),
+        (lambda: fc.mesh_solid(folder / "plate.step", near=(0, 0)), ("wrong-shape", "near")),
     ):
-        with pytest.raises((fc.InputError, fc.MeshError), match=words):
+        with refused((fc.InputError, fc.MeshError), *words):
             call()
 
 
@@ -277,9 +278,9 @@ def test_cad_requests_that_cannot_be_met(tmp_path, plate):
     [
         (
             OSError("libGLU.so.1: cannot open shared object file"),
-            "library of the system is missing .libGLU.*libXrender",
+            ("missing-package", "libGLU"),
         ),
-        (ImportError("No module named 'gmsh'"), "pip install gmsh"),
+        (ImportError("No module named 'gmsh'"), ("missing-package", "pip install gmsh")),
     ],
 )
 def test_gmsh_missing_is_said(error, words, monkeypatch):
@@ -293,5 +294,5 @@ def test_gmsh_missing_is_said(error, words, monkeypatch):
         return real(name, *args, **kwargs)
 
     monkeypatch.setattr(builtins, "__import__", refuse)
-    with pytest.raises(fc.MissingPackageError, match=words):
+    with refused(fc.MissingPackageError, *words):
         load_gmsh()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.fem.loads import moments_of_volume
@@ -124,20 +125,20 @@ def test_abaqus_keeps_its_names(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("5, 6, 7, 8\n", "5, 6, 7, 99\n", "refers to node 99"),
-        ("5, 6, 7, 8\n", "5, 6, 7\n", "no multiple of the 9"),
-        ("C3D8R", "C3D77", "2 elements of type C3D77; .* Expected hexahedra"),
-        ("Upper, S2", "Upper, S7", "face 'S7'"),
-        ("Upper, S2", "Top, S2", "element set 'Top'"),
-        ("2, 1., 0., 0.", "2, 1., zero, 0.", "cannot be read"),
-        ("1, 1, 2, 3, 4,\n5, 6, 7, 8", "1, 5, 6, 7, 8,\n1, 2, 3, 4", "left-handed"),
-        ("*HEADING", "*PART, NAME=a\n*END PART\n*PART, NAME=b\n*END PART\n*HEADING", "outside of them"),
+        ("5, 6, 7, 8\n", "5, 6, 7, 99\n", ("unknown-node", "refers to node 99")),
+        ("5, 6, 7, 8\n", "5, 6, 7\n", ("mesh", "no multiple of the 9")),
+        ("C3D8R", "C3D77", ("no-solid-cells", "2 elements of type C3D77")),
+        ("Upper, S2", "Upper, S7", ("mesh", "face 'S7'")),
+        ("Upper, S2", "Top, S2", ("mesh", "element set 'Top'")),
+        ("2, 1., 0., 0.", "2, 1., zero, 0.", ("bad-line",)),
+        ("1, 1, 2, 3, 4,\n5, 6, 7, 8", "1, 5, 6, 7, 8,\n1, 2, 3, 4", ("folded-cell", "left-handed")),
+        ("*HEADING", "*PART, NAME=a\n*END PART\n*PART, NAME=b\n*END PART\n*HEADING", ("mesh", "outside of them")),
     ],
 )
 def test_damaged_decks(old, new, words, tmp_path):
     path = tmp_path / "bad.inp"
     path.write_text(DECK.replace(old, new))
-    with pytest.raises(fc.MeshError, match=words):
+    with refused(fc.MeshError, *words):
         fc.read_mesh(path)
 
 
@@ -170,19 +171,19 @@ def test_febio_keeps_its_names(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("</Mesh>", "", "no complete XML"),
-        ("Mesh>", "Grid>", "no <Mesh>"),
-        ("1,2,3,4</elem>", "1,2,3,8</elem>", "node 8"),
-        ("tet4", "tet20", "2 elements of type tet20. Expected hexahedra"),
-        (">0,0,1<", ">0,0<", "2 coordinates"),
-        (">0,0,1<", ">0,0,one<", "cannot be read"),
-        ("1,2,3,4</elem>", "1,3,2,4</elem>", "left-handed"),
+        ("</Mesh>", "", ("incomplete-xml",)),
+        ("Mesh>", "Grid>", ("no-mesh",)),
+        ("1,2,3,4</elem>", "1,2,3,8</elem>", ("unknown-node", "node 8")),
+        ("tet4", "tet20", ("no-solid-cells", ". It holds 2 elements of type tet20")),
+        (">0,0,1<", ">0,0<", ("no-point", "has 2")),
+        (">0,0,1<", ">0,0,one<", ("bad-number",)),
+        ("1,2,3,4</elem>", "1,3,2,4</elem>", ("folded-cell", "left-handed")),
     ],
 )
 def test_damaged_febio_files(old, new, words, tmp_path):
     path = tmp_path / "bad.feb"
     path.write_text(FEB.replace(old, new))
-    with pytest.raises(fc.MeshError, match=words):
+    with refused(fc.MeshError, *words):
         fc.read_mesh(path)
 
 
@@ -191,21 +192,21 @@ def test_surfaces_only_are_refused(block, tmp_path):
 
     mesh = block("hex8")
     meshio.write(tmp_path / "shell.vtu", meshio.Mesh(mesh.points, [("triangle", [[0, 1, 2]])]))
-    with pytest.raises(fc.MeshError, match="no solid cells"):
+    with refused(fc.MeshError, "no-solid-cells"):
         fc.read_mesh(tmp_path / "shell.vtu")
 
 
 def test_requests_that_cannot_be_met(tmp_path):
     broken = tmp_path / "broken.msh"
     broken.write_bytes(b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 2")
-    with pytest.raises(fc.MeshError, match="damaged"):
+    with refused(fc.MeshError, "mesh", "damaged"):
         fc.read_mesh(broken)
-    for name, words in (("a.stl", "read_surface"), ("a.txt", "Unknown mesh file type"), ("a.msh", "no file")):
-        with pytest.raises(fc.InputError, match=words):
+    for name, words in (("a.stl", ("is-a-surface",)), ("a.txt", ("unknown-file-type",)), ("a.msh", ("no-file",))):
+        with refused(fc.InputError, *words):
             fc.read_mesh(tmp_path / name)
-    with pytest.raises(fc.InputError, match="scale"):
+    with refused(fc.InputError, "not-positive", "The scale"):
         fc.read_mesh(broken, scale=0.0)
-    with pytest.raises(fc.InputError, match="Unknown element"):
+    with refused(fc.InputError, "unknown-name", "element"):
         fc.read_mesh(broken, element="hex64")
 
 

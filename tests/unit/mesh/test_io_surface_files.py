@@ -6,6 +6,7 @@ import zlib
 
 import numpy as np
 import pytest
+import refusals
 
 import fecontact as fc
 from fecontact.mesh.orient import signed_volume
@@ -136,7 +137,7 @@ def test_a_cube_of_squares_and_triangles(name, tmp_path):
     assert len(surface.facets) == 8
     assert surface.is_closed
     assert abs(signed_volume(surface.points, surface.facets) - 8) < ROUNDING
-    with pytest.raises(fc.InputError, match="one surface, so there is none called 'top'"):
+    with refusals.refused(fc.InputError, "one-surface", "'top'"):
         fc.read_surface(tmp_path / name, "top")
 
 
@@ -159,15 +160,15 @@ def test_files_that_are_cut_short(name, tmp_path):
 @pytest.mark.parametrize(
     ("name", "old", "new", "words"),
     [
-        ("ascii.vtp", "4 8 12 16 19 22 25 28", "4 8 12 16 19 22 25 999", "offsets"),
-        ("ascii.vtp", "4 8 12 16 19 22 25 28", "4 2 12 16 19 22 25 28", "offsets"),
-        ("ascii.vtp", 'type="PolyData"', 'type="ImageData"', "expected the PolyData"),
-        ("cube.off", "1.0 1.0 1.0", "1.0 1e308 1.0", "size of the mesh"),
-        ("cube.off", "1.0 1.0 1.0", "1.0 nan 1.0", "not finite"),
-        ("cube.off", "COFF", "MESH", "does not begin with OFF"),
-        ("text.ply", "ascii 1.0", "morse 1.0", "expected ascii or binary"),
-        ("text.ply", "element vertex 8", "element vertex 80", "incomplete"),
-        ("text.ply", "ply\n", "plop\n", "no header"),
+        ("ascii.vtp", "4 8 12 16 19 22 25 28", "4 8 12 16 19 22 25 999", ("mesh", "offsets")),
+        ("ascii.vtp", "4 8 12 16 19 22 25 28", "4 2 12 16 19 22 25 28", ("mesh", "offsets")),
+        ("ascii.vtp", 'type="PolyData"', 'type="ImageData"', ("no-poly",)),
+        ("cube.off", "1.0 1.0 1.0", "1.0 1e308 1.0", ("out-of-scale", "The size of the mesh")),
+        ("cube.off", "1.0 1.0 1.0", "1.0 nan 1.0", ("mesh", "not finite")),
+        ("cube.off", "COFF", "MESH", ("mesh", "does not begin with OFF")),
+        ("text.ply", "ascii 1.0", "morse 1.0", ("ply-format",)),
+        ("text.ply", "element vertex 8", "element vertex 80", ("mesh", "incomplete")),
+        ("text.ply", "ply\n", "plop\n", ("no-ply-header",)),
     ],
 )
 def test_damaged_files(name, old, new, words, tmp_path):
@@ -176,7 +177,7 @@ def test_damaged_files(name, old, new, words, tmp_path):
     text = path.read_text()
     assert old in text
     path.write_text(text.replace(old, new, 1))
-    with pytest.raises((fc.MeshError, fc.InputError), match=words):
+    with refusals.refused((fc.MeshError, fc.InputError), *words):
         fc.read_surface(path)
 
 
@@ -211,10 +212,10 @@ def test_shells_and_surfaces_by_name(tmp_path):
     bottom = fc.read_surface(deck, "Bottom", scale=3.0)
     assert abs(bottom.areas.sum() - 4.5) < 9 * ROUNDING
     assert abs(bottom.normals[bottom.nodes] - [0, 0, -1]).max() < ROUNDING
-    with pytest.raises(fc.InputError, match="2 surfaces; say which by name: 'Plate', 'Bottom'"):
+    with refusals.refused(fc.InputError, "several-surfaces", "has 2", "'Plate', 'Bottom'"):
         fc.read_surface(deck)
-    with pytest.raises(fc.InputError, match="no surface 'Lid'; its shells and surfaces are: 'Plate', 'Bottom'"):
+    with refusals.refused(fc.InputError, "unknown", "'Lid'", "'Plate', 'Bottom'"):
         fc.read_surface(deck, "Lid")
-    with pytest.raises(fc.InputError, match="scale is given as scale="):
+    with refusals.refused(fc.InputError, "input", "scale is given as scale="):
         fc.read_surface(deck, 2.0)
     assert fc.RigidBody.from_surface(deck, part="Plate").size > 1

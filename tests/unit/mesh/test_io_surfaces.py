@@ -7,6 +7,7 @@ import warnings
 import meshio
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import SurfaceMesh
@@ -149,9 +150,9 @@ def test_surfaces_without_a_side_are_refused():
     points, quads = sheet()
     half = quads.copy()
     half[:8] = half[:8, ::-1]
-    with pytest.raises(fc.MeshError, match="50 % of the area of the open surface"):
+    with refused(fc.MeshError, "unclear-outside", "50 %"):
         joined(points, half)
-    with pytest.raises(fc.MeshError, match="face opposite ways; 4 sides in all"):
+    with refused(fc.MeshError, "opposite-facets", "ways; 4"):
         SurfaceMesh(points, half)
     angle = np.linspace(0, 2 * np.pi, 13)[:-1]
     across = np.stack([np.cos(angle / 2) * np.cos(angle), np.cos(angle / 2) * np.sin(angle), np.sin(angle / 2)], 1)
@@ -159,7 +160,7 @@ def test_surfaces_without_a_side_are_refused():
     k = np.arange(12)
     strip = np.stack([k, (k + 1) % 12, (k + 1) % 12 + 12, k + 12], 1)
     strip[-1] = [11, 12, 0, 23]
-    with pytest.raises(fc.MeshError, match="one side only"):
+    with refused(fc.MeshError, "one-sided"):
         oriented(np.concatenate([middle + 0.5 * across, middle - 0.5 * across]), strip)
 
 
@@ -212,7 +213,7 @@ def test_a_prism_of_polygons_is_closed(tmp_path):
 
 def test_a_polygon_that_crosses_itself_is_refused():
     star = np.array([(np.cos(a), np.sin(a), 0.0) for a in 0.8 * np.pi * np.arange(5)])
-    with pytest.raises(fc.MeshError, match="crosses itself"):
+    with refused(fc.MeshError, "mesh", "crosses itself"):
         cut(star, np.arange(5)[None, :])
 
 
@@ -223,15 +224,15 @@ def test_obj_numbers_count_back_lines_go_on_and_errors_are_told(tmp_path):
     assert len(surface.facets) == 2
     assert abs(surface.areas.sum() - 1) < 1e-15
     for text, match in (
-        ("v 0 0 0\nf 1 0 1", "needs three corners"),
-        ("v 0 0 0\nf 1 2 3", "not among its 1 points"),
-        ("v 0 0 0\nf 1 -4 -1", "not among"),
-        ("v 0 0\nv 1 0\nv 1 1\nf 1 2 3", "needs three coordinates"),
-        ("v 0 0 0\nf 1 x 2", "cannot be read"),
-        ("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3", "not finite"),
+        ("v 0 0 0\nf 1 0 1", ("mesh", "needs three corners")),
+        ("v 0 0 0\nf 1 2 3", ("mesh", "its 1")),
+        ("v 0 0 0\nf 1 -4 -1", ("mesh", "not among")),
+        ("v 0 0\nv 1 0\nv 1 1\nf 1 2 3", ("no-xyz",)),
+        ("v 0 0 0\nf 1 x 2", ("bad-line",)),
+        ("v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3", ("mesh", "not finite")),
     ):
         path.write_text(text)
-        with pytest.raises(fc.MeshError, match=match):
+        with refused(fc.MeshError, *match):
             fc.read_surface(path)
 
 
@@ -239,11 +240,11 @@ def test_stl_files_that_are_cut_short_are_refused(tmp_path):
     points, triangles = ball()
     path = binary_stl(tmp_path / "a.stl", points, triangles)
     path.write_bytes(path.read_bytes()[:-30])
-    with pytest.raises(fc.MeshError, match="incomplete"):
+    with refused(fc.MeshError, "incomplete"):
         fc.read_surface(path)
     text_stl(path, points, triangles)
     path.write_text(path.read_text().replace("vertex", "vertx", 1))
-    with pytest.raises(fc.MeshError, match="no triangles of three"):
+    with refused(fc.MeshError, "mesh", "no triangles of three"):
         fc.read_surface(path)
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import meshio
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import Mesh, SectionMesh, merge
@@ -115,13 +116,13 @@ def test_sets_made_in_python_hold_each_member_once():
 def test_repeated_cells_made_in_python_are_refused():
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
     for extra in (mesh.cells[[5]], mesh.cells[[5]][:, [3, 0, 1, 2, 7, 4, 5, 6]]):
-        with pytest.raises(fc.MeshError, match=r"Cells 5 and 8 have the same corners; 1 cells"):
+        with refused(fc.MeshError, "double-cells", "Cells 5", "and 8", "corners; 1"):
             check_cells(Mesh(mesh.points, np.concatenate([mesh.cells, extra])))
-    with pytest.raises(fc.MeshError, match="8 cells repeat"):
+    with refused(fc.MeshError, "double-cells", "corners; 8"):
         fc.ElasticBody(merge([mesh, mesh], 1e-9), RUBBER)
     # a wedge that lies in a hexahedron: no corners in common with one cell, but a face with two
     wedge = KINDS["wedge6"].to_hexahedra(mesh.cells[[0]][:, [0, 1, 2, 4, 5, 6]])
-    with pytest.raises(fc.MeshError, match="belongs to 3 cells"):
+    with refused(fc.MeshError, "crowded-face", "to 3"):
         check_mesh(Mesh(mesh.points, np.concatenate([mesh.cells, wedge])))
 
 
@@ -129,7 +130,7 @@ def test_repeated_cells_of_sections_are_refused():
     plate = fc.sections.rectangle((2.0, 1.0), (2, 1))
     turned = plate.cells[[0]][:, [1, 2, 3, 0, 5, 6, 7, 4]]
     for extra in (plate.cells[[0]], turned):
-        with pytest.raises(fc.MeshError, match="Cell 2 lies in another one"):
+        with refused(fc.MeshError, "double-cells", "Cell 2"):
             SectionMesh(plate.points, np.concatenate([plate.cells, extra]))
 
 
@@ -139,7 +140,7 @@ def test_points_in_one_place_are_refused_and_joined_by_merge():
     ]
     start = len(halves[0].points)
     crack = Mesh(np.concatenate([m.points for m in halves]), np.concatenate([halves[0].cells, halves[1].cells + start]))
-    with pytest.raises(fc.MeshError, match="8 pairs of points lie in the same place"):
+    with refused(fc.MeshError, "double-points", "8 pairs"):
         fc.ElasticBody(crack, RUBBER)
     check_mesh(merge([crack], 1e-9))
 
@@ -147,7 +148,7 @@ def test_points_in_one_place_are_refused_and_joined_by_merge():
 def test_faces_between_two_cells_cannot_be_in_contact():
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 2))
     inner = replace(mesh, boundaries={"cut": np.array([[0, 5], [1, 4], [1, 5]])})
-    with pytest.raises(fc.MeshError, match="2 of the 3 faces of the boundary 'cut' lie between two cells"):
+    with refused(fc.MeshError, "face-between-cells", "2 of", "the 3", "'cut'"):
         fc.ElasticBody(inner, RUBBER, contact="cut")
 
 
@@ -159,6 +160,6 @@ def test_two_contacts_of_two_bodies_share_no_faces():
         fc.RigidBody(fc.Plane(), name=n).placed((0, 0, 1.0), fc.rotation_about((1, 0, 0), np.pi)) for n in ("p", "q")
     ]
     contacts = [fc.Contact(body, planes[0], (n, "surface")) for n in ("top", "left")]
-    with pytest.raises(fc.InputError, match="share faces on both bodies"):
+    with refused(fc.InputError, "shared-faces"):
         fc.Scene([body, planes[0]], contacts)
     fc.Scene([body, *planes], [contacts[0], fc.Contact(body, planes[1], ("left", "surface"))])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import Mesh, MeshError
@@ -32,7 +33,7 @@ def test_left_handed_cell_is_named(element):
     mirror = [4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11, 16, 17, 18, 19, 20, 21, 22, 23, 25, 24, 26]
     cells = mesh.cells.copy()
     cells[5] = cells[5][mirror[: cells.shape[1]]]
-    with pytest.raises(MeshError, match=r"Cell 5 is left-handed"):
+    with refused(MeshError, "folded-cell", "Cell 5", "left-handed"):
         check_mesh(with_cells(mesh, cells))
 
 
@@ -43,7 +44,7 @@ def test_folded_cell_is_named():
     corner = np.flatnonzero((points == 1).all(axis=1))[0]
     points[corner] = (0.3, 0.3, 0.3)
     cell = np.flatnonzero((mesh.cells == corner).any(axis=1))[0]
-    with pytest.raises(MeshError, match=f"Cell {cell} is folded or inverted"):
+    with refused(MeshError, "folded-cell", f"Cell {cell} "):
         check_mesh(Mesh(points, mesh.cells))
 
 
@@ -55,7 +56,7 @@ def test_flat_cell_is_refused():
 
 def test_unused_points():
     mesh = block()
-    with pytest.raises(MeshError, match=f"1 points belong to no cell; the first is point {len(mesh.points)}"):
+    with refused(MeshError, "unused-points", f"point {len(mesh.points)}."):
         check_mesh(Mesh(np.concatenate([mesh.points, [[5.0, 5.0, 5.0]]]), mesh.cells))
 
 
@@ -65,7 +66,7 @@ def test_doubled_points():
         np.concatenate([mesh.points, mesh.translated((1.0, 0.0, 0.0)).points]),
         np.concatenate([mesh.cells, mesh.cells + len(mesh.points)]),
     )
-    with pytest.raises(MeshError, match=r"9 pairs of points lie in the same place"):
+    with refused(MeshError, "double-points", "9 pairs"):
         check_mesh(twice)
 
 
@@ -80,7 +81,7 @@ def moved_mid_edge(along):
 
 @pytest.mark.parametrize("along", [0.2, 0.25, 0.76])
 def test_mid_edge_node_beyond_the_quarter_points(along):
-    with pytest.raises(MeshError, match=r"Cell 0 .*mid-edge node 8|Cell 0 is folded"):
+    with refused(MeshError, "mid-edge-node", "Cell 0", "node 8"):
         check_mesh(moved_mid_edge(along))
 
 
@@ -94,5 +95,5 @@ def test_bulging_mid_edge_node_far_off_its_edge_is_found():
     points = mesh.points.copy()
     middle = mesh.cells[0, 8]
     points[middle, 1:] += 1.2
-    with pytest.raises(MeshError, match=r"Cell .* is folded"):
+    with refused(MeshError, "folded-cell", "folded or inverted"):
         check_mesh(Mesh(points, mesh.cells))

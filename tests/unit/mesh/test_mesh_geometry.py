@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 from skfem import Basis, BilinearForm, ElementVector, MeshHex, MeshTet, MeshTet2, MeshTri, MeshWedge1
 from skfem.helpers import ddot, eye, sym_grad, trace
 
@@ -57,9 +58,9 @@ def test_default_mesh_is_one_curved_element():
 
 
 def test_degenerate_cells_and_other_meshes_are_refused(degenerate):
-    with pytest.raises(InputError, match=r"degenerate"):
+    with refused(InputError, "no-skfem-mesh"):
         degenerate("wedge").to_skfem()
-    with pytest.raises(MeshError, match=r"MeshTri1"):
+    with refused(MeshError, "no-skfem", "MeshTri1"):
         fc.Mesh.from_skfem(MeshTri())
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError, Mesh, MeshError, merge
@@ -33,9 +34,9 @@ def test_upgraded_counts_and_shared_nodes(element):
 
 
 def test_upgraded_refuses_what_it_cannot_do(degenerate):
-    with pytest.raises(InputError, match=r"hex20"):
+    with refused(InputError, "input", "hex20"):
         block("hex20").upgraded(27)
-    with pytest.raises(InputError, match=r"egenerate"):
+    with refused(InputError, "degenerate"):
         degenerate("wedge", 8).upgraded(27)
 
 
@@ -91,13 +92,13 @@ def test_merge_follows_chains_of_close_points():
 
 def test_merge_refuses_to_join_points_of_one_cell():
     # cells of 0.5, nodes in the middles of their edges
-    with pytest.raises(InputError, match=r"tolerance 0.25 joins points of one cell.* 0.25 apart"):
+    with refused(InputError, "tolerance-too-large", "0.25", "cell 0"):
         merge([block(), block().translated((1.0, 0.0, 0.0))], 0.25)
     assert len(merge([block("hex8"), block("hex8").translated((1.1, 0.0, 0.0))], 0.2).points) == 45
 
 
 def test_merge_refuses_different_cells():
-    with pytest.raises(MeshError, match=r"hex20.*hex8|hex8.*hex20"):
+    with refused(MeshError, "mesh", "hex20", "hex8"):
         merge([block("hex8"), block("hex20")], 1e-9)
 
 
@@ -105,12 +106,12 @@ def test_with_boundary_and_with_group():
     mesh = block().with_boundary("foot", lambda x: (x[:, 2] == 0) & (x[:, 0] <= 0.5))
     assert len(mesh.faces("foot")) == 2
     assert len(block().with_group("low", lambda x: x[:, 2] < 0.5).groups["low"]) == 4
-    with pytest.raises(InputError, match=r"'nowhere'"):
+    with refused(InputError, "empty-boundary", "'nowhere'"):
         block().with_boundary("nowhere", lambda x: x[:, 2] > 5)
 
 
 def test_unknown_boundary_lists_the_names():
-    with pytest.raises(InputError, match=r"'lid'.*'x_min'.*'top'"):
+    with refused(InputError, "unknown-boundary", "'lid'", "'x_min'", "'top'"):
         block().faces("lid")
 
 
@@ -119,7 +120,7 @@ def test_scaled_and_mapped_leave_the_original_alone():
     assert np.abs(mesh.scaled(1e-3).points * 1e3 - mesh.points).max() < ROUNDING
     assert mesh.points.max() == 1
     for factor in (0.0, -1.0, np.nan, np.inf):
-        with pytest.raises(InputError, match=r"scale"):
+        with refused(InputError, "not-positive", "A scale"):
             mesh.scaled(factor)
 
 
@@ -131,36 +132,36 @@ def test_frozen_arrays():
 
 def test_bad_arrays():
     x, cell = hex_nodes(8), np.arange(8)[None, :]
-    with pytest.raises(MeshError, match=r"not finite.*point 3"):
+    with refused(MeshError, "mesh", "point 3"):
         Mesh(np.where(np.arange(8)[:, None] == 3, np.nan, x), cell)
-    with pytest.raises(MeshError, match=r"point 8.*only 8"):
+    with refused(MeshError, "mesh", "point 8", "only 8"):
         Mesh(x, cell + 1)
-    with pytest.raises(MeshError, match=r"\(1, 7\)"):
+    with refused(MeshError, "wrong-shape", "(1, 7)"):
         Mesh(x, cell[:, :7])
-    with pytest.raises(MeshError, match=r"\(8, 2\)"):
+    with refused(MeshError, "mesh", "(8, 2)"):
         Mesh(x[:, :2], cell)
-    with pytest.raises(MeshError, match=r"Cells"):
+    with refused(MeshError, "wrong-shape"):
         Mesh(x, np.zeros((0, 8), int))
 
 
 @pytest.mark.parametrize("bad", [np.array([[0, 6]]), np.array([[1, 0]]), np.array([[-1, 0]]), np.array([0, 1, 2])])
 def test_boundaries_that_do_not_exist(bad):
-    with pytest.raises(MeshError, match=r"'lid'"):
+    with refused(MeshError, "boundary-shape", "'lid'"):
         Mesh(hex_nodes(8), np.arange(8)[None, :], {"lid": bad})
 
 
 def test_groups_that_do_not_exist():
-    with pytest.raises(MeshError, match=r"'core'"):
+    with refused(MeshError, "mesh", "'core'"):
         Mesh(hex_nodes(8), np.arange(8)[None, :], {}, {"core": np.array([1])})
 
 
 def test_midface_nodes_only_where_they_belong(degenerate):
-    with pytest.raises(InputError, match=r"hex27"):
+    with refused(InputError, "input", "hex27"):
         block("hex27").with_midface_nodes(("top",))
     wedge = degenerate("wedge")
     line = next(f for f in range(6) if len(np.unique(wedge.cells[0][FACES[f, :4]])) == 2)
     named = Mesh(wedge.points, wedge.cells, {"end": np.array([[0, line]])})
-    with pytest.raises(InputError, match=r"shrunk to a line"):
+    with refused(InputError, "input", "shrunk to a line"):
         named.with_midface_nodes(("end",))
 
 

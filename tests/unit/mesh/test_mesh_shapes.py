@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError, merge
@@ -172,7 +173,7 @@ def test_divisions_whose_ends_are_off_by_rounding_are_taken(scale):
         mesh = shapes.block((scale, scale, scale), (given, 1, 1), element="hex8")
         assert np.unique(mesh.points[:, 0]).tolist() == [0.0, given[1], scale]
     for wrong in ([1e-3, 0.3, 1.0], [0.0, 0.3, 1.001]):
-        with pytest.raises(InputError, match=r"must run from 0 to"):
+        with refused(InputError, "divisions", "0"):
             shapes.block((scale, scale, scale), (scale * np.array(wrong), 1, 1))
 
 
@@ -185,25 +186,25 @@ def test_blocks_can_be_merged_with_a_degenerate_neighbour(degenerate):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: shapes.block((1.0, -1.0, 1.0), (1, 1, 1)), r"size\[1\] must be positive"),
-        (lambda: shapes.block((1.0, 1.0, 1.0), (1, 0, 1)), "ivision"),
-        (lambda: shapes.block((1.0, 1.0, 1.0), (1, [0, 1, 0.5], 1)), "increasing"),
-        (lambda: shapes.block((1.0, 1.0, 1.0), ([0, 0.5], 1, 1)), "0 .*1"),
-        (lambda: shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="tet4"), "'tet4'.*'hex8'"),
-        (lambda: shapes.block((1.0, 1.0), (1, 1, 1)), "three"),
-        (lambda: shapes.thick_ring(2.0, 1.0, 1.0), "outer radius must exceed"),
-        (lambda: shapes.thick_ring(1.0, 2.0, 1.0, sector="third"), "'third'.*'quarter'"),
-        (lambda: shapes.half_sphere(math.nan), "radius must be positive"),
-        (lambda: shapes.half_sphere(1.0, level=9), "level must be 1"),
-        (lambda: shapes.half_sphere(1.0, contact_radius=0.9), "does not fit"),
-        (lambda: shapes.half_sphere(1.0, contact_radius=0.0), "positive"),
-        (lambda: shapes.cap(1.0, 2.0, 1.0), "not below the extent"),
-        (lambda: shapes.cap(1.0, 0.9, 0.1), "must exceed the cap's own height"),
-        (lambda: shapes.Level(core=0, rings=1, edge=0.1, layer=0.1), "core"),
+        (lambda: shapes.block((1.0, -1.0, 1.0), (1, 1, 1)), ("not-positive", "size[1]")),
+        (lambda: shapes.block((1.0, 1.0, 1.0), (1, 0, 1)), ("not-whole", "The divisions")),
+        (lambda: shapes.block((1.0, 1.0, 1.0), (1, [0, 1, 0.5], 1)), ("divisions", "[0, 1, 0.5]")),
+        (lambda: shapes.block((1.0, 1.0, 1.0), ([0, 0.5], 1, 1)), ("divisions", "to 1")),
+        (lambda: shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="tet4"), ("unknown-name", "'tet4'", "'hex8'")),
+        (lambda: shapes.block((1.0, 1.0), (1, 1, 1)), ("input", "three")),
+        (lambda: shapes.thick_ring(2.0, 1.0, 1.0), ("input", "outer radius must exceed")),
+        (lambda: shapes.thick_ring(1.0, 2.0, 1.0, sector="third"), ("unknown-name", "'third'", "'quarter'")),
+        (lambda: shapes.half_sphere(math.nan), ("not-positive", "radius")),
+        (lambda: shapes.half_sphere(1.0, level=9), ("no-level", "9")),
+        (lambda: shapes.half_sphere(1.0, contact_radius=0.9), ("contact-radius-too-large",)),
+        (lambda: shapes.half_sphere(1.0, contact_radius=0.0), ("not-positive", "contact_radius")),
+        (lambda: shapes.cap(1.0, 2.0, 1.0), ("input", "not below the extent")),
+        (lambda: shapes.cap(1.0, 0.9, 0.1), ("cap-too-deep",)),
+        (lambda: shapes.Level(core=0, rings=1, edge=0.1, layer=0.1), ("not-whole", "The core of a Level")),
     ],
 )
 def test_bad_sizes(call, words):
-    with pytest.raises(InputError, match=words):
+    with refused(InputError, *words):
         call()
 
 

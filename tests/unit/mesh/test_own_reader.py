@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.mesh.formats.raw import RawMesh
@@ -27,18 +28,18 @@ def test_any_file_is_read_by_an_own_reader(path) -> None:
     assert mesh.cells.shape == (1, 20)
     assert np.ptp(mesh.points, axis=0).tolist() == [10.0, 10.0, 10.0]
     assert len(mesh.faces("floor")) == 1
-    with pytest.raises(fc.InputError, match=r"no part 'one'"):
+    with refused(fc.InputError, "unknown-part", "'one'"):
         fc.read_mesh(path, reader=reader, part="one")
 
 
 def test_what_it_returns_is_checked(path) -> None:
-    with pytest.raises(fc.InputError, match=r"must return a RawMesh of cube\.\w+; found tuple"):
+    with refused(fc.InputError, "input", "tuple"):
         fc.read_mesh(path, reader=lambda file: (CORNERS, []))  # type: ignore[arg-type, return-value]
     broken = RawMesh(CORNERS, [("hex8", np.array([[0, 1, 2, 3, 4, 5, 6, 9]]))])
-    with pytest.raises(fc.MeshError, match="refer to point 9, but there are 8 points"):
+    with refused(fc.MeshError, "unknown-point", "point 9", "are 8"):
         fc.read_mesh(path, reader=lambda file: broken)
 
 
 def test_an_unknown_type_names_the_way_out(tmp_path) -> None:
-    with pytest.raises(fc.InputError, match=r"Unknown mesh file type '\.mine'.*reader="):
+    with refused(fc.InputError, "unknown-file-type", "'.mine'"):
         fc.read_mesh(tmp_path / "cube.mine")

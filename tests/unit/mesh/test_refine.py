@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 from refine_cases import CASES, bent, locally_refined, mesh_of, near, one_edge_pair, refined_near
+from refusals import refused
 from scipy.spatial import cKDTree
 
 import fecontact as fc
@@ -376,17 +377,17 @@ def test_where_all_that_touches_is_divided_no_node_of_the_faces_hangs(kind, widt
 
 def test_what_cannot_be_divided_is_refused():
     mesh = block()
-    with pytest.raises(InputError, match=r"cell numbers 0 \.\.\. 26; found \[27\]"):
+    with refused(InputError, "input", "... 26", "[27]"):
         refined(mesh, [27])
-    with pytest.raises(InputError, match=r"cell numbers 0 \.\.\. 26"):
+    with refused(InputError, "input", "... 26"):
         refined(mesh, [-1])
-    with pytest.raises(InputError, match=r"cell numbers 0 \.\.\. 26"):
+    with refused(InputError, "input", "... 26"):
         refined(mesh, [0.5])
-    with pytest.raises(InputError, match=r"shape \(27,\); found \(3,\)"):
+    with refused(InputError, "input", "27", "(3,)"):
         refined(mesh, np.ones(3, bool))
-    with pytest.raises(InputError, match=r"of 27 cells"):
+    with refused(InputError, "face-pair", "of 27"):
         touching(mesh, [[27, 0]])
-    with pytest.raises(InputError, match=r"of 27 cells"):
+    with refused(InputError, "face-pair", "of 27"):
         touching(mesh, [[0, 6]])
 
 
@@ -394,7 +395,7 @@ def test_collapsed_cells_of_27_nodes_are_refused():
     plain = block("hex27", (1, 1, 1))
     cells = plain.cells.copy()
     cells[0, [2, 9]] = cells[0, 1]
-    with pytest.raises(InputError, match=r"Cell 0 is a collapsed cell of 27 nodes"):
+    with refused(InputError, "input", "Cell 0"):
         refined(Mesh(plain.points, cells), [0])
 
 
@@ -402,7 +403,7 @@ def test_hanging_nodes_that_no_division_made_are_refused():
     mesh = corner(levels=1)
     ties = HangingNodes(mesh.hanging.nodes, mesh.hanging.weights)
     other = replace(mesh, hanging=ties)
-    with pytest.raises(InputError, match=rf"{len(ties.nodes)} hanging nodes, the first of them point \d+, are not"):
+    with refused(InputError, "hanging-of-others", f"{len(ties.nodes)} hanging nodes"):
         refined(other, [0])
     assert refined(other, []) is other
     assert len(touching(other, other.faces("top"))) > 0
@@ -414,7 +415,7 @@ def test_points_put_elsewhere_take_hanging_nodes_along():
         np.where(np.isin(np.arange(len(mesh.points)), mesh.hanging.nodes)[:, None], 7.0, mesh.points)
     )
     assert np.abs(moved.points - mesh.points).max() < ROUNDING
-    with pytest.raises(InputError, match=r"shape \(\d+, 3\); found \(4, 3\)"):
+    with refused(InputError, "input", "(4, 3)"):
         mesh.with_points(np.zeros((4, 3)))
 
 

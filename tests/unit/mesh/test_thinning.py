@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.mesh.check import check_mesh, least_jacobians
@@ -32,7 +33,7 @@ def thickness_of(mesh, surface):
 def test_a_layer_yields_in_a_round_channel_and_nowhere_else():
     """Source: a layer on a channel of radius R folds if it is thicker than R; its walls meet at 53 degrees."""
     surface = sheet(channel)
-    with pytest.raises(fc.MeshError, match=r"folds on \d+ of 288 facets.*near \([34]\.\d+, "):
+    with refused(fc.MeshError, "layer-folds", "288", "("):
         fc.extrude(surface, 0.7, strict=True)
     mesh = fc.extrude(surface, 0.7)
     check_mesh(mesh)
@@ -77,6 +78,6 @@ def test_walls_of_a_slot_do_not_run_into_each_other():
 
 def test_a_layer_that_is_too_thick_altogether_is_refused():
     hollow = fc.SurfaceMesh.of(fc.shapes.thick_ring(1.0, 2.0, 1.0, (8, 1, 2), element="hex8"), "inner")
-    with pytest.raises(fc.MeshError, match="folds on"):
+    with refused(fc.MeshError, "layer-folds"):
         fc.extrude(hollow, 1.5)
     assert (least_jacobians(fc.extrude(hollow, 0.5)) > 0).all()

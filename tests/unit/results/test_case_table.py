@@ -12,6 +12,7 @@ import meshio
 import numpy as np
 import pytest
 from PIL import Image
+from refusals import refused
 from scipy.spatial import cKDTree
 
 import fecontact as fc
@@ -47,7 +48,7 @@ def test_columns_are_the_figures_of_the_contacts_on_the_first_body_as_given(bloc
         assert np.allclose(table.column(f"{label}: force_z"), sign * 20 * depth, rtol=1e-9)
         assert np.allclose(table.column(f"{label}: area"), 2.0, rtol=1e-9)
         assert np.allclose(table.column(f"{label}: centre_y"), 1.0, rtol=1e-9)
-    with pytest.raises(InputError, match="'peak'"):
+    with refused(InputError, "unknown-name", "'peak'"):
         table.column("peak")
 
 
@@ -57,7 +58,7 @@ def test_a_table_is_the_sequence_of_its_rows(blocks):
     assert [row["name"] for row in table] == list(table.names) == ["up 0.01", "up 0.02", "up 0.03"]
     assert table[1] is table["up 0.02"] is table[-2]
     assert table[1:] == table.rows[1:]
-    with pytest.raises(InputError, match="'up'"):
+    with refused(InputError, "unknown-name", "'up'"):
         table["up"]
     with pytest.raises(AttributeError):
         table.rows = ()
@@ -89,7 +90,7 @@ def test_files_have_all_columns_and_rows(blocks, tmp_path):
         assert [float(line[name]) for line in lines] == values.tolist()
     assert json.loads(table.save(tmp_path / "a.json").read_text())["cases"] == json.loads(json.dumps(list(table)))
     assert [json.loads(line)["name"] for line in table.save(tmp_path / "a.jsonl").open()] == list(table.names)
-    with pytest.raises(InputError, match="suffix"):
+    with refused(InputError, "unknown-name", "suffix"):
         table.save(tmp_path / "a.xls")
 
 
@@ -111,19 +112,19 @@ def test_a_resumed_table_has_the_loads_and_the_parameters_of_now(blocks, tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("parameters", "told"),
+    ("parameters", "code", "found"),
     [
-        ({"angle": "up"}, "angle"),
-        ({"angle": np.nan}, "angle"),
-        ({"area": 1.0}, "name of a column"),
-        ({"forces of mine": 1.0}, "name of a column"),
-        ({"": 1.0}, "name of a parameter"),
-        ([1.0], "mapping"),
+        ({"angle": "up"}, "not-finite", "angle"),
+        ({"angle": np.nan}, "not-finite", "angle"),
+        ({"area": 1.0}, "input", "'area'"),
+        ({"forces of mine": 1.0}, "input", "'forces of mine'"),
+        ({"": 1.0}, "not-a-text", "name of a parameter"),
+        ([1.0], "not-a-mapping", "[1.0]"),
     ],
 )
-def test_parameters_that_are_none_are_refused_with_their_case(blocks, parameters, told):
+def test_parameters_that_are_none_are_refused_with_their_case(blocks, parameters, code, found):
     scene, cases, _ = blocks
-    with pytest.raises(InputError, match=f"Case 'up 0.01'.*{told}"):
+    with refused(InputError, code, "'up 0.01'", found):
         scene.sweep([{**cases[0], "parameters": parameters}])
 
 
@@ -144,11 +145,11 @@ def test_curves_are_drawn_over_the_cases_or_a_parameter(blocks, tmp_path):
     assert axes.lines[0].get_xdata().tolist() == [0.01, 0.02, 0.03]
     assert np.allclose(axes.lines[0].get_ydata(), [-0.2, -0.4, -0.6])
     for wrong in ({"over": "time"}, {"over": 3.0}):
-        with pytest.raises(InputError, match="column"):
+        with refused(InputError, "unknown-name", "column"):
             table.plot(**wrong)
-    with pytest.raises(InputError, match="'peak'"):
+    with refused(InputError, "unknown-name", "'peak'"):
         table.plot("peak")
-    with pytest.raises(InputError, match="no cases"):
+    with refused(InputError, "no-cases"):
         blocks[0].sweep([]).plot()
 
 
@@ -197,35 +198,38 @@ def test_sides_of_a_plane_that_moves_with_a_body_add_up_to_the_contact(rolled):
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ({"split": ((0, 0, 0),)}, "a point and a normal"),
-        ({"split": "x"}, "point and a normal"),
-        ({"split": ((0, 0, 0), (0, 0, 0))}, "must not be zero"),
-        ({"split": fc.DividingPlane((0, 0, 0), (1, 0, 0), fc.RigidBody(fc.Plane(), name="other"))}, "'other'"),
-        ({"keep": "displacement"}, "field to keep"),
-        ({"keep": 3}, "fields to keep"),
-        ({"keep": "friction"}, "No contact has friction"),
-        ({"save": "same.vtu"}, "both write same.vtu"),
-        ({"save": "{number}.vtu"}, "'number'"),
-        ({"save": "{name.vtu"}, "cannot be read"),
-        ({"save": "none/{name}.vtu"}, "does not exist"),
-        ({"save": "{name}.txt"}, "suffix"),
-        ({"save": 3}, "files of a sweep"),
+        ({"split": ((0, 0, 0),)}, ("split", "((0, 0, 0),)")),
+        ({"split": "x"}, ("not-a-sequence", "a point and a normal")),
+        ({"split": ((0, 0, 0), (0, 0, 0))}, ("normal-zero",)),
+        (
+            {"split": fc.DividingPlane((0, 0, 0), (1, 0, 0), fc.RigidBody(fc.Plane(), name="other"))},
+            ("not-in-scene", "'other'"),
+        ),
+        ({"keep": "displacement"}, ("unknown-name", "field", "to keep 'displacement'")),
+        ({"keep": 3}, ("not-a-sequence", "The fields to keep")),
+        ({"keep": "friction"}, ("input", "No contact has friction")),
+        ({"save": "same.vtu"}, ("same-file", "same.vtu")),
+        ({"save": "{number}.vtu"}, ("input", "'number'")),
+        ({"save": "{name.vtu"}, ("input", "cannot be read")),
+        ({"save": "none/{name}.vtu"}, ("no-folder", "does not exist")),
+        ({"save": "{name}.txt"}, ("unknown-name", "suffix")),
+        ({"save": 3}, ("not-a-sequence", "The files of a sweep")),
     ],
 )
 def test_wishes_that_are_none_are_refused_before_any_case(rolled, tmp_path, given, told):
     scene, cases, *_ = rolled
-    with pytest.raises(InputError, match=told):
+    with refused(InputError, *told):
         scene.sweep(cases, tmp_path / "rows.jsonl", **given)
     assert not (tmp_path / "rows.jsonl").exists()
 
 
 def test_names_that_cannot_be_in_a_path_are_refused(rolled, tmp_path):
     scene, cases, *_ = rolled
-    with pytest.raises(InputError, match="'a/b' cannot be part"):
+    with refused(InputError, "input", "'a/b'"):
         scene.sweep([{**cases[0], "name": "a/b"}], save=str(tmp_path / "{name}.vtu"))
-    with pytest.raises(InputError, match="two sides"):
+    with refused(InputError, "side-names", "('a', 'a')"):
         fc.DividingPlane((0, 0, 0), (1, 0, 0), sides=("a", "a"))
-    with pytest.raises(InputError, match="Case 'x0' has keep"):
+    with refused(InputError, "input", "'x0'", "keep"):
         scene.sweep([{**cases[1], "keep": ("pressure",)}])
 
 
@@ -241,7 +245,7 @@ def test_kept_fields_are_those_of_the_results(rolled):
     # no kept field holds a body or its displacements: 0.4 kB a facet, and what belongs to the case as a whole
     size = len(pickle.dumps(fields[1]))
     assert size < 600 * len(fields[1].facets) + 5000
-    with pytest.raises(InputError, match=r"friction of case 'x-0\.5' is not in memory"):
+    with refused(InputError, "not-kept", "friction", "'x-0.5'"):
         table.fields("friction")
     for wrong in ({"contact": 1}, {"cases": ["y"]}, {"cases": [7]}, {"cases": []}, {"what": "stress"}):
         with pytest.raises(InputError):
@@ -308,16 +312,16 @@ def test_an_animation_has_a_frame_for_each_case(rolled, tmp_path):
             image.seek(k)
             frames.append(np.asarray(image.convert("RGB"), float))
     assert all(np.abs(a - b).max() > 100 for a, b in pairwise(frames))
-    with pytest.raises(InputError, match="suffix of an animation"):
+    with refused(InputError, "unknown-name", "suffix", "of an animation '.avi'"):
         table.animate(tmp_path / "run.avi")
     for wrong in (0, 2.5, "fast"):
-        with pytest.raises(InputError, match="frames per second"):
+        with refused(InputError, "not-whole", "The frames per second"):
             table.animate(tmp_path / "run.gif", rate=wrong)
 
 
 def test_mp4_without_ffmpeg_is_refused_in_words(rolled, tmp_path, monkeypatch):
     monkeypatch.setattr("matplotlib.animation.FFMpegWriter.isAvailable", lambda: False)
-    with pytest.raises(fc.MissingPackageError, match="ffmpeg"):
+    with refused(fc.MissingPackageError, "missing-package", "ffmpeg"):
         rolled[-1].animate(tmp_path / "run.mp4")
     assert not (tmp_path / "run.mp4").exists()
 
@@ -341,9 +345,9 @@ def test_the_collection_for_paraview_lists_a_file_of_each_case_at_its_time(rolle
     moved = ElementTree.parse(other / "x.pvd").findall("./Collection/DataSet")
     assert [each.get("file") for each in moved] == [f"../run_{name}.vtu" for name in table.names]
     rows = ({**table[0], "parameters": {}}, table[1])
-    with pytest.raises(InputError, match="'time', which is to be the time"):
+    with refused(InputError, "unknown-figure", "'time'"):
         replace(table, rows=rows, maps=()).save(other / "y.pvd")
-    with pytest.raises(InputError, match=r"has written no \.vtu file"):
+    with refused(InputError, "input", "has written no .vtu file"):
         replace(table, rows=({**table[0], "files": []},)).save(other / "z.pvd")
 
 
@@ -353,9 +357,9 @@ def test_a_collection_of_a_resumed_sweep_needs_the_files_of_before(rolled, tmp_p
     scene.sweep(cases[:1], path, save=tmp_path / "run.pvd")
     again = scene.sweep(cases[:2], path, save=tmp_path / "run.pvd", keep="pressure")
     assert len(ElementTree.parse(tmp_path / "run.pvd").findall("./Collection/DataSet")) == 2
-    with pytest.raises(InputError, match=r"case 'x-0\.5' is not in memory.*earlier run"):
+    with refused(InputError, "not-kept", "'x-0.5'"):
         again.montage()
     assert len(again.montage(cases=[1]).axes) == 2
     (tmp_path / "run_x-0.5.vtu").unlink()
-    with pytest.raises(InputError, match=r"'x-0\.5' is finished in .* is not there"):
+    with refused(InputError, "file-of-case-missing", "'x-0.5'"):
         scene.sweep(cases, path, save=tmp_path / "run.pvd")

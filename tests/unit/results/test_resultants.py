@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import Mesh
@@ -101,9 +102,11 @@ def test_a_side_without_contact_is_empty(tilted):
     assert np.isnan(beyond.centre_of_pressure).all()
 
 
-@pytest.mark.parametrize("normal", [(0, 0, 0), (1, 0), (np.nan, 0, 1)])
-def test_planes_that_are_none_are_refused(tilted, normal):
-    with pytest.raises(fc.InputError, match="normal of the dividing plane"):
+@pytest.mark.parametrize(
+    ("normal", "code"), [((0, 0, 0), "normal-zero"), ((1, 0), "not-a-vector"), ((np.nan, 0, 1), "not-a-vector")]
+)
+def test_planes_that_are_none_are_refused(tilted, normal, code):
+    with refused(fc.InputError, code, "normal of the dividing plane"):
         tilted[2].contacts[0].split_by_plane((0, 0, 0), normal)
 
 
@@ -182,9 +185,9 @@ def test_springs_are_part_of_the_equilibrium():
 
 def test_unknown_supports_are_refused_with_those_there_are(tilted):
     body, floor, result = tilted
-    with pytest.raises(fc.InputError, match="no support on 'bottom'; its supports are on: 'top'"):
+    with refused(fc.InputError, "no-support", "'bottom'", "'top'"):
         result.reaction(body, "bottom")
-    with pytest.raises(fc.InputError, match="'floor' is rigid"):
+    with refused(fc.InputError, "rigid", "'floor'"):
         result.reaction(floor, "surface")
 
 
@@ -213,7 +216,7 @@ def test_stress_of_one_material_stops_at_its_edge():
         assert np.isnan(stress[~inside]).all()
         assert np.abs(stress[inside, 2] - along).max() <= 1e-9
         assert np.abs(stress[inside, 0] - across).max() <= 1e-9
-    with pytest.raises(fc.InputError, match=r"no element set 'middle'\. Its sets are: 'low', 'high'"):
+    with refused(fc.InputError, "input", "'middle'", "'low', 'high'"):
         result.stress(body, "middle")
 
 

@@ -9,6 +9,7 @@ import pytest
 import scipy.sparse as sp
 from hanging_meshes import boxed, part, section_step
 from refine_cases import near, refined_near
+from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError
@@ -296,9 +297,9 @@ def test_rims_where_the_division_changes():
 def test_bricks_with_gradient_coordinates_have_no_hanging_nodes():
     for element in ("hex8", "hex20"):
         mesh = block(element, (1.2,))
-        with pytest.raises(InputError, match=r"with \d+ hanging nodes cannot be used with gradient coordinates"):
+        with refused(InputError, "hanging-not-possible", "used with gradient coordinates"):
             fc.AncfBody(mesh, SOLID, "top", {"bottom": "xyz"})
-        with pytest.raises(InputError, match="cannot be used with gradient coordinates"):
+        with refused(InputError, "hanging-not-possible", "used with gradient coordinates"):
             AncfSpace(mesh)
 
 

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import SolverError
@@ -210,5 +211,5 @@ def test_poses_that_have_not_settled_are_refused_with_what_is_left(monkeypatch):
     pad = fc.ElasticBody(mesh, fc.Material(E=1000.0, nu=0.3), "top", {"bottom": "xyz"}, name="pad")
     ball = fc.RigidBody(fc.Sphere(radius=5.0), name="ball").placed((0.0, 0.0, 3.0))
     scene = fc.Scene([pad, ball], [fc.Contact(pad, ball)])
-    with pytest.raises(SolverError, match=r"not settled after 1 steps \(last change \d"):
+    with refused(SolverError, "not-settled", "after 1"):
         scene.solve(forces={ball: (0.0, 0.0, -20.0)}, finite_motion=True)

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import meshio
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.scene import load_path
@@ -74,7 +75,7 @@ def test_a_block_on_a_slope_stays_or_slides() -> None:
     for step in path.steps[1:]:
         assert np.abs(step.contacts[0].friction.slip).max() < 1e-9 * first
     scene, load = sloping(0.30, angle)
-    with pytest.raises(fc.SupportError, match=rf"at least mu = {np.tan(angle):.3g}"):
+    with refused(fc.SupportError, "slides-as-a-whole", f"{np.tan(angle):.3g}"):
         scene.solve(**load)
 
 
@@ -123,41 +124,41 @@ def test_patch_of_stick_on_faces_that_do_not_match() -> None:
 def test_what_is_not_offered_is_refused() -> None:
     scene, block = dragged(0.3)
     motions = {block: {"z": -0.01}}
-    with pytest.raises(fc.InputError, match="must be True or False"):
+    with refused(fc.InputError, "motion", "'auto'"):
         scene.solve_path([{"motions": motions}], finite_motion="auto")
-    with pytest.raises(fc.InputError, match="has no file"):
+    with refused(fc.InputError, "input", "has no file"):
         scene.solve_path([{"motions": motions}], "path.jsonl", accuracy=0.05)
-    with pytest.raises(fc.InputError, match="give accuracy="):
+    with refused(fc.InputError, "limit-without-accuracy"):
         scene.solve_path([{"motions": motions}], max_dofs=1000)
-    with pytest.raises(fc.InputError, match="solver of its own"):
+    with refused(fc.InputError, "solver"):
         scene.solve(motions=motions, solver="wolfe")
-    with pytest.raises(fc.InputError, match="solver of its own"):
+    with refused(fc.InputError, "solver", "solver of its own"):
         scene.sweep([{"motions": motions, "solver": "wolfe"}])
-    with pytest.raises(fc.InputError, match="at least one step"):
+    with refused(fc.InputError, "no-steps"):
         scene.solve_path([])
-    with pytest.raises(fc.InputError, match="Step 1 has 'motion'"):
+    with refused(fc.InputError, "input", "Step 1", "'motion'"):
         scene.solve_path([{"motion": motions}])
-    with pytest.raises(fc.InputError, match="no place for friction"):
+    with refused(fc.InputError, "input", "no place for friction"):
         export_problem(scene, "problem.npz", motions=motions)
     cartilage = fc.ElasticLayer(fc.Material(E=1.0, nu=0.3), 0.1, (block.mesh, "bottom"))
     ball = fc.RigidBody(fc.Sphere(1.0))
-    with pytest.raises(fc.InputError, match="along its normal only"):
+    with refused(fc.InputError, "friction-normal-only"):
         fc.Scene([cartilage, ball], [fc.Contact(cartilage, ball, friction=0.3)]).solve(forces={ball: (0, 0, -1e-3)})
     smooth, block = dragged(0.0)
-    with pytest.raises(fc.InputError, match="No contact has friction"):
+    with refused(fc.InputError, "input", "No contact has friction"):
         smooth.solve_path([{"motions": {block: {"z": -0.01}}}])
 
 
 @pytest.mark.parametrize("mu", [-0.1, float("nan"), "0.3", None])
 def test_senseless_friction_is_refused(mu: object) -> None:
-    with pytest.raises(fc.InputError, match="Coulomb's mu"):
+    with refused(fc.InputError, "friction", "zero or positive"):
         dragged(mu)  # type: ignore[arg-type]
 
 
 def test_a_step_that_cannot_be_held_has_its_number() -> None:
     scene, block = dragged(0.3)
     press = {"forces": {block: (0, 0, -0.01)}, "free": {block: "x"}}
-    with pytest.raises(fc.SupportError, match="Step 2 of 2"):
+    with refused(fc.SupportError, "slides-as-a-whole", "Step 2", "of 2"):
         scene.solve_path([press, {"forces": {block: (0.0031, 0, -0.01)}, "free": {block: "x z"}}])
 
 
@@ -176,7 +177,7 @@ def test_a_torque_is_held_up_to_the_limit_of_its_pressures() -> None:
     assert path.cuts == (1, 1)
     steps[1]["moments"] = {block: (0.0, 0.0, 1.1 * 0.3 * mean)}
     # 0.33 to 2 %: pressures follow the torque, and the mean distance is a sum over points
-    with pytest.raises(fc.SupportError, match=r"block: rotation about z.*holds 0\.9\d+ .*about mu = 0\.3[23]"):
+    with refused(fc.SupportError, "slides-as-a-whole", "block: rotation about z", "holds 0.9"):
         scene.solve_path(steps)
 
 
@@ -252,7 +253,7 @@ def test_steps_of_alike_rollers_are_not_solved_in_halves(monkeypatch: pytest.Mon
 
 def test_pictures_of_friction_need_friction() -> None:
     scene, block = dragged(0.0)
-    with pytest.raises(fc.InputError, match="without friction"):
+    with refused(fc.InputError, "input", "without friction"):
         scene.solve(motions={block: {"z": -0.01}}).plot("friction")
 
 
@@ -300,7 +301,7 @@ def test_an_interrupted_path_goes_on_as_if_it_had_not_been(finite_motion: bool, 
     np.testing.assert_allclose(again.friction_work, whole.friction_work, rtol=1e-12, atol=1e-18)
     assert len(file.read_text().splitlines()) == 5
     for change, what in (({"first": 1.1}, "motions"), ({"finite_motion": not finite_motion}, "finite_motion")):
-        with pytest.raises(fc.InputError, match=rf"row '1' .* another model or case \(.*{what}"):
+        with refused(fc.InputError, "row-of-another", "'1'", what):
             solved(5, file, **change)
 
 
@@ -311,11 +312,11 @@ def test_a_step_is_of_another_path_if_one_before_it_changed(tmp_path) -> None:
     scene.solve_path([press, drag, press], file)
     lines = file.read_text().splitlines(keepends=True)
     file.write_text("".join(lines[1:]))
-    with pytest.raises(fc.InputError, match="the steps before"):
+    with refused(fc.InputError, "row-of-another", "the steps before"):
         scene.solve_path([drag, drag, press], file)
     for earlier in ('{"name": "1", "fingerprint": {}}\n', lines[0].replace('"format"', '"old"')):
         file.write_text(earlier)
-        with pytest.raises(fc.InputError, match="another model or case"):
+        with refused(fc.InputError, "row-of-another"):
             scene.solve_path([press], file)
 
 
@@ -456,10 +457,10 @@ def test_a_load_path_in_a_scene_file(tmp_path, capsys) -> None:
     file.write_text(text.replace("FRICTION", '"rough"'))
     assert np.isinf(fc.read_scene(file).scene.contacts[0].friction)
     file.write_text(text.replace("FRICTION", "-0.3"))
-    with pytest.raises(fc.InputError, match="Coulomb's mu"):
+    with refused(fc.InputError, "scene-file"):
         fc.read_scene(file)
     file.write_text(text.replace("FRICTION", "0.3") + "[loads]\nmotions.block = {z = -0.01}\n")
-    with pytest.raises(fc.InputError, match=r"leave \[loads\] and \[\[cases\]\] out"):
+    with refused(fc.InputError, "scene-file"):
         fc.read_scene(file)
 
 
@@ -487,9 +488,9 @@ def test_a_path_has_a_table_of_its_steps_with_maps_and_sides(tmp_path: Path) -> 
     np.testing.assert_allclose(tractions[1], 0.3 * table.fields("pressure")[1].values, rtol=1e-9)
     assert len(table.montage("friction").axes) == 4
     assert path.save(tmp_path / "path.csv").read_text().splitlines()[0].startswith("case,status,motions")
-    with pytest.raises(fc.InputError, match="3 steps and 2 times"):
+    with refused(fc.InputError, "times-differ", "are 3", "and 2"):
         path.table([0.0, 1.0])
-    with pytest.raises(fc.InputError, match="suffix"):
+    with refused(fc.InputError, "unknown-name", "suffix"):
         path.save(tmp_path / "path.txt")
 
 
@@ -509,5 +510,5 @@ def test_a_path_of_finite_motions_is_a_collection_for_paraview(tmp_path: Path) -
         # the held top turns about the block's reference point on the axis of symmetry, and moves down
         moved = fc.rotation_about((0, 0, 1), turn) @ read.points[top].T - [[0.0], [0.0], [1e-3]]
         np.testing.assert_allclose(read.points[top] + read.point_data["displacement"][top], moved.T, atol=1e-9)
-    with pytest.raises(fc.InputError, match="one time for each"):
+    with refused(fc.InputError, "input", "one time for each"):
         path.save(tmp_path / "turn.pvd", times=[1.0])

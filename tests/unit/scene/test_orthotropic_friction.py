@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import read_scene
@@ -121,7 +122,7 @@ def test_a_block_holds_up_to_the_ellipse(angle: float) -> None:
     force = scene.solve(**loads).contacts[0].friction.force
     np.testing.assert_allclose(force, -0.9 * limit * np.array([math.cos(angle), math.sin(angle), 0]), atol=1e-11)
     scene, loads = loose(angle, 1.1 * limit)
-    with pytest.raises(fc.SupportError, match=rf"at least mu = {1.1 * MU[1]:.3g}, .* mu is the larger one"):
+    with refused(fc.SupportError, "slides-as-a-whole", f"{1.1 * MU[1]:.3g}", "mu is the larger one"):
         scene.solve(**loads)
 
 
@@ -188,36 +189,36 @@ def test_a_scene_file_has_two_coefficients(tmp_path) -> None:
     contact = read_scene(path).scene.contacts[0]
     assert (contact.friction, contact.mu, contact.lay.body) == (MU, 0.3, "floor")
     path.write_text(text.replace("friction_axis = [1, 1, 0]", ""), encoding="utf-8")
-    with pytest.raises(fc.InputError, match="need friction_axis"):
+    with refused(fc.InputError, "scene-file"):
         read_scene(path)
 
 
 @pytest.mark.parametrize(
     ("friction", "axis", "words"),
     [
-        ((0.1, 0.3), None, "need friction_axis"),
-        (0.3, (1, 0, 0), "found one"),
-        ((0.1, 0.0), (1, 0, 0), "two positive, finite"),
-        ((0.1, np.inf), (1, 0, 0), "two positive, finite"),
-        ((0.1, 0.2, 0.3), (1, 0, 0), "two positive, finite"),
-        ((1e-4, 1.0), (1, 0, 0), "may differ by a factor of 1000"),
-        ((0.1, 0.3), (0, 0, 0), "is zero"),
-        ((0.1, 0.3), (1, 0), "three finite numbers"),
+        ((0.1, 0.3), None, ("input", "need friction_axis")),
+        (0.3, (1, 0, 0), ("friction-axis",)),
+        ((0.1, 0.0), (1, 0, 0), ("not-positive", "two")),
+        ((0.1, np.inf), (1, 0, 0), ("not-positive", "two")),
+        ((0.1, 0.2, 0.3), (1, 0, 0), ("not-positive", "two")),
+        ((1e-4, 1.0), (1, 0, 0), ("friction-too-unlike", "1000")),
+        ((0.1, 0.3), (0, 0, 0), ("input", "is zero")),
+        ((0.1, 0.3), (1, 0), ("not-a-vector", "three")),
     ],
 )
 def test_senseless_pairs_are_refused(friction: object, axis: object, words: str) -> None:
-    with pytest.raises(fc.InputError, match=words):
+    with refused(fc.InputError, *words):
         block_on(friction, friction_axis=axis)
 
 
 def test_an_axis_normal_to_the_surface_is_refused_where_it_touches() -> None:
-    with pytest.raises(fc.InputError, match=r"normal to the surface at 25 points .* lay of 'block'"):
+    with refused(fc.InputError, "friction-axis-normal", "lay of 'block'"):
         dragged(*block_on(MU, friction_axis=(0, 0, 1)), 0.01, 0.0)
     # away from contact it does not matter
     lay = Lay(np.array(MU), np.array([1.0, 0.0, 0.0]), "ball")
     normals = np.array([[0.0, 0.0, 1.0], [math.cos(0.05), math.sin(0.05), 0.0]])
     lay.check(normals, normals, np.array([True, False]))
-    with pytest.raises(fc.InputError, match="at 1 points"):
+    with refused(fc.InputError, "friction-axis-normal", "at 1"):
         lay.check(normals, normals, np.array([True, True]))
     across = lay.tangents(normals) / np.reshape([1 / 3, 1.0], (2, 1, 1))
     np.testing.assert_allclose(np.einsum("kni,lni->nkl", across, across), [np.eye(2)] * 2, atol=1e-15)
@@ -238,21 +239,21 @@ def test_an_axis_oblique_to_a_plane_of_symmetry_is_refused() -> None:
     np.testing.assert_allclose(2 * np.array(force[:2])[:, [0, 2]], np.array(force[2:])[:, [0, 2]], atol=1e-12)
     body = fc.ElasticBody(half, material, "bottom", {"top": "xyz", "y_min": "y"})
     scene = fc.Scene([body, floor], [fc.Contact(body, floor, friction=MU, friction_axis=(1, 1, 0))])
-    with pytest.raises(fc.InputError, match="oblique to the lay"):
+    with refused(fc.InputError, "input", "oblique to the lay"):
         dragged(scene, body, 0.01, 0.0)
 
 
 def test_half_spaces_and_bricks_have_one_coefficient() -> None:
     half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(8, 8))
-    with pytest.raises(fc.InputError, match="the same in all directions here"):
+    with refused(fc.InputError, "friction-isotropic", "(0.1, 0.3)"):
         half.press(fc.surfaces.Paraboloid(1.0), force=0.1, friction=MU, tangential=(0.01, 0.0))
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
     solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.0), points=3)
-    with pytest.raises(fc.InputError, match="the same in all directions here"):
+    with refused(fc.InputError, "friction-isotropic", "(0.1, 0.3)"):
         Assembly.of([solid], None, [(0, "bottom", fc.RigidBody(fc.Plane()), MU)])
 
 
 def test_a_section_has_one_coefficient() -> None:
     body = fc.PlaneBody(fc.sections.rectangle((1.0, 1.0), (1, 1)), fc.Material(E=1.0, nu=0.0), "bottom", {"top": "xz"})
-    with pytest.raises(fc.InputError, match="one coefficient"):
+    with refused(fc.InputError, "friction-of-section"):
         fc.Contact(body, fc.RigidBody(fc.Plane()), friction=MU, friction_axis=(1, 0, 0))

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import SupportError
@@ -27,10 +28,9 @@ def test_a_lug_that_only_facets_keep_from_turning_is_refused():
     lug, scene = lug_on_a_pin(6, 0.99)
     case = {"forces": {(lug, (2.0, 0.0, 0.25)): (0.0, -1.0, 0.0)}, "free": {lug: "x y rz"}, "finite_motion": False}
     # by statics where lines of action are radial, else by the motion found: the motion is named either way
-    words = r"motion that nothing resists.* - lug: rotation about z through"
-    with pytest.raises(SupportError, match=words):
+    with refused(SupportError, "free-motion", "lug: rotation about z through"):
         scene.solve(**case)
-    with pytest.raises(SupportError, match=words):
+    with refused(SupportError, "free-motion", "lug: rotation about z through"):
         scene.sweep([case])
     # held in the turn, it is at rest
     held = scene.solve(**{**case, "free": {lug: "x y"}})
@@ -56,13 +56,16 @@ def test_no_rest_is_said_from_one_radian_and_a_thousand_bodies_on(at_rest):
     # known violations just within and just beyond, with their size in the message
     known = np.sqrt(3.0)  # the block's diagonal; all gaps are zero
     assert check_rest(at_rest) is at_rest
-    for share, refused in ((0.99, False), (1.01, True)):
+    for share, wrong in ((0.99, False), (1.01, True)):
         for motion, words in (
-            ([0, 0, 0, 0, share * LARGEST_TURN, 0], rf"block: rotation about y.*, by {share:.3g} rad"),
-            ([share * LARGEST_SHIFT * known, 0, 0, 0, 0, 0], rf"block: translation along x, by {share * 1732.05:.3g}"),
+            ([0, 0, 0, 0, share * LARGEST_TURN, 0], ("block: rotation about y", f", by {share:.3g} rad")),
+            (
+                [share * LARGEST_SHIFT * known, 0, 0, 0, 0, 0],
+                ("block: translation along x", f", by {share * 1732.05:.3g}"),
+            ),
         ):
-            if refused:
-                with pytest.raises(SupportError, match=words.replace("+", r"\+")):
+            if wrong:
+                with refused(SupportError, "no-rest", *words):
                     check_rest(adrift(at_rest, motion))
             else:
                 check_rest(adrift(at_rest, motion))

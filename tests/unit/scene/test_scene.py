@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError, SolverNotFoundError, SupportError
@@ -147,16 +148,16 @@ def test_ball_resting_on_a_plate_free_in_everything(kind):
 @pytest.mark.parametrize(
     ("force", "moment", "words"),
     [
-        ((0, 0, 10.0), (0, 0, 0), r"body: translation along z"),
-        ((5.0, 0, -10.0), (0, 0, 0), r"body: translation along x"),
-        ((0, 0, -10.0), (0, 0, 1.0), r"body: rotation about z"),
-        ((0, 0, -10.0), (0, 8.0, 0), r"body: rotation about y through \(1, "),
-        ((0, 0, 0), (3.0, 0, 0), r"body: rotation about"),
+        ((0, 0, 10.0), (0, 0, 0), ("free-motion", "body: translation along z")),
+        ((5.0, 0, -10.0), (0, 0, 0), ("free-motion", "body: translation along x")),
+        ((0, 0, -10.0), (0, 0, 1.0), ("free-motion", "body: rotation about z")),
+        ((0, 0, -10.0), (0, 8.0, 0), ("free-motion", "1")),
+        ((0, 0, 0), (3.0, 0, 0), ("free-motion", "body: rotation about")),
     ],
 )
 def test_loads_that_no_contact_can_balance(force, moment, words):
     body, plane = cube(supports={}), floor()
-    with pytest.raises(SupportError, match=words) as caught:
+    with refused(SupportError, *words) as caught:
         pressed(body, plane, forces={body: force}, moments={body: moment})
     assert "prescribe it with motions=" in str(caught.value)
 
@@ -166,7 +167,7 @@ def test_a_body_that_falls_free_is_named_with_its_motion():
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
     body, plane = fc.ElasticBody(mesh, heavy, "top", name="body"), floor()
     ceiling = plane.placed((0, 0, 1.0), fc.rotation_about((1, 0, 0), np.pi))
-    with pytest.raises(SupportError, match="body: translation along z"):
+    with refused(SupportError, "free-motion", "body: translation along z"):
         pressed(body, ceiling, gravity=(0, 0, -9.81))
 
 
@@ -177,7 +178,7 @@ def test_a_body_on_an_oblique_slide_is_named_with_its_motion(support):
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)).mapped(lambda x: x + np.outer(1 - x[:, 2], (1.0, 0, 0)))
     body = fc.ElasticBody(mesh, heavy, "top", {"x_min": support, "y_min": "y"}, name="body")
     ceiling = floor().placed((0, 0, 1.0), fc.rotation_about((1, 0, 0), np.pi))
-    with pytest.raises(SupportError, match=r"body: translation along \(0.707, 0, -0.707\)"):
+    with refused(SupportError, "free-motion", "707", "-0"):
         pressed(body, ceiling, gravity=(0, 0, -9.81))
 
 
@@ -422,11 +423,11 @@ def test_result_speaks():
 def test_result_refuses_strangers():
     body, plane = cube(), floor()
     result = pressed(body, plane, motions={body: {"z": -0.01}})
-    with pytest.raises(InputError, match=r"not a body of this result"):
+    with refused(InputError, "input", "not a body of this result"):
         result.displacement(cube())
-    with pytest.raises(InputError, match=r"'floor' is rigid"):
+    with refused(InputError, "rigid", "'floor'"):
         result.stress(plane)
-    with pytest.raises(InputError, match=r"no boundary 'lid'"):
+    with refused(InputError, "unknown-boundary", "'lid'"):
         result.boundary_motion(body, "lid")
 
 
@@ -436,52 +437,52 @@ def test_result_refuses_strangers():
 def test_bad_contacts():
     body, plane, two = cube(), floor(), cube(contact=("bottom", "top"), supports={})
     for call, words in [
-        (lambda: fc.Contact(body, body), r"contact with itself"),
-        (lambda: fc.Contact(two, plane), r"declares 2 contact surfaces \(bottom, top\)"),
-        (lambda: fc.Contact(cube(contact=()), plane), r"declares 0 contact surfaces \(none\)"),
-        (lambda: fc.Contact(body, plane, ("top", "surface")), r"'top' of 'body' is not a contact surface"),
-        (lambda: fc.Contact(body, plane, ("lid", "surface")), r"no boundary 'lid'.*'x_min'"),
-        (lambda: fc.Contact(body, plane, ("bottom",)), r"pair of names"),
-        (lambda: fc.Contact(body, plane, swap="sometimes"), r"'auto', 'never'"),
+        (lambda: fc.Contact(body, body), ("one-body",)),
+        (lambda: fc.Contact(two, plane), ("several-surfaces", "declares 2", "bottom, top")),
+        (lambda: fc.Contact(cube(contact=()), plane), ("several-surfaces", "declares 0", "none")),
+        (lambda: fc.Contact(body, plane, ("top", "surface")), ("no-contact-surface", "'top'", "'body'")),
+        (lambda: fc.Contact(body, plane, ("lid", "surface")), ("unknown-boundary", "'lid'", "'x_min'")),
+        (lambda: fc.Contact(body, plane, ("bottom",)), ("input", "pair of names")),
+        (lambda: fc.Contact(body, plane, swap="sometimes"), ("unknown-name", "'auto', 'never'")),
     ]:
-        with pytest.raises(InputError, match=words):
+        with refused(InputError, *words):
             call()
 
 
 def test_bad_scenes():
     body, plane = cube(), floor()
     contact = fc.Contact(body, plane)
-    with pytest.raises(InputError, match=r"at least one Contact"):
+    with refused(InputError, "no-contact"):
         fc.Scene([body, plane], [])
-    with pytest.raises(InputError, match=r"'floor' is in a contact but not among"):
+    with refused(InputError, "not-in-scene", "'floor'"):
         fc.Scene([body], [contact])
-    with pytest.raises(InputError, match=r"listed twice"):
+    with refused(InputError, "input", "listed twice"):
         fc.Scene([body, body, plane], [contact])
     ceiling = floor(1.0)
-    with pytest.raises(InputError, match=r"one body of a contact must deform"):
+    with refused(InputError, "none-elastic"):
         fc.Scene([plane, ceiling], [fc.Contact(plane, ceiling)]).solve()
 
 
 def test_surfaces_that_do_not_face_each_other():
     lower = cube(contact="top", supports={"bottom": "xyz"})
     upper = cube().placed((7.0, 0, 1.0), name="upper")
-    with pytest.raises(InputError, match=r"'bottom' of 'upper' and 'top' of 'body' do not face each other"):
+    with refused(InputError, "not-facing", "'bottom' of 'upper'", "'top' of 'body'"):
         pressed(upper, lower)
 
 
 def test_bad_solve_arguments():
     body, plane, stranger = cube(), floor(), cube()
     scene = fc.Scene([body, plane], [fc.Contact(body, plane)])
-    with pytest.raises(InputError, match=r"not a body of this scene"):
+    with refused(InputError, "not-in-scene"):
         scene.solve(forces={stranger: (0, 0, -1)})
-    with pytest.raises(SolverNotFoundError, match=r"'simplex'.*active-set"):
+    with refused(SolverNotFoundError, "unknown-solver", "'simplex'", "active-set"):
         scene.solve(motions={body: {"z": -0.01}}, solver="simplex")
     for tolerance in (-1.0, 0.0, np.nan):
-        with pytest.raises(InputError, match=r"tolerance must lie between 0 and 1"):
+        with refused(InputError, "no-share", "The tolerance"):
             scene.solve(motions={body: {"z": -0.01}}, tolerance=tolerance)
-    with pytest.raises(InputError, match=r"no option 'speed'"):
+    with refused(InputError, "unknown-option", "'speed'; i"):
         scene.solve(motions={body: {"z": -0.01}}, speed=9)
-    with pytest.raises(InputError, match=r"no option 'motion'. Did you mean 'motions'\?"):
+    with refused(InputError, "unknown-option", "'motion'. Did you mean 'motions'? I"):
         scene.solve(motion={body: {"z": -0.01}})
 
 
@@ -509,7 +510,7 @@ def test_rounding_in_normals_does_not_balance_a_tangential_load(angle):
     Q = fc.rotation_about((1, 2, 0), angle)
     low = cube(STEEL, "top", {"bottom": "xyz"}, divisions=(1, 1, 1)).placed(rotation=Q)
     up = cube(STEEL, "bottom", {}, divisions=(3, 3, 1)).placed((0, 0, 1)).placed(rotation=Q, name="up")
-    with pytest.raises(SupportError, match=r"up: translation"):
+    with refused(SupportError, "free-motion", "up: translation"):
         pressed(up, low, forces={up: Q @ [1.0, 0, -100.0]})
 
 

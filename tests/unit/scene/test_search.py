@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 
@@ -52,7 +53,7 @@ def test_sweeps_search_locally_unless_they_say_otherwise(monkeypatch: pytest.Mon
 @pytest.mark.parametrize("search", ["near", True, None])
 def test_another_search_is_refused(search: object) -> None:
     scene, loads = ball_on_pad()
-    with pytest.raises(fc.InputError, match=rf"Unknown search {search!r}; expected one of 'global', 'local'"):
+    with refused(fc.InputError, "unknown-name", "search", repr(search), "'global', 'local'"):
         scene.solve(**loads, search=search)
-    with pytest.raises(fc.InputError, match=r"Case 'a'.*'global', 'local'"):
+    with refused(fc.InputError, "unknown-name", "'a'", "'global', 'local'"):
         scene.sweep([{**loads, "search": search, "name": "a"}])

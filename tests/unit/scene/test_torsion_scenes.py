@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact import read_scene
@@ -195,13 +196,13 @@ def mixed() -> fc.Scene:
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: ring(torsion=1.5), "must be True or False"),
-        (lambda: ring(torsion=False), "'x' and 'z'; found 'xyz'"),
-        (lambda: mixed(), "cannot share a scene, with torsion or without"),
+        (lambda: ring(torsion=1.5), ("not-true-or-false", "Torsion")),
+        (lambda: ring(torsion=False), ("support-components", "'x' and 'z'", "'xyz'")),
+        (lambda: mixed(), ("mixed-dimensions",)),
     ],
 )  # fmt: skip
 def test_what_is_not_offered_is_refused(make, words: str) -> None:
-    with pytest.raises(fc.InputError, match=words):
+    with refused(fc.InputError, *words):
         make()
 
 
@@ -210,7 +211,7 @@ def test_a_torque_without_torsion_is_refused_with_advice() -> None:
     body = fc.AxisymmetricBody(mesh, STEEL, "bottom", {"top": "xz"})
     floor = fc.RigidBody(fc.Plane())
     scene = fc.Scene([body, floor], [fc.Contact(body, floor, friction=0.3)])
-    with pytest.raises(fc.InputError, match=r"only z\. To twist bodies of revolution make them with torsion=True"):
+    with refused(fc.InputError, "motion-not-in-plane", "only z"):
         scene.solve(motions={body: {"z": -0.01, "rz": 0.1}})
-    with pytest.raises(fc.InputError, match=r"only z\.$"):
+    with refused(fc.InputError, "motion-not-in-plane", "only z"):
         scene.solve(motions={body: {"z": -0.01, "x": 0.1}})

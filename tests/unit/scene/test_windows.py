@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.mesh.shapes import Level
@@ -64,8 +65,8 @@ def test_a_window_of_which_one_thing_is_given_keeps_it() -> None:
 
 
 REFUSED = {
-    "conform": (fc.RigidBody(fc.Plane()).placed((0, 0, 4.0), fc.rotation_about((1, 0, 0), np.pi)), {}, "conform"),
-    "apart": (ball(at=(4, 4, 5.0)), {"forces": None, "motions": "z"}, "do not touch"),
+    "conform": (fc.RigidBody(fc.Plane()).placed((0, 0, 4.0), fc.rotation_about((1, 0, 0), np.pi)), {}, ("conforming",)),
+    "apart": (ball(at=(4, 4, 5.0)), {"forces": None, "motions": "z"}, ("do-not-touch",)),
 }
 
 
@@ -74,13 +75,13 @@ def test_refusals(case: str) -> None:
     other, options, message = REFUSED[case]
     if "motions" in options:
         options = {**options, "motions": {other: {"z": -0.5}}}
-    with pytest.raises(fc.InputError, match=message):
+    with refused(fc.InputError, *message):
         pressed(fc.LocalBody(block(), shape=(32, 32)), other, **options)
 
 
 def test_without_a_scene_there_is_no_window() -> None:
     local = fc.LocalBody(block())
-    with pytest.raises(fc.InputError, match="no window yet"):
+    with refused(fc.InputError, "no-window"):
         local.remainder  # noqa: B018
     assert "where it is touched" in local.describe()
 
@@ -88,7 +89,7 @@ def test_without_a_scene_there_is_no_window() -> None:
 def test_two_contacts_of_one_body_are_refused() -> None:
     local, one, two = fc.LocalBody(block()), ball(), ball(at=(5.5, 4.0, 4.0))
     scene = fc.Scene([local, one, two], [fc.Contact(local, one), fc.Contact(local, two)])
-    with pytest.raises(fc.InputError, match="2 contacts"):
+    with refused(fc.InputError, "several-contacts", "in 2"):
         scene.solve(forces={one: (0, 0, -0.1), two: (0, 0, -0.1)})
 
 
@@ -154,7 +155,7 @@ def test_other_planes_of_symmetry_are_refused() -> None:
     mesh = fc.shapes.half_sphere(10.0, contact_radius=2.0, level=COARSE)
     whole = fc.ElasticBody(mesh, SOLID, contact="cap", geometry=fc.Sphere(10.0), supports={"base": "xyz"})
     upper = fc.LocalBody(whole, (0, 0, 0), 3.4, (16, 16)).placed(rotation=OVER, name="upper")
-    with pytest.raises(fc.InputError, match="planes of symmetry are not the same"):
+    with refused(fc.InputError, "no-opposite-window"):
         fc.Scene([lower, upper], [fc.Contact(lower, upper)]).solve(forces={lower: (0, 0, -0.25)})
 
 

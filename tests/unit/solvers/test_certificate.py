@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import refusals
 from scipy.sparse.linalg import LinearOperator
 
 import fecontact.solvers.registry
@@ -100,7 +101,7 @@ def test_what_is_no_number_is_not_certified() -> None:
 @pytest.mark.parametrize(("forces", "q"), [(np.zeros(3), np.zeros(1)), (np.zeros(2), np.zeros(2))])
 def test_shapes_that_do_not_fit_are_refused(forces, q) -> None:
     problem = ComplementarityProblem(S=EYE, g=np.zeros(2), B=np.ones((1, 2)), F=np.zeros(1))
-    with pytest.raises(InputError, match="Residuals need"):
+    with refusals.refused(InputError, "residual-shape", "(2,)"):
         problem.residuals(forces, q)
 
 
@@ -140,9 +141,9 @@ def test_asymmetry_and_a_negative_diagonal_are_refused_beyond_1e_8(share: float,
     # relative to the largest entry, which is -2 here
     skew = np.array([[1.0, -2.0], [-2.0 + 2e-8 * share, 1.0]])
     sunk = np.array([[1.0, -2.0], [-2.0, -2e-8 * share]])
-    for S, message in ((skew, "symmetric"), (sunk, "semidefinite")):
+    for S, message in ((skew, ("not-symmetric",)), (sunk, ("not-semidefinite",))):
         if refused:
-            with pytest.raises(InputError, match=message):
+            with refusals.refused(InputError, *message):
                 ComplementarityProblem(S=S, g=np.zeros(2))
         else:
             ComplementarityProblem(S=S, g=np.zeros(2))
@@ -172,7 +173,7 @@ def test_a_claim_is_certified_up_to_the_tolerance(monkeypatch, off: float, certi
     # the overlap that is left, over the deflection; 1 - (1 - off) has the rounding of 1
     assert abs(found.residuals.penetration / off - 1) < 1e-5
     if not certified:
-        with pytest.raises(SolverError, match=r"refused.*penetration 1\.0e-10"):
+        with refusals.refused(SolverError, "not-certified", "refused", "penetration 1.0e-10"):
             solve(TOUCHING, "active-set")
     assert solve(TOUCHING, "active-set", **({} if certified else {"tolerance": 2e-10})).success
 
@@ -182,7 +183,7 @@ def test_a_failure_is_never_certified_however_good_its_numbers(monkeypatch) -> N
     found = attempt(TOUCHING, "active-set")
     assert found.residuals.worst == 0.0
     assert not found.success
-    with pytest.raises(SolverError, match="cycling"):
+    with refusals.refused(SolverError, "not-certified", "cycling"):
         solve(TOUCHING, "active-set")
 
 
@@ -217,7 +218,7 @@ def test_an_operator_is_solved_by_products_where_that_is_asked_for_and_by_nothin
     S = Knowing(1.0)
     problem = ComplementarityProblem(S=S, g=TOUCHING.g)
     assert solve(problem, "projected-cg").solver == "projected-cg"
-    with pytest.raises(SolverError, match="is an operator"):
+    with refusals.refused(SolverError, "needs-array"):
         solve(problem, "nnls")
     assert S.asked == 0
 

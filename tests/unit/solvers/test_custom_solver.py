@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.optimize import nnls
 
 import fecontact as fc
@@ -60,7 +61,7 @@ def test_an_outcome_is_taken_too_and_its_failure_is_told(half_space) -> None:
         return Outcome(right.forces, right.q, Status.ITERATION_LIMIT, "I gave up", 9)
 
     assert solve(problem, told).nit == 7
-    with pytest.raises(fc.SolverError, match="'lost': I gave up"):
+    with refused(fc.SolverError, "not-certified", "'lost'", "I gave up"):
         solve(problem, lost)
 
 
@@ -79,37 +80,37 @@ def test_a_wrong_answer_is_refused_with_its_residuals(half_space, share) -> None
     found = attempt(problem, one_point)
     assert found.status is Status.REFUSED
     assert not found.success
-    with pytest.raises(fc.SolverError, match=r"'one_point': the answer does not pass the certificate.*penetration"):
+    with refused(fc.SolverError, "not-certified", "'one_point'", "penetration"):
         solve(problem, one_point)
 
 
 @pytest.mark.parametrize(
     ("answer", "said"),
     [
-        (lambda p: np.zeros(p.n), r"pair \(forces, q\) or an Outcome; found ndarray"),
-        (lambda p: None, "found NoneType"),
-        (lambda p: (np.zeros(p.n + 1), np.zeros(p.m)), r"forces of shape \(16,\), one per point; found shape \(17,\)"),
-        (lambda p: (np.zeros(p.n), 0.0), r"q of shape \(1,\), one per row of B; found shape \(\)"),
-        (lambda p: (np.full(p.n, np.nan), np.zeros(p.m)), "forces that are not finite: 16 of 16"),
-        (lambda p: (["a"] * p.n, np.zeros(p.m)), "forces .* are not numbers"),
+        (lambda p: np.zeros(p.n), ("solver-answer", "ndarray")),
+        (lambda p: None, ("solver-answer", "NoneType")),
+        (lambda p: (np.zeros(p.n + 1), np.zeros(p.m)), ("solver-answer", "forces", "(16,)", "point")),
+        (lambda p: (np.zeros(p.n), 0.0), ("solver-answer", "return q", "(1,)", "row of B")),
+        (lambda p: (np.full(p.n, np.nan), np.zeros(p.m)), ("not-solved", "forces", "finite: 16", "of 16")),
+        (lambda p: (["a"] * p.n, np.zeros(p.m)), ("not-solved", "forces")),
     ],
 )
 def test_an_answer_of_the_wrong_form_is_told_what_was_expected(half_space, answer, said) -> None:
-    with pytest.raises(fc.SolverError, match=said):
+    with refused(fc.SolverError, *said):
         solve(half_space(4, 1), answer)
 
 
 def test_options_are_checked_without_a_problem(monkeypatch) -> None:
     validate_options(penalised, {"weight": 2.0})
     validate_options("auto", {"max_iterations": 3})
-    with pytest.raises(fc.InputError, match=r"called as solver\(problem, wait=\.\.\.\).*unexpected keyword"):
+    with refused(fc.InputError, "solver-call", ", wait=...", "unexpected keyword"):
         validate_options(penalised, {"wait": 2.0})
-    with pytest.raises(fc.InputError, match=r"called as solver\(problem\).*too many positional"):
+    with refused(fc.InputError, "solver-call", "too many positional arguments"):
         validate_options(lambda: None, {})
-    with pytest.raises(fc.InputError, match="a name or a function of a ComplementarityProblem; found 3"):
+    with refused(fc.InputError, "input", "found 3"):
         validate_options(3, {})  # type: ignore[arg-type]
     # nothing is solved to check them
     monkeypatch.setattr("fecontact.solvers.registry.attempt", None)
     Settings("wolfe", 1e-10, {"max_iterations": 3}).check()
-    with pytest.raises(fc.InputError, match="no option 'epsilon'"):
+    with refused(fc.InputError, "unknown-option", "'epsilon'; i"):
         Settings("wolfe", 1e-10, {"epsilon": 3}).check()

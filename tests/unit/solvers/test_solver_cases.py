@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.linalg import block_diag
 
 from fecontact import SolverError
@@ -84,7 +85,7 @@ def test_negative_gaps(half_space, solver: str) -> None:
 @pytest.mark.parametrize("solver", ALL)
 def test_a_load_that_pulls_names_the_motion(solver: str) -> None:
     problem = ComplementarityProblem(S=np.eye(3), g=np.ones(3), B=np.ones((1, 3)), F=np.array([-2.0]))
-    with pytest.raises(InfeasibleLoadError, match="balance the load") as caught:
+    with refused(InfeasibleLoadError, "no-balance", "balance the load") as caught:
         solve(problem, solver)
     y = caught.value.direction
     assert (problem.B.T @ y).min() >= 0
@@ -140,7 +141,7 @@ def test_free_motions_without_load(half_space, solver: str) -> None:
 def test_interference_of_rigid_bodies_has_no_answer(S: np.ndarray) -> None:
     problem = ComplementarityProblem(S=S, g=np.array([-1.0, -1.0]))
     assert attempt(problem).status is Status.UNBOUNDED
-    with pytest.raises(SolverError, match="unbounded"):
+    with refused(SolverError, "not-certified", "unbounded"):
         solve(problem)
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 
 from fecontact import InputError
 from fecontact.solvers import ComplementarityProblem, Residuals, Solution, Status, solve
@@ -16,28 +17,28 @@ EYE = np.eye(3)
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"S": EYE, "g": np.empty(0)}, "no candidate point"),
-        ({"S": np.eye(2), "g": np.ones(3)}, "S must have shape"),
-        ({"S": EYE, "g": np.array([1.0, np.nan, 1.0])}, "g must be finite"),
-        ({"S": np.full((3, 3), np.inf), "g": np.ones(3)}, "S must be finite"),
-        ({"S": np.triu(np.ones((3, 3))), "g": np.ones(3)}, "symmetric"),
-        ({"S": -EYE, "g": np.ones(3)}, "semidefinite"),
-        ({"S": EYE, "g": np.ones((3, 1))}, "dimension"),
-        ({"S": EYE, "g": ["a", "b", "c"]}, "array of numbers"),
-        ({"S": EYE, "g": np.ones(3), "B": np.ones((1, 2)), "F": np.ones(1)}, "one column per point"),
-        ({"S": EYE, "g": np.ones(3), "B": np.ones((1, 3))}, "one entry per row"),
-        ({"S": EYE, "g": np.ones(3), "F": np.ones(1)}, "one entry per row"),
+        ({"S": EYE, "g": np.empty(0)}, ("no-gap",)),
+        ({"S": np.eye(2), "g": np.ones(3)}, ("input", "S must have shape")),
+        ({"S": EYE, "g": np.array([1.0, np.nan, 1.0])}, ("input", "g must")),
+        ({"S": np.full((3, 3), np.inf), "g": np.ones(3)}, ("input", "S")),
+        ({"S": np.triu(np.ones((3, 3))), "g": np.ones(3)}, ("not-symmetric",)),
+        ({"S": -EYE, "g": np.ones(3)}, ("not-semidefinite",)),
+        ({"S": EYE, "g": np.ones((3, 1))}, ("dimensions",)),
+        ({"S": EYE, "g": ["a", "b", "c"]}, ("input", "array of numbers")),
+        ({"S": EYE, "g": np.ones(3), "B": np.ones((1, 2)), "F": np.ones(1)}, ("column-shape",)),
+        ({"S": EYE, "g": np.ones(3), "B": np.ones((1, 3))}, ("row-shape", "0")),
+        ({"S": EYE, "g": np.ones(3), "F": np.ones(1)}, ("row-shape", "0")),
     ],
 )
 def test_input_is_checked(arguments: dict, message: str) -> None:
-    with pytest.raises(InputError, match=message):
+    with refused(InputError, *message):
         ComplementarityProblem(**arguments)
 
 
 def test_asymmetry_is_found_in_a_late_strip() -> None:
     S = np.eye(700)
     S[650, 20] = 1e-3
-    with pytest.raises(InputError, match=r"S\[650, 20\]"):
+    with refused(InputError, "not-symmetric", "S[650, 20"):
         ComplementarityProblem(S=S, g=np.ones(700))
 
 
@@ -69,7 +70,7 @@ def test_penetration_may_be_ten_times_the_tolerance() -> None:
 
 def test_residuals_refuse_wrong_shapes_and_answers_that_are_not_finite() -> None:
     problem = ComplementarityProblem(S=EYE, g=np.ones(3))
-    with pytest.raises(InputError, match="Residuals need"):
+    with refused(InputError, "residual-shape", "(2,)"):
         problem.residuals(np.zeros(2), np.zeros(0))
     assert problem.residuals(np.array([np.nan, 0, 0]), np.zeros(0)).worst == np.inf
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.sparse.linalg import aslinearoperator
 
 import fecontact.solvers.registry
@@ -18,12 +19,12 @@ def test_names() -> None:
 
 
 def test_unknown_solver_lists_the_others(half_space) -> None:
-    with pytest.raises(SolverNotFoundError, match=r"simplex.*auto, wolfe.*fecontact\[qp\]"):
+    with refused(SolverNotFoundError, "unknown-solver", "'simplex'", "wolfe"):
         solve(half_space(3), "simplex")
 
 
 def test_a_removed_solver_names_what_to_use() -> None:
-    with pytest.raises(SolverNotFoundError, match=r"'lemke' was removed.*solver='nnls'.*'auto'"):
+    with refused(SolverNotFoundError, "removed-solver", "'lemke'", "'nnls'"):
         validate_options("lemke", {})
 
 
@@ -36,25 +37,25 @@ def test_without_qpsolvers_our_own_remain(half_space, monkeypatch) -> None:
 
 @pytest.mark.parametrize("solver", ["auto", "wolfe", "osqp"])
 def test_unknown_option_is_refused(half_space, solver: str) -> None:
-    with pytest.raises(InputError, match="no option 'epsilon'"):
+    with refused(InputError, "unknown-option", "'epsilon'; i"):
         solve(half_space(3), solver, epsilon=1e-3)
 
 
 def test_options_are_checked_and_used(half_space) -> None:
     problem = half_space(8, 1)
     for wrong in (0, -1, 2.5, None):
-        with pytest.raises(InputError, match="positive integer"):
+        with refused(InputError, "max-iterations"):
             solve(problem, "wolfe", max_iterations=wrong)
     for solver in ("wolfe", "active-set", "projected-cg", "nnls"):
         start = np.ones(64, dtype=bool)
         assert attempt(problem, solver, start=start, max_iterations=1).status is Status.ITERATION_LIMIT
-    with pytest.raises(SolverError, match=r"iteration-limit.*solver='auto'"):
+    with refused(SolverError, "not-certified", "iteration-limit", "solver='auto'"):
         solve(problem, "wolfe", max_iterations=1)
     assert solve(problem, "osqp", settings={"eps_abs": 1e-6}).success
 
 
 def test_start_must_fit(half_space) -> None:
-    with pytest.raises(InputError, match="one entry per point"):
+    with refused(InputError, "input", "one entry per point"):
         solve(half_space(3), start=np.ones(8, dtype=bool))
 
 
@@ -83,7 +84,7 @@ def test_wolfes_short_form_on_singular_compliances_is_detected(random_problem) -
             if solution.status is Status.ARTIFICIAL:
                 left += 1
                 assert "left positive" in solution.message
-                with pytest.raises(SolverError, match=r"artificial.*solver='auto'"):
+                with refused(SolverError, "not-certified", "artificial", "solver='auto'"):
                     solve(problem, "wolfe")
                 assert solve(problem).success
         assert left >= fewest
@@ -97,7 +98,7 @@ def test_auto_falls_back_and_says_so(random_problem) -> None:
 def test_operator(half_space) -> None:
     problem = half_space(8, 3)
     operator = ComplementarityProblem(S=aslinearoperator(problem.S), g=problem.g, B=problem.B, F=problem.F)
-    with pytest.raises(SolverError, match="operator"):
+    with refused(SolverError, "needs-array"):
         solve(operator, "wolfe")
     reference, solution = solve(problem), solve(operator)
     assert solution.solver == "projected-cg"

@@ -5,6 +5,7 @@ from dataclasses import replace
 import meshio
 import numpy as np
 import pytest
+from refusals import refused
 
 import fecontact as fc
 from fecontact.fem.loads import moments_of_volume
@@ -158,13 +159,13 @@ def test_shells_are_solids_and_voids():
 def test_surfaces_that_enclose_no_solid_are_refused_with_the_place():
     points, triangles = geodesic(4)
     for parts, words in (
-        ((points, triangles[:-1]), r"is open.*3 sides belong to one facet only, in 1 holes.*of 3 sides"),
-        (together(geodesic(3), geodesic(3, 1.0, (1.5, 0.01, 0.02))), r"runs through itself.*near \(0\.\d+, "),
-        (turned(points, triangles), "faces inwards.*flipped"),
-        (together(geodesic(4), geodesic(3, 0.5)), r"lies in another one and faces outwards"),
-        (together(geodesic(4), turned(*geodesic(3, 0.5, (3.0, 0, 0)))), r"near .* faces inwards"),
+        ((points, triangles[:-1]), ("open-surface", "solid: 3", "in 1", "of 3")),
+        (together(geodesic(3), geodesic(3, 1.0, (1.5, 0.01, 0.02))), ("crosses-itself", "(0.")),
+        (turned(points, triangles), ("mesh", "faces inwards")),
+        (together(geodesic(4), geodesic(3, 0.5)), ("solid-in-solid",)),
+        (together(geodesic(4), turned(*geodesic(3, 0.5, (3.0, 0, 0)))), ("mesh", "near")),
     ):
-        with pytest.raises(fc.MeshError, match=words):
+        with refused(fc.MeshError, *words):
             fc.mesh_solid(surface(*parts))
     # two that are apart, by however little
     x, t = together(geodesic(3), geodesic(3, 1.0, (2.0 + 1e-6, 0, 0)))
@@ -175,7 +176,7 @@ def test_what_gmsh_cannot_mesh_is_refused_in_its_words():
     """Elements far larger than a thin part, whose two sides then cross."""
     x, t = geodesic(6)
     bent = np.column_stack([x[:, 0], x[:, 1], 0.02 * x[:, 2] + x[:, 0] ** 2])
-    with pytest.raises(fc.MeshError, match=r"gmsh could not mesh the surface: .* Smaller elements follow"):
+    with refused(fc.MeshError, "mesh", "gmsh could not mesh the surface:"):
         fc.mesh_solid(surface(bent, t), size=2.0)
 
 
@@ -252,5 +253,5 @@ def test_a_surface_that_branches_is_no_moebius_strip():
     # a triangular tent with a wall within: three facets at one side
     x = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]])
     facets = np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4], [2, 4, 3], [1, 2, 4], [1, 3, 4], [0, 2, 4], [0, 3, 4]])
-    with pytest.raises(fc.MeshError, match=r"branches: \d facets meet at the side between points 0 and \d"):
+    with refused(fc.MeshError, "mesh", "points 0"):
         oriented(x, facets[:, [0, 1, 2, 2]])

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from hanging_meshes import SPATIAL, boxed, part, stairs, step
+from refusals import refused
 
 import fecontact as fc
 from fecontact import MeshError
@@ -173,7 +174,7 @@ def test_an_area_that_is_not_positive_is_refused():
     weights = sp.csr_matrix(([2.0, -1.0], ([0, 0], [a, b])), shape=(1, len(mesh.points)))
     hanging = HangingNodes(np.array([m]), weights, np.array([[a, m, b, -1, -1]]))
     s = FacetSurface(mesh.points, mesh.face_nodes(mesh.faces("top")), "lid", hanging=hanging)
-    with pytest.raises(MeshError, match=r"'lid' at \[2. 0. 1.\] has no positive area"):
+    with refused(MeshError, "no-area", "'lid'", "[2. 0. 1.]"):
         contact_weights(s)
 
 
