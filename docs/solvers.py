@@ -20,7 +20,7 @@ from generated_pages import write
 from tqdm import tqdm
 
 from fecontact.common.errors import SolverError
-from fecontact.solvers import ComplementarityProblem, Solution, Status, attempt, available_solvers
+from fecontact.solvers import ContactProblem, Solution, Status, attempt, available_solvers
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "tests"))
@@ -49,7 +49,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
 
 
-def timed(problem: ComplementarityProblem, solver: str, start: Solution | None = None) -> tuple[Solution, float]:
+def timed(problem: ContactProblem, solver: str, start: Solution | None = None) -> tuple[Solution, float]:
     began = time.process_time()
     solution = attempt(problem, solver, start=start)
     return solution, time.process_time() - began
@@ -120,7 +120,7 @@ def by_themselves(cases: Sequence[Case]) -> str:
     return table(["back-end", f"right (of {len(given)})", "wrong", "nothing", "largest error"], rows)
 
 
-def _raw(problem: ComplementarityProblem, name: str) -> np.ndarray | None:
+def _raw(problem: ContactProblem, name: str) -> np.ndarray | None:
     rows = (problem.B, problem.F) if problem.m else (None, None)
     # copies, since some back-ends do not take arrays that are read-only
     data = [None if each is None else each.copy() for each in (problem.S, problem.g, *rows)]
@@ -161,12 +161,12 @@ def against_size(names: Sequence[str], sides: Sequence[int], budget: float) -> s
     return table(head, [[name, *cells[name]] for name in names])
 
 
-def series(side: int) -> dict[str, list[ComplementarityProblem]]:
+def series(side: int) -> dict[str, list[ContactProblem]]:
     """Problems that follow each other: a load that grows by 5 % a step, and one that wanders."""
     p = half_space(side, 3)
 
-    def loaded(load: float, at: float) -> ComplementarityProblem:
-        return ComplementarityProblem(p.S, p.g, p.B, HERTZ_LOAD * load * np.array([1.0, at, 0.0]))
+    def loaded(load: float, at: float) -> ContactProblem:
+        return ContactProblem(p.S, p.g, p.B, HERTZ_LOAD * load * np.array([1.0, at, 0.0]))
 
     return {
         "load + 5 %": [loaded(0.5 * 1.05**k, 0.0) for k in range(12)],

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 import fecontact as fc
 from fecontact.analytic import rectangle
 from fecontact.common.files import save_figure
-from fecontact.solvers import ComplementarityProblem, solve
+from fecontact.solvers import ContactProblem, solve
 
 HALF, SIDE = 20.0, 1.0  # half the length and the square section of the bar, cm
 SOFT = fc.Material(E=1.0, nu=0.3)  # the half-space; stresses in units of its modulus
@@ -72,7 +72,7 @@ def press(ratio: float, n: int = 160, force: float = FORCE) -> Rest:
     x, sunk = settlement(n)
     near, far = np.minimum(x[:, None], x), np.maximum(x[:, None], x)
     bent = near**2 * (3 * far - near) / (6 * ratio * SOFT.E * SIDE**4 / 12)
-    problem = ComplementarityProblem(sunk + bent, np.zeros(n), np.ones((1, n)), np.array([force / 2]))
+    problem = ContactProblem(sunk + bent, np.zeros(n), np.ones((1, n)), np.array([force / 2]))
     forces = solve(problem).forces
     first = int(np.flatnonzero(forces)[0])
     return Rest(x, forces, float((sunk + bent)[first] @ forces))

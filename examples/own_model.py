@@ -14,7 +14,7 @@ import fecontact as fc
 RUBBER = fc.Material(E=1.0, nu=0.3)
 
 
-def projected_gauss_seidel(problem: fc.solvers.ComplementarityProblem, sweeps: int = 200) -> tuple:
+def projected_gauss_seidel(problem: fc.solvers.ContactProblem, sweeps: int = 200) -> tuple:
     """Forces and rigid motions of a scene without free motions; checked by the caller."""
     forces = np.zeros(problem.n)
     for k in sweeps * list(range(problem.n)):

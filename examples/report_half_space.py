@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 import fecontact as fc
 from fecontact.common.files import save_figure
 from fecontact.halfspace.operator import CellModel
-from fecontact.solvers import ComplementarityProblem, solve
+from fecontact.solvers import ContactProblem, solve
 
 STEEL = fc.Material(E=2.0e6, nu=0.3)  # kgf/cm2
 RADIUS, FORCE = 25.0, 454.0  # cm, kgf
@@ -48,7 +48,7 @@ def press(cell: float, kind: str, ratio: float, hertz: fc.hertz.CircularContact)
     )
     gap = r.ravel()[quarter] ** 2 / RADIUS  # of both spheres
     S = CellModel(half.compliance).dense(rows)
-    problem = ComplementarityProblem(S, 2 * gap, np.full((1, len(quarter)), 2.0), np.array([FORCE]))
+    problem = ContactProblem(S, 2 * gap, np.full((1, len(quarter)), 2.0), np.array([FORCE]))
     solution = solve(problem, "wolfe")
     pressure = np.zeros(n * n)
     for image in images:

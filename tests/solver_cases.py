@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from fecontact.solvers import ComplementarityProblem, Solution, Status
+from fecontact.solvers import ContactProblem, Solution, Status
 
 HERTZ_LOAD = 4 / 3
 """Presses a paraboloid of radius 1 into a half-space of E* = 1 over a contact radius of 1, by an approach of 1."""
@@ -30,7 +30,7 @@ class Case:
     ----------
     what : str
         In words, for a table.
-    problem : ComplementarityProblem
+    problem : ContactProblem
     expected : Status
         ``solved``, ``no-contact``, ``infeasible`` or ``unbounded``.
     forces, gap : ndarray, shape (n,), or None
@@ -40,7 +40,7 @@ class Case:
     """
 
     what: str
-    problem: ComplementarityProblem
+    problem: ContactProblem
     expected: Status = Status.SOLVED
     forces: np.ndarray | None = None
     gap: np.ndarray | None = None
@@ -65,7 +65,7 @@ class Case:
 def made(what: str, S: np.ndarray, B: np.ndarray, answer: tuple[np.ndarray, np.ndarray, np.ndarray], **more) -> Case:
     """Case of a chosen answer: forces, gap, motion."""
     forces, gap, q = answer
-    problem = ComplementarityProblem(S=S, g=gap - S @ forces - B.T @ q, B=B, F=B @ forces)
+    problem = ContactProblem(S=S, g=gap - S @ forces - B.T @ q, B=B, F=B @ forces)
     return Case(what, problem, forces=forces, gap=gap, **more)
 
 
@@ -85,7 +85,7 @@ def compliance(size: int) -> np.ndarray:
     return 1 / (np.pi * distance)
 
 
-def half_space(size: int, rows: int = 1, *, load: float = 1.0) -> ComplementarityProblem:
+def half_space(size: int, rows: int = 1, *, load: float = 1.0) -> ContactProblem:
     """Rigid paraboloid of radius 1 on an elastic half-space, size x size points: force and two moments at most.
 
     A load of 1 gives a contact radius of 1, see `HERTZ_LOAD`; without rows the paraboloid is pressed in by `load`.
@@ -93,12 +93,12 @@ def half_space(size: int, rows: int = 1, *, load: float = 1.0) -> Complementarit
     x, y, _ = grid(size)
     gap = (x**2 + y**2) / 2
     if rows == 0:
-        return ComplementarityProblem(S=compliance(size), g=gap - load)
+        return ContactProblem(S=compliance(size), g=gap - load)
     B = np.vstack([np.ones_like(x), x, y])[:rows]
-    return ComplementarityProblem(S=compliance(size), g=gap, B=B, F=np.array([HERTZ_LOAD * load, 0.0, 0.0])[:rows])
+    return ContactProblem(S=compliance(size), g=gap, B=B, F=np.array([HERTZ_LOAD * load, 0.0, 0.0])[:rows])
 
 
-def random_problem(seed: int, n: int, m: int, rank: int) -> ComplementarityProblem:
+def random_problem(seed: int, n: int, m: int, rank: int) -> ContactProblem:
     """Random problem that has an answer: the load is carried by some l >= 0, some motion opens all gaps."""
     rng = np.random.default_rng(seed)
     A = rng.standard_normal((rank, n))
@@ -106,7 +106,7 @@ def random_problem(seed: int, n: int, m: int, rank: int) -> ComplementarityProbl
     carried = np.maximum(rng.standard_normal(n), 0.0)
     w = np.maximum(rng.standard_normal(n), 0.0)
     g = w - S @ rng.standard_normal(n) - B.T @ rng.standard_normal(m)
-    return ComplementarityProblem(S=S, g=g, B=B, F=B @ carried)
+    return ContactProblem(S=S, g=g, B=B, F=B @ carried)
 
 
 def hertz_answer(size: int, centre: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -212,14 +212,14 @@ def everything(size: int) -> Case:
 
 def nothing(size: int) -> Case:
     _, gap, _ = hertz_answer(size)
-    problem = ComplementarityProblem(S=compliance(size), g=gap, B=rows_of(size), F=np.zeros(3))
+    problem = ContactProblem(S=compliance(size), g=gap, B=rows_of(size), F=np.zeros(3))
     return Case("nothing in contact", problem, Status.NO_CONTACT, np.zeros(size**2), gap)
 
 
 def lifted(size: int) -> Case:
     """A free body that overlaps the other and has no load: it moves away, and nothing presses."""
     x, y, _ = grid(size)
-    problem = ComplementarityProblem(S=compliance(size), g=(x**2 + y**2) / 2 - 1, B=rows_of(size), F=np.zeros(3))
+    problem = ContactProblem(S=compliance(size), g=(x**2 + y**2) / 2 - 1, B=rows_of(size), F=np.zeros(3))
     return Case("overlap of a free body without load", problem, forces=np.zeros(size**2), gap=x, pinned=False)
 
 
@@ -282,15 +282,13 @@ def cycling(size: int) -> Case:
 
 
 def pulled(size: int) -> Case:
-    problem = ComplementarityProblem(
-        S=compliance(size), g=np.ones(size**2), B=rows_of(size), F=np.array([-1.0, 0.0, 0.0])
-    )
+    problem = ContactProblem(S=compliance(size), g=np.ones(size**2), B=rows_of(size), F=np.array([-1.0, 0.0, 0.0]))
     return Case("load that pulls away", problem, Status.INFEASIBLE)
 
 
 def tipped(size: int) -> Case:
     """The load acts outside the points that can carry it."""
-    problem = ComplementarityProblem(
+    problem = ContactProblem(
         S=compliance(size), g=np.ones(size**2), B=rows_of(size), F=np.array([1.0, 1.01 * HALF_WIDTH, 0.0])
     )
     return Case("load outside the support", problem, Status.INFEASIBLE)
@@ -300,7 +298,7 @@ def rigid_overlap(size: int) -> Case:
     """Rigid where it overlaps, and held: no deflection and no motion removes the overlap."""
     S = compliance(size)
     S[0, :], S[:, 0] = 0.0, 0.0
-    problem = ComplementarityProblem(S=S, g=np.where(np.arange(size**2) == 0, -1.0, 1.0))
+    problem = ContactProblem(S=S, g=np.where(np.arange(size**2) == 0, -1.0, 1.0))
     return Case("overlap that nothing removes", problem, Status.UNBOUNDED)
 
 

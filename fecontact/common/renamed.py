@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Mapping
 from typing import Any
 
 #: Former names of keys and columns.
-FORMER = {"outline_area": "area", "dissipated": "friction_work", "contact_area": "area"}
+FORMER = {
+    "outline_area": "area",
+    "dissipated": "friction_work",
+    "contact_area": "area",
+    "friction_residuals": "residuals",
+}
 
 
 class RenamedKeys(dict[str, Any]):
@@ -49,6 +54,29 @@ def renamed(old: str, new: str, read: Callable[[Any], Any] | None = None) -> Any
 
     value.__doc__ = f"Former name of `{new}`; it warns."
     return property(value)
+
+
+def renamed_names(names: Mapping[str, Any], **former: str) -> Callable[[str], Any]:
+    """A module's ``__getattr__`` that finds names of the module under their former ones, and warns.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> with warnings.catch_warnings(record=True) as told:
+    ...     warnings.simplefilter("always")
+    ...     renamed_names({"__name__": "shapes", "Ball": 1}, Orb="Ball")("Orb")
+    1
+    >>> print(told[0].message)
+    shapes.Orb is now Ball; the old name will be removed.
+    """
+
+    def value(name: str) -> Any:
+        if (new := former.get(name)) is None:
+            raise AttributeError(f"module {names['__name__']!r} has no attribute {name!r}")
+        warn(f"{names['__name__']}.{name} is now {new}; the old name will be removed.", stacklevel=3)
+        return names[new]
+
+    return value
 
 
 def redefined(new: str, meaning: str, former: str) -> None:

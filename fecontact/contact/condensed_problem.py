@@ -22,7 +22,7 @@ from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.rigid_motion import RigidMotionConstraints
 from fecontact.fem.condensation import Compliance
 from fecontact.fem.multigrid import JointCompliance
-from fecontact.solvers import ComplementarityProblem
+from fecontact.solvers import ContactProblem
 
 #: Share of the largest compliance, with pairs scaled to equal size, that counts as rounding: normals are accurate to
 #: 1e-10.
@@ -129,7 +129,7 @@ class CondensedProblem:
 
     Attributes
     ----------
-    problem : ComplementarityProblem
+    problem : ContactProblem
     parts : tuple of BodyBlock
         One for each body.
     interfaces : tuple of Interface
@@ -137,7 +137,7 @@ class CondensedProblem:
         Whether the compliance of an elastic body is an operator only.
     """
 
-    problem: ComplementarityProblem
+    problem: ContactProblem
     parts: tuple[BodyBlock, ...]
     interfaces: tuple[UnilateralConstraints, ...]
     by_products: bool = False
@@ -216,7 +216,7 @@ def assemble(
         S = _total(bare.own, shares)
         if isinstance(S, np.ndarray):
             _drop_rounding(S, bare.parts)
-        problem = ComplementarityProblem(S, g, bare.B, bare.F)
+        problem = ContactProblem(S, g, bare.B, bare.F)
     return CondensedProblem(problem, tuple(bare.parts), tuple(interfaces), by_products)
 
 

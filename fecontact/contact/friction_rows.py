@@ -28,8 +28,8 @@ from fecontact.contact.contact import Lay
 from fecontact.contact.interface import Interface, UnilateralConstraints
 from fecontact.contact.slip_path import screw_paths, touching_points
 from fecontact.fem.section_model import on_axis
-from fecontact.solvers import ComplementarityProblem
-from fecontact.solvers.friction_problem import FrictionProblem
+from fecontact.solvers import ContactProblem
+from fecontact.solvers.coulomb import with_held_directions
 
 #: Sine of the angle between a normal and the common axis of reference below which another axis is taken.
 NEARLY_PARALLEL = 0.1
@@ -247,15 +247,15 @@ class TangentialRows(UnilateralConstraints):
 
 
 def friction_problem(
-    condensed: ComplementarityProblem,
+    condensed: ContactProblem,
     chosen: Sequence[IntArray],
     friction: Sequence[TangentialRows],
-) -> FrictionProblem:
-    """Friction problem of a condensed problem.
+) -> ContactProblem:
+    """A condensed problem with the friction of its tangential rows.
 
     Parameters
     ----------
-    condensed : ComplementarityProblem
+    condensed : ContactProblem
         Rows of the chosen pairs of all interfaces, one after the other, then of their tangents.
     chosen : sequence of int arrays
         Chosen pairs of each interface.
@@ -275,18 +275,11 @@ def friction_problem(
         mu.append(np.full(count, each.mu))
         start += k * count
     rows = np.concatenate(tangents)
-    S = np.array(condensed.S)
+    S = with_held_directions(condensed.matrix, rows, condensed.B)
     for each, pairs in zip(friction, tangents, strict=True):
         if each.lay is not None:
             _check_mirrored(each.lay, S[pairs[:, :, None], pairs[:, None]])
-    # a direction held on both sides, as on a plane of symmetry, has no compliance: its force is zero by symmetry
-    diagonal = S.diagonal()
-    held = np.zeros(len(S), bool)
-    held[rows.ravel()] = True
-    held &= (diagonal == 0) & ~condensed.B.any(axis=0)
-    S[held, held] = diagonal.mean()
-    given = ComplementarityProblem(S, condensed.g, condensed.B, condensed.F)
-    return FrictionProblem(given, np.concatenate(points), rows, np.concatenate(mu))
+    return replace(condensed, S=S, points=np.concatenate(points), tangents=rows, mu=np.concatenate(mu))
 
 
 def _check_mirrored(lay: Lay, compliance: Array) -> None:

@@ -26,7 +26,7 @@ from fecontact.fem.amg import TIGHT, AmgFactor, Cycle
 from fecontact.fem.condensation import Compliance
 from fecontact.fem.constrained_cg import DependentRowsError, Held, SparseRows, constrained_cg
 from fecontact.fem.factor import Factor
-from fecontact.solvers.problem import ComplementarityProblem, Outcome, Status
+from fecontact.solvers.problem import ContactProblem, Outcome, Status
 from fecontact.solvers.registry import attempt
 
 #: Relative residual of the equations of one active set while the set changes.
@@ -83,7 +83,7 @@ class MultigridCompliance(Compliance):
         """Mean compliance of the points, about."""
         return float(self.half_space.diagonal().mean())
 
-    def solve_contact(self, problem: ComplementarityProblem, tolerance: float) -> Outcome:
+    def solve_contact(self, problem: ContactProblem, tolerance: float) -> Outcome:
         """Forces and motions of the problem."""
         return solve_contact([(np.arange(problem.n), self)], problem, tolerance)
 
@@ -121,7 +121,7 @@ class JointCompliance(LinearOperator):
             out[index] += compliance @ np.ravel(x)[index]
         return out
 
-    def solve_contact(self, problem: ComplementarityProblem, tolerance: float) -> Outcome:
+    def solve_contact(self, problem: ContactProblem, tolerance: float) -> Outcome:
         """Forces and motions of the problem."""
         return solve_contact(self.shares, problem, tolerance)
 
@@ -129,7 +129,7 @@ class JointCompliance(LinearOperator):
 class System(Protocol):
     """Displacements of all bodies, from which each solve starts."""
 
-    def held(self, active: IntArray, problem: ComplementarityProblem, Q: Array) -> OnRows:
+    def held(self, active: IntArray, problem: ContactProblem, Q: Array) -> OnRows:
         """Solve on active rows of a problem; Q as in `constrained_cg.Held`."""
 
     def keep(self) -> None:
@@ -177,7 +177,7 @@ class Assembly:
             return Cycle.side_by_side([factor.cycle for factor in self.factors]).restricted(*rows.removed())
         return lambda r: np.concatenate([f.cycle(v) for f, v in zip(self.factors, self.parts(r), strict=True)])
 
-    def held(self, active: IntArray, problem: ComplementarityProblem, Q: Array) -> OnRows:
+    def held(self, active: IntArray, problem: ContactProblem, Q: Array) -> OnRows:
         """Conjugate gradients on active rows."""
         rows = SparseRows(self.C[active], self.softness)
         B = problem.B[:, active]
@@ -207,7 +207,7 @@ def _placed(n: int, index: IntArray, rows: sp.csr_matrix) -> sp.csr_matrix:
 
 
 def solve_contact(
-    shares: Sequence[tuple[IntArray, MultigridCompliance]], problem: ComplementarityProblem, tolerance: float
+    shares: Sequence[tuple[IntArray, MultigridCompliance]], problem: ContactProblem, tolerance: float
 ) -> Outcome:
     """Forces and motions of a contact problem by an outer active set.
 
@@ -215,7 +215,7 @@ def solve_contact(
     ----------
     shares : sequence of (index, MultigridCompliance)
         Bodies and their rows, which sum to the problem's compliance.
-    problem : ComplementarityProblem
+    problem : ContactProblem
     tolerance : float
         Of the certificate.
     """
@@ -226,7 +226,7 @@ def solve_contact(
         return Outcome(np.zeros(problem.n), np.zeros(problem.m), Status.SINGULAR, str(error), 0)
 
 
-def _by_active_sets(system: System, guess: Array, problem: ComplementarityProblem, tolerance: float) -> Outcome:
+def _by_active_sets(system: System, guess: Array, problem: ContactProblem, tolerance: float) -> Outcome:
     active, q = _first_set(guess, problem)
     history: list[float] = []
     forces = np.zeros(problem.n)
@@ -247,9 +247,7 @@ def _by_active_sets(system: System, guess: Array, problem: ComplementarityProble
     return Outcome(np.maximum(forces, 0.0), q, Status.ITERATION_LIMIT, f"{MOST_SETS} sets", MOST_SETS, history)
 
 
-def _wrong(
-    deflection: Array, forces: Array, q: Array, active: Mask, problem: ComplementarityProblem, tolerance: float
-) -> Mask:
+def _wrong(deflection: Array, forces: Array, q: Array, active: Mask, problem: ContactProblem, tolerance: float) -> Mask:
     """Active points in tension and others that penetrate, by more than rounding."""
     gap = deflection + problem.g + problem.B.T @ q
     pulled = active & (forces < -tolerance * np.abs(forces).max())
@@ -283,9 +281,9 @@ def _half_spaces(n: int, shares: Sequence[tuple[IntArray, MultigridCompliance]])
     return S
 
 
-def _first_set(guess: Array, problem: ComplementarityProblem) -> tuple[Mask, Array]:
+def _first_set(guess: Array, problem: ContactProblem) -> tuple[Mask, Array]:
     """Active set and motions of half-spaces in place of the bodies."""
-    found = attempt(ComplementarityProblem((guess + guess.T) / 2, problem.g, problem.B, problem.F), tolerance=1e-6)
+    found = attempt(ContactProblem((guess + guess.T) / 2, problem.g, problem.B, problem.F), tolerance=1e-6)
     active = found.forces > 0
     if active.any():
         return active, found.q

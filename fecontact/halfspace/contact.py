@@ -400,7 +400,7 @@ class HalfSpaceContact:
             "error_estimate": self.error_estimate.summary(),
             "response_error": self.response_error.summary(),
             "warnings": list(self.warnings),
-            "residuals": vars(self.residuals),
+            "residuals": self.residuals.as_dict(),
         }
 
     def columns(self) -> dict[str, Array]:

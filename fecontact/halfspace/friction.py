@@ -31,8 +31,8 @@ from fecontact.halfspace.tangential import (
     is_coupled,
     tangential_compliance,
 )
-from fecontact.halfspace.tresca import TrescaProblem, onto_discs, solve_nested_tresca, solve_tresca
-from fecontact.solvers import FrictionResiduals
+from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
+from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit
 
 MOST_TURNS = 40
 """Turns of pressures and tractions; each reduces the error by about the product of mu and Dundurs' beta."""
@@ -46,9 +46,6 @@ CERTIFIED = 1e-10
 
 SLIDING = 1 - 1e-9
 """Share of the limit of friction from which a contact is taken to slide as a whole."""
-
-NO_WORK = 0.1
-"""Share of the work of a slip as large as the normal displacement, below which that of friction is not relative."""
 
 QUANTUM = 8
 """Cells to whose multiples the box round the contact is enlarged, so that tables serve several steps."""
@@ -214,17 +211,17 @@ def press_step(
         turns, newton, nit = turns + 1, newton + at.newton, nit + at.nit
         start = turn.spread(at.q), at.m
         contact = turn.contact(heights, load, at.q, at.m)
-        if contact.friction_residuals.within(friction.tolerance):
+        if contact.residuals.within(friction.tolerance):
             report = TangentialReport(turns, newton, nit, time.perf_counter() - began)
             return replace(contact, tangential_solver=report)
-        if not several or turns == MOST_TURNS or contact.friction_residuals.slip > tolerance:
+        if not several or turns == MOST_TURNS or (contact.residuals.slip or 0.0) > tolerance:
             raise SolverError(
                 f"No certified answer with friction after {turns} turns of pressures and tractions and {newton} Newton "
-                f"steps ({contact.friction_residuals}; tolerance {friction.tolerance:.0e}). Take smaller steps, or "
+                f"steps ({contact.residuals}; tolerance {friction.tolerance:.0e}). Take smaller steps, or "
                 "prescribe the shift instead of a force near sliding."
             )
         bent = turn.lift(at.q)
-        tolerance = max(friction.tolerance, min(tolerance, PER_TURN * contact.friction_residuals.worst))
+        tolerance = max(friction.tolerance, min(tolerance, PER_TURN * contact.residuals.worst))
 
 
 def _check_holds(friction: Friction, normal: HalfSpaceContact, step: PressStep) -> None:
@@ -296,7 +293,6 @@ class _Turn:
     def problem(self) -> TrescaProblem:
         """The problem of the tractions; motions are those since the last step."""
         p = self.normal.pressure[self.box]
-        limit = np.multiply(self.friction.mu, p, out=np.zeros(p.shape), where=p > 0)
         c = self.compliance.of_pressure(p)
         if self.last is not None:
             c -= self.compliance.of_pressure(self.last.pressure[self.box])
@@ -305,6 +301,7 @@ class _Turn:
             if value is not None:
                 c -= (value - self.before[j]) * self.rows[j]
         loads = np.array([self.step.loads[j] for j in self.free], dtype=float).reshape(-1)
+        limit = friction_limit(self.friction.mu, p)
         return TrescaProblem(self.compliance, limit, c, self.rows[self.free], loads / self.normal.grid.area)
 
     def lift(self, q: Array) -> Array:
@@ -324,7 +321,7 @@ class _Turn:
             q, m = self.superposed(heights, load)
             if friction.constants.poisson == 0 and not friction.coupled:
                 exact = self.contact(heights, load, q, m)
-                if exact.friction_residuals.within(friction.tolerance):
+                if exact.residuals.within(friction.tolerance):
                     return _Solved(q, m, 0, 0)
         if start is not None and start[1] is not None:  # of the turn before: near, however fine the cells
             at = solve_tresca(self.problem, q, m, 0.1 * tolerance)
@@ -381,6 +378,7 @@ class _Turn:
             residuals = normal_residuals(self.friction.body, heights + bent, load, normal)
             normal = replace(normal, displacement=normal.displacement + bent, residuals=residuals)
         known = {name: getattr(normal, name) for name in normal.__dataclass_fields__}
+        known["residuals"] = _residuals(normal, self.problem, q, slip)
         return FrictionContact(
             **known,
             friction=self.friction.mu,
@@ -389,7 +387,6 @@ class _Turn:
             shift=(float(motion[0]), float(motion[1])),
             twist=float(motion[2]),
             position=self.step.position,
-            friction_residuals=_residuals(normal, self.problem, q, slip, m),
             tangential_solver=TangentialReport(0, 0, 0, 0.0),
         )
 
@@ -404,25 +401,15 @@ class _Solved:
     nit: int
 
 
-def _residuals(normal: HalfSpaceContact, problem: TrescaProblem, q: Array, slip: Array, m: Array) -> FrictionResiduals:
-    """Certificate of friction, recomputed; scales are the largest pressure and the largest normal displacement."""
-    pressure, depth = float(normal.pressure.max()), float(np.abs(normal.displacement).max())
-    touching = problem.touching
-    moved = np.where(touching, onto_discs(q - pressure / depth * slip, problem.limit) - q, q)
-    size, slipped = np.hypot(q[0], q[1]), np.hypot(slip[0], slip[1])
-    excess = size - np.where(np.isinf(problem.limit), size, problem.limit)
-    spent = np.where(np.isinf(problem.limit), 0.0, problem.limit) * slipped
-    given = np.where(np.isinf(problem.limit), 0.0, (q * slip).sum(axis=0))
-    held = float(np.where(np.isinf(problem.limit), 0.0, problem.limit).sum()) + 1e-300
+def _residuals(normal: HalfSpaceContact, problem: TrescaProblem, q: Array, slip: Array) -> Residuals:
+    """Certificate of pressures and tractions, recomputed.
+
+    The scales of friction are the largest pressure and the largest normal displacement.
+    """
+    p = normal.pressure
     missing = np.abs(problem.F - np.tensordot(problem.B, q, 3))
-    reach = np.abs(problem.B * touching).max(axis=(1, 2, 3), initial=0.0)
-    balance = float((missing / (reach * float(normal.pressure.sum()))).max(initial=0.0))
-    return FrictionResiduals(
-        normal.residuals.penetration,
-        normal.residuals.tension,
-        normal.residuals.complementarity,
-        max(normal.residuals.equilibrium, balance),
-        cone=max(float(excess.max(initial=0.0)), 0.0) / pressure,
-        slip=float(np.abs(moved).max(initial=0.0)) / pressure,
-        dissipation=float(abs((spent + given).sum()) / max(float(spent.sum()), NO_WORK * held * depth)),
-    )
+    reach = np.abs(problem.B * problem.touching).max(axis=(1, 2, 3), initial=0.0)
+    balance = float((missing / (reach * float(p.sum()))).max(initial=0.0))
+    scales = ResidualScales(float(p.sum()), float(np.abs(normal.displacement).max()), float(p.max()))
+    pressed = replace(normal.residuals, equilibrium=max(normal.residuals.equilibrium, balance))
+    return pressed.with_friction(q, slip, problem.limit, scales)

@@ -18,10 +18,7 @@ from fecontact.common.units import Units
 from fecontact.halfspace import inside
 from fecontact.halfspace.contact import HalfSpaceContact
 from fecontact.halfspace.grid_error import edge_area, edge_cells
-from fecontact.solvers import FrictionResiduals
-
-ON_CONE = 1e-9
-"""Relative distance from the limit of friction at which a cell counts as slipping."""
+from fecontact.solvers.coulomb import friction_limit, sticks
 
 
 @dataclass(frozen=True)
@@ -68,9 +65,9 @@ class FrictionContact(HalfSpaceContact):
         Its rotation about the normal since the unloaded state.
     position : (float, float)
         Where the counter-surface's own origin is.
-    friction_residuals : FrictionResiduals
-        Recomputed from the problem, relative; forces are over the largest pressure, displacements over the largest
-        normal one, loads over the normal force.
+    residuals : Residuals
+        Recomputed from the problem, relative; in those of friction forces are over the largest pressure, displacements
+        over the largest normal one, loads over the normal force.
     tangential_solver : TangentialReport
     """
 
@@ -80,7 +77,6 @@ class FrictionContact(HalfSpaceContact):
     shift: tuple[float, float]
     twist: float
     position: tuple[float, float]
-    friction_residuals: FrictionResiduals
     tangential_solver: TangentialReport
 
     @cached_property
@@ -98,9 +94,7 @@ class FrictionContact(HalfSpaceContact):
     @cached_property
     def slipping(self) -> Mask:
         """Cells (nx, ny) in contact whose traction is at its limit mu p."""
-        size = np.hypot(self.traction[0], self.traction[1])
-        limit = np.multiply(self.friction, self.pressure, out=np.zeros(size.shape), where=self.active)
-        return np.asarray(self.active & (size >= (1 - ON_CONE) * limit))
+        return self.active & ~sticks(self.traction, friction_limit(self.friction, self.pressure))
 
     @property
     def sticking(self) -> Mask:
@@ -159,6 +153,7 @@ class FrictionContact(HalfSpaceContact):
         return self.work_density / self.friction
 
     dissipated, work = renamed("dissipated", "friction_work"), renamed("work", "work_density")
+    friction_residuals = renamed("friction_residuals", "residuals")
 
     def stress(self, points: ArrayLike, chunk: int = 200_000) -> Array:
         """Stress (n, 6) inside the half-space by pressures and tractions, see `HalfSpaceContact.stress`.
@@ -206,7 +201,6 @@ class FrictionContact(HalfSpaceContact):
             stick_area=self.stick_area,
             slip_area=self.slip_area,
             friction_work=self.friction_work,
-            friction_residuals=vars(self.friction_residuals),
         )
 
     def columns(self) -> dict[str, Array]:
@@ -234,6 +228,5 @@ class FrictionContact(HalfSpaceContact):
                 *(f"  {name:19}{value:>14.6g}" for name, value in rows),
                 f"  {report.turns} turns, {report.newton} Newton steps, {report.nit} iterations, "
                 f"{report.seconds:.3f} s",
-                f"  residuals: {self.friction_residuals}",
             ]
         )

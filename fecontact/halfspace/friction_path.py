@@ -151,7 +151,7 @@ class FrictionPath:
     def __str__(self) -> str:
         shown = ("force", "tangential_x", "tangential_y", "shift_x", "shift_y", "stick_area", "friction_work")
         lines = ["".join(f"{row[name]:>15.6g}" for name in shown) for row in self.rows()]
-        worst = max(contact.friction_residuals.worst for contact in self.contacts)
+        worst = max(contact.residuals.worst for contact in self.contacts)
         return "\n".join(
             [
                 f"Half-space with friction {self.last.friction:g}, {len(self.contacts)} steps",
@@ -175,7 +175,7 @@ def _row(contact: FrictionContact) -> tuple[float, ...]:
         contact.stick_area,
         contact.slip_area,
         contact.friction_work,
-        contact.friction_residuals.worst,
+        contact.residuals.worst,
     )
 
 

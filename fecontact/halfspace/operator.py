@@ -18,7 +18,7 @@ from fecontact.halfspace.grid import Even, even_axes, part_of, unfold
 from fecontact.halfspace.nested import GridLevel, solve_nested
 from fecontact.halfspace.smooth import Corrected, Product, Term
 from fecontact.halfspace.tangential import TangentialCompliance, check_thickness, tangential_compliance
-from fecontact.solvers import ComplementarityProblem, Status
+from fecontact.solvers import ContactProblem, Status
 from fecontact.solvers.problem import Outcome
 
 MOST_CELLS = 3000
@@ -187,7 +187,7 @@ class GridCompliance(LinearOperator):
 
     solver = "nested-grid"
 
-    def solve_contact(self, problem: ComplementarityProblem, tolerance: float) -> Outcome:
+    def solve_contact(self, problem: ContactProblem, tolerance: float) -> Outcome:
         """Solve a problem with this compliance, in its own units.
 
         Cells under several bodies are assigned to the nearest; where another one penetrates in the solution, they are
@@ -195,7 +195,7 @@ class GridCompliance(LinearOperator):
 
         Parameters
         ----------
-        problem : ComplementarityProblem
+        problem : ContactProblem
         tolerance : float
             Tolerance of the certificate.
 
@@ -228,7 +228,7 @@ class GridCompliance(LinearOperator):
 
 
 def _solve(
-    model: CellModel, cells: IntArray, problem: ComplementarityProblem, owner: IntArray, tolerance: float
+    model: CellModel, cells: IntArray, problem: ContactProblem, owner: IntArray, tolerance: float
 ) -> tuple[GridIterate, Array]:
     """Solve with the given rows only; the pressures are those of all modelled cells."""
     body, shape = model.body, model.shape

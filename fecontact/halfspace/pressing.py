@@ -21,7 +21,7 @@ from fecontact.halfspace.fft import Tally, padded, strips
 from fecontact.halfspace.grid import Even, Grid, even_axes, part_of, unfold
 from fecontact.halfspace.nested import GridLevel, compliance, solve_level, solve_nested
 from fecontact.halfspace.smooth import Product
-from fecontact.solvers import ComplementarityProblem, Residuals
+from fecontact.solvers import ContactProblem, Residuals
 
 #: Least tolerance of a certificate: rounding of the transforms alone leaves some 1e-15.
 LEAST_TOLERANCE = 1e-14
@@ -258,7 +258,7 @@ def _residuals(level: GridLevel, operator: Product, u: Array, p: Array, q: Array
 
     S = LinearOperator((len(g), len(g)), matvec=product, dtype=float)
     B = level.B.reshape(len(level.F), level.g.size)[:, cells]
-    return ComplementarityProblem(S, g, B, level.F).residuals(forces, q, deflection=deflection)
+    return ContactProblem(S, g, B, level.F).residuals(forces, q, deflection=deflection)
 
 
 def normal_residuals(body: SurfaceCompliance, heights: ArrayLike, load: Load, contact: HalfSpaceContact) -> Residuals:

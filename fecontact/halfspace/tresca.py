@@ -19,6 +19,7 @@ import numpy as np
 from fecontact.common.arrays import Array, Mask
 from fecontact.halfspace.nested import COARSE_TOLERANCE, COARSEST, blocks, finer
 from fecontact.halfspace.tangential import TangentialCompliance
+from fecontact.solvers.coulomb import projected
 
 WEIGHED = 16
 """1/r over the displacement of a cell by itself; with 1, many cells that stick are taken to slip, far from the answer.
@@ -94,12 +95,6 @@ class TrescaIterate:
     defect: float = np.inf
 
 
-def onto_discs(q: Array, limit: Array) -> Array:
-    """Vectors (2, ...) moved to the nearest point of discs of radii (...)."""
-    size = np.hypot(q[0], q[1])
-    return np.asarray(q * np.divide(limit, size, out=np.ones(size.shape), where=size > limit))
-
-
 def solve_nested_tresca(
     problem: TrescaProblem,
     compliance_of: Callable[[int, tuple[int, int]], TangentialCompliance],
@@ -171,7 +166,7 @@ def solve_tresca(problem: TrescaProblem, q: Array, m: Array, tolerance: float) -
 
     Newton's method, and where it does not converge, alternating directions from where it started, and so on.
     """
-    q = onto_discs(np.where(problem.touching, q, 0.0), problem.limit)
+    q = projected(np.where(problem.touching, q, 0.0), problem.limit)
     at = _measured(problem, TrescaIterate(q, problem.slip(q, m), m))
     for _ in range(MOST_ROUNDS):
         found = _newton(problem, at, tolerance)
@@ -207,7 +202,7 @@ def _alternate(problem: TrescaProblem, at: TrescaIterate) -> TrescaIterate:
     disc, scaled = at.q, np.where(problem.touching, -at.s / near, 0.0)
     for _ in range(ALTERNATIONS):
         at = _solve_linear(linear, at, np.zeros(at.q.shape), disc - scaled, 0.0, PER_NEWTON)
-        disc = onto_discs(at.q + scaled, problem.limit)
+        disc = projected(at.q + scaled, problem.limit)
         scaled = scaled + at.q - disc
     return _measured(problem, replace(at, q=disc, s=problem.slip(disc, at.m)))
 
@@ -217,7 +212,7 @@ def _measured(problem: TrescaProblem, at: TrescaIterate) -> TrescaIterate:
     size = float(np.abs(at.q).max(initial=0.0))
     finite = problem.limit[np.isfinite(problem.limit)]
     scale = max(size, float(finite.max(initial=0.0)), 1e-300)
-    moved = np.where(problem.touching, onto_discs(at.q - r * at.s, problem.limit) - at.q, 0.0)
+    moved = np.where(problem.touching, projected(at.q - r * at.s, problem.limit) - at.q, 0.0)
     total = float(np.abs(at.q).sum()) + 1e-300
     missing = np.abs(problem.F - np.tensordot(problem.B, at.q, 3))
     reach = np.abs(problem.B).max(axis=(1, 2, 3), initial=0.0)
@@ -272,7 +267,7 @@ def _newton_step(problem: TrescaProblem, at: TrescaIterate, tolerance: float) ->
     small = 0.1 * tolerance * problem.compliance.own * float(np.abs(at.q + change).max(initial=0.0))
     factor = PER_NEWTON if at.defect > 1e3 * tolerance else 0.0
     to = _solve_linear(linear, at, change, np.zeros(at.q.shape), small, factor)
-    q = onto_discs(to.q, np.where(linear.stick, np.inf, problem.limit))
+    q = projected(to.q, np.where(linear.stick, np.inf, problem.limit))
     return _measured(problem, replace(to, q=q, s=problem.slip(q, to.m), newton=at.newton + 1))
 
 

@@ -36,7 +36,7 @@ from fecontact.results.contact_fields import ContactFields
 from fecontact.results.contact_outline import Outline
 from fecontact.results.edge_functions import RegionFunctions, nearly_bilinear, region_functions
 from fecontact.results.edge_regions import EdgeRegion, regions_with_edge
-from fecontact.solvers import ComplementarityProblem
+from fecontact.solvers import ContactProblem
 from fecontact.solvers.equality import solve_on
 
 #: Degrees of outlines tried in turn, and steps of Newton's method on each.
@@ -164,7 +164,7 @@ class _Problem:
     """The condensed problem, and the rows of one contact in it."""
 
     contact: ContactFields
-    problem: ComplementarityProblem
+    problem: ContactProblem
     rows: IntArray
     forces: Array
     corner_areas: Array
@@ -192,13 +192,13 @@ class _Answer:
     q: Array
 
 
-def edge_pressure(contact: ContactFields, problem: ComplementarityProblem, first: int, forces: Array) -> EdgePressure:
+def edge_pressure(contact: ContactFields, problem: ContactProblem, first: int, forces: Array) -> EdgePressure:
     """Edge pressure of a contact.
 
     Parameters
     ----------
     contact : ContactFields
-    problem : ComplementarityProblem
+    problem : ContactProblem
         The condensed problem of the solution.
     first : int
         Row of the contact's first candidate in it.
@@ -273,7 +273,7 @@ def _answer(setting: _Problem, regions: Sequence[EdgeRegion], smooth: Sequence[M
     S = (S + S.T) / 2
 
     def solved(g: Array, F: Array) -> tuple[Array, Array]:
-        small = ComplementarityProblem(S, g, B, F).scaled()
+        small = ContactProblem(S, g, B, F).scaled()
         found = solve_on(small, np.arange(small.n))
         return small.forces(found.x), small.motion(found.p)
 

@@ -22,7 +22,7 @@ from fecontact.common.renamed import renamed
 from fecontact.contact.condensed_problem import DisplacementState
 from fecontact.contact.friction_rows import TangentialRows
 from fecontact.results.error_estimate import PressureReadings, larger_misfit
-from fecontact.solvers import FrictionSolution
+from fecontact.solvers import Solution
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +183,7 @@ def with_parts(
 def friction_fields(
     friction: Sequence[TangentialRows],
     chosen: Sequence[IntArray],
-    solution: FrictionSolution | None,
+    solution: Solution | None,
     state: DisplacementState,
 ) -> dict[int, FrictionFields]:
     """Fields of every contact with friction, by its number; none without a solution."""

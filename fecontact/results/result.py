@@ -37,8 +37,7 @@ from fecontact.results.report import model_size, peak_memory, report
 from fecontact.results.response_error import ResponseErrors
 from fecontact.results.resultants import hold_of_body, hold_of_boundary, resultant
 from fecontact.results.warnings import CHECKS, NOTES
-from fecontact.solvers import ComplementarityProblem, Residuals, Solution, Status
-from fecontact.solvers.friction_problem import FrictionSolution
+from fecontact.solvers import ContactProblem, Residuals, Solution, Status
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +77,7 @@ class ContactResult:
         Error of linearised motions, where it decided whether poses are updated (``finite_motion="auto"``).
     carried : CarriedMotion, optional
         After a finite motion from the poses given: what carrying them along has changed.
-    friction : FrictionSolution, optional
+    friction : Solution, optional
         Solution of the condensed problem with friction; `solution` then is that of its normal forces alone, under the
         tangential forces found.
     step_end : StepEnd, optional
@@ -103,7 +102,7 @@ class ContactResult:
     convergence: Convergence | None = None
     linearisation: LinearisationError | None = field(default=None, repr=False)
     carried: CarriedMotion | None = field(default=None, repr=False)
-    friction: FrictionSolution | None = field(default=None, repr=False)
+    friction: Solution | None = field(default=None, repr=False)
     step_end: StepEnd | None = field(default=None, repr=False)
     follows_step: bool = False
 
@@ -130,7 +129,7 @@ class ContactResult:
         return self.solution.nit
 
     @property
-    def problem(self) -> ComplementarityProblem:
+    def problem(self) -> ContactProblem:
         """The condensed problem on the candidate points: S, g, B, F.
 
         The forces `solution.forces` (n,) minimise 1/2 l^T S l + g^T l over l >= 0 with B l = F; the gaps are
@@ -418,16 +417,16 @@ class ContactResult:
         return hold_of_boundary(self._elastic(body)[1], part, boundary, self.state.displacements[k], forces)
 
     def residuals(self) -> Residuals:
-        """Penetration, tension, complementarity and equilibrium, recomputed from the problem; all relative.
+        """Violations of the conditions of contact and friction, recomputed from the problem; all relative.
 
         Penetration covers the points outside the candidates too. Equilibrium is the larger of the condensed problem's
         and of the balance of forces and moments of every pair of bodies in contact and on every free frame.
         """
-        r = self.solution.residuals
+        r = (self.friction or self.solution).residuals
         outside = max((float(-c.gap.min(initial=0.0)) for c in self.contacts), default=0.0)
         scale = self.state.scale if self.state.scale > 0 else 1.0
         equilibrium = max([r.equilibrium, *map(self._imbalance, self.interfaces, self.contacts)])
-        return Residuals(max(r.penetration, outside / scale), r.tension, r.complementarity, equilibrium)
+        return replace(r, penetration=max(r.penetration, outside / scale), equilibrium=equilibrium)
 
     def _imbalance(self, interface: Interface, fields: ContactFields) -> float:
         """Resultant of the forces on slave and master together (six components), relative to the forces."""
@@ -524,7 +523,6 @@ class ContactResult:
 
     def summary(self) -> dict[str, Any]:
         """Figures for scripts, ready for JSON."""
-        r = self.residuals()
         return {
             "units": asdict(self.scene.unit_names),
             "status": self.status,
@@ -543,13 +541,7 @@ class ContactResult:
             "springs": [
                 {"name": s.spring.name, "tension": s.tension, "elongation": s.elongation} for s in self.springs
             ],
-            "residuals": {
-                "penetration": r.penetration,
-                "tension": r.tension,
-                "complementarity": r.complementarity,
-                "equilibrium": r.equilibrium,
-                **({} if self.friction is None else {"friction": asdict(self.friction.residuals)}),
-            },
+            "residuals": self.residuals().as_dict(),
             "seconds": dict(self.seconds),
             "memory_mb": dict(self.memory),
             "peak_rss_mb": peak_memory(),

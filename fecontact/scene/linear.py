@@ -80,7 +80,7 @@ def solved(
                 frictional = None
                 if friction:
                     problem = friction_problem(condensed.problem, chosen, friction)
-                    begin = None if past is None else past.start(chosen, problem.rows.n, problem.rows.m)
+                    begin = None if past is None else past.start(chosen, problem.n, problem.m)
                     frictional = solve_friction(problem, begin, tolerance=tolerance)
                     solution = frictional.normal
                 else:

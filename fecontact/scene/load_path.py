@@ -295,7 +295,7 @@ def solve_path(
     max_dofs, max_seconds : int and float, optional
         Limits of the way there, as in `Scene.solve`.
     tolerance : float
-        Of the certificate of every step, see `solvers.friction_problem.FrictionResiduals`.
+        Of the certificate of every step, see `solvers.Residuals`.
     progress : bool, optional
         Whether to show the steps on standard error; by default where that is a terminal.
 
@@ -553,10 +553,9 @@ def unchanged(result: ContactResult, tolerance: float) -> ContactResult:
     solution = result.friction
     assert solution is not None
     problem = solution.problem
-    g = problem.rows.g.copy()
+    g = problem.g.copy()
     g[problem.tangents] -= solution.slip
-    problem = replace(problem, rows=replace(problem.rows, g=g))
-    solution = replace(solution, problem=problem, nit=0, seconds=0.0, history=())
+    solution = replace(solution, problem=replace(problem, g=g), nit=0, seconds=0.0, history=())
     if not solution.residuals.within(tolerance):
         raise SolverError(f"The step before is not certified under the same loads: {solution.residuals}.")
     still = [

@@ -96,7 +96,7 @@ def solve_scene(
         Limits of the way there. The result is then the best one, and says what stopped it.
     solver : str or callable
         'auto', one of `available_solvers()`, or a function ``solver(problem, **options)`` that returns the forces
-        and motions (forces, q) of a `solvers.ComplementarityProblem`; see docs/extending.md.
+        and motions (forces, q) of a `solvers.ContactProblem`; see docs/extending.md.
     tolerance : float
         Tolerance of the certificate, see `solvers.Residuals`.
     search : {'global', 'local'}

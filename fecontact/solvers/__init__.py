@@ -3,27 +3,25 @@
 Examples
 --------
 >>> import numpy as np
->>> problem = ComplementarityProblem(S=np.eye(2), g=np.array([0.0, 3.0]), B=np.ones((1, 2)), F=np.array([1.0]))
+>>> problem = ContactProblem(S=np.eye(2), g=np.array([0.0, 3.0]), B=np.ones((1, 2)), F=np.array([1.0]))
 >>> solution = solve(problem)
 >>> (solution.forces + 0.0).round(12).tolist(), solution.residuals.within(1e-10)
 ([1.0, 0.0], True)
 """
 
+from fecontact.common.renamed import renamed_names
+from fecontact.solvers.coulomb import Residuals
 from fecontact.solvers.friction import solve_friction
-from fecontact.solvers.friction_problem import FrictionProblem, FrictionResiduals, FrictionSolution
 from fecontact.solvers.friction_slide import SlidingLoadError
-from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Outcome, Residuals, Solution, Status
+from fecontact.solvers.problem import ContactProblem, InfeasibleLoadError, Outcome, Solution, Status
 from fecontact.solvers.qp import CustomSolver
 from fecontact.solvers.registry import TOLERANCE, attempt, available_solvers, solve, validate_options
 from fecontact.solvers.scaling import ScaledProblem
 
 __all__ = [
     "TOLERANCE",
-    "ComplementarityProblem",
+    "ContactProblem",
     "CustomSolver",
-    "FrictionProblem",
-    "FrictionResiduals",
-    "FrictionSolution",
     "InfeasibleLoadError",
     "Outcome",
     "Residuals",
@@ -37,3 +35,10 @@ __all__ = [
     "solve_friction",
     "validate_options",
 ]
+
+__getattr__ = renamed_names(
+    globals(),
+    ComplementarityProblem="ContactProblem",
+    FrictionResiduals="Residuals",
+    FrictionSolution="Solution",
+)

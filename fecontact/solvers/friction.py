@@ -5,9 +5,8 @@ Examples
 A block of unit weight on two points, dragged by 0.5 at mu = 0.3, slides unless it is held:
 
 >>> import numpy as np
->>> from fecontact.solvers import ComplementarityProblem
->>> rows = ComplementarityProblem(np.eye(2), np.zeros(2), np.array([[1.0, 0.0]]), np.array([1.0]))
->>> held = FrictionProblem(rows, points=np.array([0]), tangents=np.array([[1]]), mu=np.array([0.3]))
+>>> B, F = np.array([[1.0, 0.0]]), np.array([1.0])
+>>> held = ContactProblem(np.eye(2), np.zeros(2), B, F, np.array([0]), np.array([[1]]), np.array([0.3]))
 >>> solution = solve_friction(held)
 >>> solution.forces.round(12).tolist(), solution.slip.round(12).tolist()
 ([1.0, 0.0], [[0.0]])
@@ -25,7 +24,6 @@ import numpy as np
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import SolverError
 from fecontact.solvers.friction_newton import FrictionRows, friction_newton, friction_sweeps, tied
-from fecontact.solvers.friction_problem import FrictionProblem, FrictionSolution
 from fecontact.solvers.friction_slide import (
     SlidingLoadError,
     driving_load,
@@ -35,7 +33,7 @@ from fecontact.solvers.friction_slide import (
     sliding_modes,
     unbalanced_motion,
 )
-from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Status
+from fecontact.solvers.problem import ContactProblem, InfeasibleLoadError, Solution, Status
 from fecontact.solvers.registry import TOLERANCE, attempt
 from fecontact.solvers.scaling import ScaledProblem, scale
 
@@ -62,13 +60,13 @@ FIRST_SWEEPS = 1e-3
 
 
 def solve_friction(
-    problem: FrictionProblem, start: tuple[Array, Array] | None = None, *, tolerance: float = TOLERANCE
-) -> FrictionSolution:
+    problem: ContactProblem, start: tuple[Array, Array] | None = None, *, tolerance: float = TOLERANCE
+) -> Solution:
     """Certified solution of a contact problem with friction, or an error that says why there is none.
 
     Parameters
     ----------
-    problem : FrictionProblem
+    problem : ContactProblem
     start : ((N,), (m,)) arrays, optional
         Forces and motion to begin with, such as those of the last load step.
     tolerance : float
@@ -76,7 +74,7 @@ def solve_friction(
 
     Returns
     -------
-    FrictionSolution
+    Solution
 
     Raises
     ------
@@ -88,25 +86,25 @@ def solve_friction(
     """
     began = time.perf_counter()
     rows = FrictionRows(problem.points, problem.tangents, problem.normals, problem.mu)
-    given = problem.rows
     together = np.concatenate([problem.points[:, None], problem.tangents], axis=1)
-    scaled = scale(given.S, given.g, given.B, given.F, together)
+    scaled = scale(problem.S, problem.g, problem.B, problem.F, together)
     direction = unbalanced_motion(scaled, rows)
     if direction is not None:
         raise InfeasibleLoadError(_cannot_hold(scaled, rows), direction)
     closed = bool((scaled.g[rows.normals] < 0).any())
-    best: FrictionSolution | None = None
-    apart: FrictionSolution | None = None
-    adrift: FrictionSolution | None = None
+    best: Solution | None = None
+    apart: Solution | None = None
+    adrift: Solution | None = None
     starts = _starts(problem, scaled, rows, start)
     while (begin := next(starts, None)) is not None:
         x, p, name = begin
         steps = FIRST_STEPS if best is None else LATER_STEPS
         outcome, orientation = friction_newton(scaled, rows, x, p, max_iterations=steps)
         forces = scaled.forces(np.where(np.abs(outcome.x) < scaled.rounding_of(outcome.x), 0.0, outcome.x))
-        found = FrictionSolution(
+        found = Solution(
             problem, forces, scaled.motion(_nearest(scaled, rows, outcome.x, outcome.p)), outcome.status,
-            outcome.message, outcome.nit, name, time.perf_counter() - began, tuple(outcome.history), orientation,
+            outcome.message, outcome.nit, name, time.perf_counter() - began, tuple(outcome.history),
+            orientation=orientation,
         )  # fmt: skip
         nearest = found.residuals.within(tolerance)
         if not nearest:  # what is open would be closed
@@ -172,7 +170,7 @@ def _would_hold(rows: FrictionRows, factor: float | None) -> str:
 
 
 def _starts(
-    problem: FrictionProblem, scaled: ScaledProblem, rows: FrictionRows, start: tuple[Array, Array] | None
+    problem: ContactProblem, scaled: ScaledProblem, rows: FrictionRows, start: tuple[Array, Array] | None
 ) -> Iterator[tuple[Array, Array, str]]:
     """First forces (N,) and motions (r,) in turn, with the name of the method; later ones only if those before fail."""
     to_p = np.linalg.pinv(scaled.motion_map)
@@ -200,7 +198,7 @@ def _starts(
             yield *stuck, "newton"
 
 
-def _advice(problem: FrictionProblem, tolerance: float) -> str:
+def _advice(problem: ContactProblem, tolerance: float) -> str:
     """What to do where no answer was found.
 
     A rough surface may have no state: a point that its tangential force would lift loses that force when it opens, and
@@ -237,7 +235,7 @@ def _pressed(scaled: ScaledProblem, rows: FrictionRows, held: Array) -> tuple[Ar
     n, x = rows.normals, np.zeros(scaled.n)
     left = np.linalg.svd(held)[0][:, held.shape[1] :]
     B, F = left.T @ scaled.B[:, n], left.T @ scaled.F
-    bare = attempt(ComplementarityProblem(scaled.matrix[np.ix_(n, n)], scaled.g[n], B, F))
+    bare = attempt(ContactProblem(scaled.matrix[np.ix_(n, n)], scaled.g[n], B, F))
     if not bare.success:
         return x, np.zeros(scaled.r), np.ones(len(n), bool)
     x[n] = bare.forces

@@ -32,7 +32,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, lstsq
 from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 
-from fecontact.solvers.friction_problem import friction_limit
+from fecontact.solvers.coulomb import friction_limit
 from fecontact.solvers.problem import Outcome, Status
 from fecontact.solvers.scaling import ROUNDING, ScaledProblem
 

@@ -1,14 +1,20 @@
-"""The frictionless contact problem on its candidate points, its residuals and its solution.
+"""The contact problem on its candidate points, without friction or with it, and its solution.
 
     minimise 1/2 l^T S l + g^T l   subject to   l >= 0,  B l = F
     gap      w = S l + g + B^T q >= 0,   l . w = 0,   q the multiplier of B l = F (the rigid motion)
 
-Nothing here knows of meshes or bodies; compression and opening are positive.
+With friction rows of tangential forces t stand among those of l, and their gaps are slips s; both obey the law of
+`solvers.coulomb`:
+
+    (w, s) = S (l, t) + g + B^T q,   B (l, t) = F
+
+Slip is the change of the tangential displacement since the last step: g has the displacement at its end, with the sign
+reversed. Nothing here knows of meshes or bodies; compression and opening are positive.
 
 Examples
 --------
 >>> import numpy as np
->>> problem = ComplementarityProblem(S=np.eye(2), g=np.array([-1.0, 1.0]))
+>>> problem = ContactProblem(S=np.eye(2), g=np.array([-1.0, 1.0]))
 >>> problem.residuals(forces=np.array([1.0, 0.0]), q=np.zeros(0)).worst
 0.0
 
@@ -17,7 +23,7 @@ Unverified answer of a solver.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 
@@ -26,6 +32,8 @@ from scipy.sparse.linalg import LinearOperator
 
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.one_line import one_line
+from fecontact.common.renamed import renamed
+from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit, largest, ratio, sticks
 from fecontact.solvers.scaling import ScaledProblem, scale
 
 SYMMETRY_TOLERANCE = 1e-8
@@ -86,76 +94,10 @@ class InfeasibleLoadError(SolverError):
         self.direction = direction
 
 
-@dataclass(frozen=True)
-class Residuals:
-    """Violation of the contact conditions by a solution; all numbers are relative and dimensionless.
-
-    Parameters
-    ----------
-    penetration : float
-        Largest penetration over the gap scale.
-    tension : float
-        Largest negative force over the force scale.
-    complementarity : float
-        Largest, over the points, of the smaller of |force| / force scale and |gap| / gap scale.
-    equilibrium : float
-        Largest |B l - F| of a row over the row scale.
-
-    Notes
-    -----
-    Force scale: the sum of |l|, or, if larger, the load, each F_j over the largest entry of its row of B. Gap scale:
-    the largest elastic deflection |S l|, but not less than 1e-3 of the largest |g + B^T q| (rigid bodies have no
-    deflection) or 1e-4 of the largest |g| or |B|^T |q| (rounding). Row scale: the row's largest entry times the force
-    scale, plus |F_j|. The scales follow a change of units. A residual that is exactly zero stays zero for any scale.
-    """
-
-    penetration: float
-    tension: float
-    complementarity: float
-    equilibrium: float
-
-    @property
-    def worst(self) -> float:
-        """The largest of the four numbers."""
-        return max(self.penetration, self.tension, self.complementarity, self.equilibrium)
-
-    def within(self, tolerance: float) -> bool:
-        """Whether the answer is certified: penetration within ten times the tolerance, the others within it."""
-        others = (self.tension, self.complementarity, self.equilibrium)
-        # one by one: a number that is not one is not below the tolerance, but may be hidden by `max`
-        return self.penetration <= 10 * tolerance and all(each <= tolerance for each in others)
-
-    def __str__(self) -> str:
-        return (
-            f"penetration {self.penetration:.1e}, tension {self.tension:.1e}, "
-            f"complementarity {self.complementarity:.1e}, equilibrium {self.equilibrium:.1e}"
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class ResidualScales:
-    """Sizes by which residuals are divided, see the notes of `Residuals`.
-
-    Attributes
-    ----------
-    force, gap : float
-    row : (m,) array
-    """
-
-    force: float
-    gap: float
-    row: np.ndarray
-
-    @property
-    def work(self) -> float:
-        """Force times gap."""
-        return self.force * self.gap
-
-
 @one_line
 @dataclass(frozen=True, eq=False)
-class ComplementarityProblem:
-    """Frictionless contact on n candidate points with m rigid components in equilibrium.
+class ContactProblem:
+    """Contact on n candidate points with m rigid components in equilibrium.
 
     Parameters
     ----------
@@ -167,25 +109,42 @@ class ComplementarityProblem:
         Equilibrium rows: B l are the resultants of the contact forces on the free rigid components. May be dependent.
     F : ndarray, shape (m,), optional
         Load to be balanced by the contact forces.
+    points : ndarray of int, shape (f,), optional
+        Normal row of each point with friction.
+    tangents : ndarray of int, shape (f, k), optional
+        Its tangential rows, k of 1 or 2, along orthogonal directions. All other rows are normal ones.
+    mu : ndarray, shape (f,), optional
+        Coefficient of friction; zero or infinite ones are allowed.
 
     Raises
     ------
     InputError
-        For shapes that do not fit, entries that are not finite, or an S that is not symmetric or has a
-        negative diagonal entry.
+        For shapes or indices that do not fit, entries that are not finite, an S that is not symmetric or has a
+        negative diagonal entry, a mu that is negative or not a number, or friction with an operator for S.
 
     Examples
     --------
     >>> import numpy as np
-    >>> problem = ComplementarityProblem(S=np.eye(3), g=np.arange(3.0), B=np.ones((1, 3)), F=np.array([1.0]))
+    >>> problem = ContactProblem(S=np.eye(3), g=np.arange(3.0), B=np.ones((1, 3)), F=np.array([1.0]))
     >>> problem.n, problem.m
     (3, 1)
+
+    A point pressed down by 1 and dragged by 0.2 does not slip at mu = 0.3:
+
+    >>> one = np.array([0])
+    >>> F = np.array([1.0, 0.2])
+    >>> dragged = ContactProblem(np.eye(2), np.zeros(2), np.eye(2), F, one, np.array([[1]]), np.array([0.3]))
+    >>> dragged.residuals(np.array([1.0, 0.2]), np.array([-1.0, -0.2])).worst
+    0.0
     """
 
     S: np.ndarray | LinearOperator
     g: np.ndarray
     B: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
     F: np.ndarray = field(default_factory=lambda: np.empty(0))
+    points: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    tangents: np.ndarray = field(default_factory=lambda: np.empty((0, 1), dtype=np.int64))
+    mu: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
         g = _array("g", self.g, 1)
@@ -202,13 +161,25 @@ class ComplementarityProblem:
             raise InputError(f"S must have shape {(g.size, g.size)}, one row per entry of g; found {S.shape}.")
         if isinstance(S, np.ndarray):
             _check_compliance(S)
-        for name, value in (("S", S), ("g", g), ("B", B), ("F", F)):
+        points, tangents = np.asarray(self.points, dtype=np.int64), np.asarray(self.tangents, dtype=np.int64)
+        mu = np.asarray(self.mu, dtype=float)
+        if points.size or tangents.size or mu.size:
+            _check_friction(S, g.size, points, tangents, mu)
+        given = {"S": S, "g": g, "B": B, "F": F, "points": points, "tangents": tangents, "mu": mu}
+        for name, value in given.items():
             object.__setattr__(self, name, value)
 
     @property
     def n(self) -> int:
         """Number of candidate points."""
         return int(self.g.size)
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """S as an array; TypeError for an operator."""
+        if not isinstance(self.S, np.ndarray):
+            raise TypeError("the compliance is an operator, not an array")
+        return self.S
 
     @property
     def is_dense(self) -> bool:
@@ -219,6 +190,25 @@ class ComplementarityProblem:
     def m(self) -> int:
         """Number of equilibrium rows."""
         return int(self.F.size)
+
+    @cached_property
+    def normals(self) -> np.ndarray:
+        """Normal rows (n,), with friction or without."""
+        return np.setdiff1d(np.arange(self.n), self.tangents)
+
+    def normal_problem(self, forces: np.ndarray) -> ContactProblem:
+        """Problem of the normal forces, under the tangential part of given forces (N,)."""
+        n, t = self.normals, self.tangents.ravel()
+        g = self.g[n] + self.matrix[np.ix_(n, t)] @ forces[t]
+        return ContactProblem(self.matrix[np.ix_(n, n)], g, self.B[:, n], self.F - self.B[:, t] @ forces[t])
+
+    def slip(self, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """Slip of the points during the step, shape (f, k)."""
+        return np.asarray(self.gap(forces, q)[self.tangents])
+
+    def limit(self, forces: np.ndarray) -> np.ndarray:
+        """Largest tangential force mu l of the points, shape (f,); infinite where rough and pressed."""
+        return friction_limit(self.mu, forces[self.points])
 
     def gap(self, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
         """Gap w = S l + g + B^T q, shape (n,).
@@ -231,7 +221,7 @@ class ComplementarityProblem:
         Examples
         --------
         >>> import numpy as np
-        >>> ComplementarityProblem(S=np.eye(2), g=np.ones(2)).gap(np.array([0.5, 0.0]), np.zeros(0)).tolist()
+        >>> ContactProblem(S=np.eye(2), g=np.ones(2)).gap(np.array([0.5, 0.0]), np.zeros(0)).tolist()
         [1.5, 1.0]
         """
         return np.asarray(self.S @ forces + self.g + self.B.T @ q)
@@ -249,7 +239,8 @@ class ComplementarityProblem:
         # where the motion exceeds g by more than a tenth, the floor of the sum is the higher one
         terms = max(largest(self.g), largest(np.abs(self.B).T @ np.abs(q)))
         gap = max(largest(deflection), GAP_FLOOR * largest(rigid), TERM_FLOOR * terms)
-        return ResidualScales(force, gap, row * force + np.abs(self.F))
+        point = largest(forces) if self.points.size else 0.0
+        return ResidualScales(force, gap, point, terms, row * force + np.abs(self.F))
 
     def residuals(
         self,
@@ -277,7 +268,7 @@ class ComplementarityProblem:
         Examples
         --------
         >>> import numpy as np
-        >>> problem = ComplementarityProblem(S=np.eye(2), g=np.array([-1.0, 1.0]))
+        >>> problem = ContactProblem(S=np.eye(2), g=np.array([-1.0, 1.0]))
         >>> problem.residuals(np.array([0.5, 0.0]), np.zeros(0)).penetration
         1.0
         """
@@ -292,16 +283,12 @@ class ComplementarityProblem:
             return Residuals(np.inf, np.inf, np.inf, np.inf)
         deflection, rigid = np.asarray(self.S @ forces) if deflection is None else deflection, self.g + self.B.T @ q
         scales = self._scales(forces, deflection, rigid, q) if scales is None else scales
+        unbalanced = largest(ratio(self.B @ forces - self.F, scales.row))
         gap = np.add(deflection, rigid, out=rigid)
-        penetration = abs(float(ratio(np.minimum(gap.min(), 0.0), scales.gap)))
-        # in place: of many points each new array takes as long as its arithmetic
-        both = np.minimum(_sizes(forces.copy(), scales.force), _sizes(gap, scales.gap), out=gap)
-        return Residuals(
-            penetration=penetration,
-            tension=abs(float(ratio(np.minimum(forces.min(), 0.0), scales.force))),
-            complementarity=largest(both),
-            equilibrium=largest(ratio(self.B @ forces - self.F, scales.row)),
-        )
+        if not self.points.size:
+            return _normal_residuals(forces, gap, scales, unbalanced)
+        normal = _normal_residuals(forces[self.normals], gap[self.normals], scales, unbalanced)
+        return normal.with_friction(forces[self.tangents].T, gap[self.tangents].T, self.limit(forces), scales)
 
     def scaled(self) -> ScaledProblem:
         """Nondimensional form with unit diagonal and orthonormal rows, and its inverse maps.
@@ -313,7 +300,7 @@ class ComplementarityProblem:
         Examples
         --------
         >>> import numpy as np
-        >>> scaled = ComplementarityProblem(S=4e-12 * np.eye(2), g=np.array([-1e-6, 1e-6])).scaled()
+        >>> scaled = ContactProblem(S=4e-12 * np.eye(2), g=np.array([-1e-6, 1e-6])).scaled()
         >>> scaled.S.diagonal().tolist(), scaled.g.round(12).tolist()
         ([1.0, 1.0], [-1.0, 1.0])
         """
@@ -327,9 +314,9 @@ class Solution:
 
     Parameters
     ----------
-    problem : ComplementarityProblem
+    problem : ContactProblem
     forces : ndarray, shape (n,)
-        Contact forces, compression positive.
+        Contact forces, compression positive; with friction tangential ones at their rows.
     q : ndarray, shape (m,)
         Multiplier of the equilibrium rows, the rigid motion; for status ``infeasible`` the direction
         that proves it (see `InfeasibleLoadError`).
@@ -347,9 +334,12 @@ class Solution:
         The solver's own residual, one entry per iteration; may be empty.
     scales : ResidualScales, optional
         Of the problem of which this is a part; by default its own.
+    orientation : int
+        With friction, the sign of the determinant of Newton's matrix at the end, +1 as without; -1: the solution is not
+        the only one, or not stable (Klarbring 1990); 0: singular, forces are not unique.
     """
 
-    problem: ComplementarityProblem = field(repr=False)
+    problem: ContactProblem = field(repr=False)
     forces: np.ndarray
     q: np.ndarray
     status: Status
@@ -359,6 +349,7 @@ class Solution:
     seconds: float = 0.0
     history: tuple[float, ...] = ()
     scales: ResidualScales | None = None
+    orientation: int = 1
 
     @property
     def success(self) -> bool:
@@ -380,6 +371,42 @@ class Solution:
         """Points with a positive force, shape (n,), bool; a warm start for the next problem."""
         return self.forces > 0
 
+    @cached_property
+    def normal(self) -> Solution:
+        """Solution of the normal forces alone, under the tangential forces found."""
+        problem = self.problem
+        return replace(
+            self, problem=problem.normal_problem(self.forces), forces=self.forces[problem.normals],
+            scales=problem.residual_scales(self.forces, self.q), orientation=1,
+        )  # fmt: skip
+
+    @property
+    def tangential(self) -> np.ndarray:
+        """Tangential forces of the points with friction, shape (f, k)."""
+        return self.forces[self.problem.tangents]
+
+    @cached_property
+    def slip(self) -> np.ndarray:
+        """Slip of the points with friction during the step, shape (f, k)."""
+        return self.problem.slip(self.forces, self.q)
+
+    @property
+    def touching(self) -> np.ndarray:
+        """Points with friction that have a normal force, shape (f,), bool."""
+        return np.asarray(self.forces[self.problem.points] > 0)
+
+    @cached_property
+    def sliding(self) -> np.ndarray:
+        """Touching points on the rim of their cone, shape (f,), bool; the other touching ones stick."""
+        return self.touching & ~sticks(self.tangential.T, self.problem.limit(self.forces))
+
+    @property
+    def friction_work(self) -> float:
+        """Work of friction during the step, - sum t . s."""
+        return -float((self.tangential * self.slip).sum())
+
+    dissipated = renamed("dissipated", "friction_work")
+
 
 def _array(name: str, value: object, ndim: int) -> np.ndarray:
     """Return a read-only float view of `value`, checked for its dimension and for finite entries."""
@@ -393,6 +420,23 @@ def _array(name: str, value: object, ndim: int) -> np.ndarray:
         raise InputError(f"{name} must be finite; found {int((~np.isfinite(array)).sum())} entries that are not.")
     array.flags.writeable = False
     return array
+
+
+def _check_friction(S: object, n: int, points: np.ndarray, tangents: np.ndarray, mu: np.ndarray) -> None:
+    """Refuse points with friction, their tangential rows or coefficients that do not fit a problem of n rows."""
+    if not isinstance(S, np.ndarray):
+        raise InputError("Friction needs the compliance as an array; found an operator. Form the array.")
+    if points.ndim != 1 or tangents.ndim != 2 or tangents.shape[1] not in (1, 2) or len(points) != len(tangents):
+        raise InputError(
+            f"Expected points (f,) and tangents (f, 1) or (f, 2); found shapes {points.shape} and {tangents.shape}."
+        )
+    if mu.shape != points.shape:
+        raise InputError(f"Expected one coefficient of friction per point, {points.shape}; found {mu.shape}.")
+    if not (mu >= 0).all():
+        raise InputError(f"A coefficient of friction is a number from 0 on, or inf; found {mu[~(mu >= 0)][0]!r}.")
+    used = np.concatenate([points, tangents.ravel()])
+    if len(used) and (used.min() < 0 or used.max() >= n or len(np.unique(used)) != len(used)):
+        raise InputError(f"points and tangents must be different rows out of 0 to {n - 1}.")
 
 
 def _check_compliance(S: np.ndarray) -> None:
@@ -418,21 +462,19 @@ def _check_compliance(S: np.ndarray) -> None:
             )
 
 
-def largest(values: np.ndarray) -> float:
-    """Largest size of an entry; zero if there is none."""
-    return max(float(values.max(initial=0.0)), -float(values.min(initial=0.0)))
-
-
 def _sizes(values: np.ndarray, scale: float) -> np.ndarray:
     """Sizes of values over a scale, in place."""
     np.abs(values, out=values)
     return np.divide(values, scale, out=values) if scale > 0 else ratio(values, scale)
 
 
-def ratio(values: np.ndarray, scales: np.ndarray | float) -> np.ndarray:
-    """Return values / scales, where 0 / 0 is 0 and anything else over 0 is infinite."""
-    scales = np.broadcast_to(scales, values.shape)
-    return np.divide(values, scales, out=np.where(values == 0, 0.0, np.inf), where=scales > 0)
+def _normal_residuals(forces: np.ndarray, gap: np.ndarray, scales: ResidualScales, unbalanced: float) -> Residuals:
+    """Residuals of normal forces (n,) and gaps (n,), which are overwritten."""
+    penetration = abs(float(ratio(np.minimum(gap.min(), 0.0), scales.gap)))
+    # in place: of many points each new array takes as long as its arithmetic
+    both = np.minimum(_sizes(forces.copy(), scales.force), _sizes(gap, scales.gap), out=gap)
+    tension = abs(float(ratio(np.minimum(forces.min(), 0.0), scales.force)))
+    return Residuals(penetration, tension, largest(both), unbalanced)
 
 
 @dataclass(frozen=True, eq=False)

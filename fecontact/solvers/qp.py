@@ -18,7 +18,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 from fecontact.common.errors import InputError, SolverError
-from fecontact.solvers.problem import ComplementarityProblem, Outcome, Status
+from fecontact.solvers.problem import ContactProblem, Outcome, Status
 from fecontact.solvers.scaling import ScaledProblem
 
 ACCURATE: dict[str, dict[str, object]] = {
@@ -113,7 +113,7 @@ def _iterations(extras: Mapping[str, Any]) -> int:
 
 
 CustomSolver = Callable[..., Outcome | tuple[np.ndarray, np.ndarray]]
-"""``solver(problem, **options)``: the forces (n,) and q (m,) of a `ComplementarityProblem` in its own units, as a pair
+"""``solver(problem, **options)``: the forces (n,) and q (m,) of a `ContactProblem` in its own units, as a pair
 or as an `Outcome` with a status. The name in results and messages is the function's."""
 
 
@@ -131,7 +131,7 @@ def check_custom(solver: CustomSolver, options: Mapping[str, object]) -> None:
         If it is not callable, or its parameters do not fit.
     """
     if not callable(solver):
-        raise InputError(f"solver must be a name or a function of a ComplementarityProblem; found {solver!r}.")
+        raise InputError(f"solver must be a name or a function of a ContactProblem; found {solver!r}.")
     try:
         parameters = inspect.signature(solver)
     except (TypeError, ValueError):  # compiled functions may have no signature
@@ -148,7 +148,7 @@ def check_custom(solver: CustomSolver, options: Mapping[str, object]) -> None:
 
 
 def solve_custom(
-    problem: ComplementarityProblem, scaled: ScaledProblem, solver: CustomSolver, options: Mapping[str, object]
+    problem: ContactProblem, scaled: ScaledProblem, solver: CustomSolver, options: Mapping[str, object]
 ) -> Outcome:
     """Call the user's function; return its outcome in scaled variables.
 

@@ -35,7 +35,7 @@ from scipy.sparse.linalg import LinearOperator
 from fecontact.common.errors import InputError, SolverError, SolverNotFoundError
 from fecontact.solvers.active_set import active_set
 from fecontact.solvers.nnls import nnls
-from fecontact.solvers.problem import ComplementarityProblem, InfeasibleLoadError, Outcome, Solution, Status
+from fecontact.solvers.problem import ContactProblem, InfeasibleLoadError, Outcome, Solution, Status
 from fecontact.solvers.projected_cg import projected_cg
 from fecontact.solvers.qp import CustomSolver, backend, backends, check_custom, solve_custom, solver_name
 from fecontact.solvers.scaling import NO_FORCE, ROUNDING, ScaledProblem
@@ -130,7 +130,7 @@ def available_solvers() -> tuple[str, ...]:
 
 
 def solve(
-    problem: ComplementarityProblem,
+    problem: ContactProblem,
     solver: str | CustomSolver = "auto",
     *,
     start: np.ndarray | Solution | None = None,
@@ -141,7 +141,7 @@ def solve(
 
     Parameters
     ----------
-    problem : ComplementarityProblem
+    problem : ContactProblem
     solver : str or callable
         ``auto`` or one of `available_solvers`. ``auto`` tries the fast method and falls back on the finite one. Or a
         function of the problem that returns (forces, q), see `CustomSolver`; its answer is certified too.
@@ -161,7 +161,7 @@ def solve(
     Raises
     ------
     InputError
-        For an option that the solver does not have, or a start that does not fit.
+        For an option that the solver does not have, a start that does not fit, or a problem with friction.
     SolverNotFoundError
         For a solver that is unknown or not installed.
     InfeasibleLoadError
@@ -172,8 +172,8 @@ def solve(
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.solvers import ComplementarityProblem, solve
-    >>> problem = ComplementarityProblem(
+    >>> from fecontact.solvers import ContactProblem, solve
+    >>> problem = ContactProblem(
     ...     S=np.eye(3), g=np.array([0.0, 0.0, 9.0]), B=np.ones((1, 3)), F=np.array([1.0])
     ... )
     >>> solution = solve(problem)
@@ -198,7 +198,7 @@ def solve(
 
 
 def attempt(
-    problem: ComplementarityProblem,
+    problem: ContactProblem,
     solver: str | CustomSolver = "auto",
     *,
     start: np.ndarray | Solution | None = None,
@@ -226,13 +226,15 @@ def attempt(
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.solvers import ComplementarityProblem
-    >>> pulled = ComplementarityProblem(S=np.eye(1), g=np.ones(1), B=np.ones((1, 1)), F=np.array([-1.0]))
+    >>> from fecontact.solvers import ContactProblem
+    >>> pulled = ContactProblem(S=np.eye(1), g=np.ones(1), B=np.ones((1, 1)), F=np.array([-1.0]))
     >>> solution = attempt(pulled)
     >>> solution.success, solution.status.value, solution.q.tolist()
     (False, 'infeasible', [1.0])
     """
     began = time.perf_counter()
+    if problem.points.size:
+        raise InputError("The problem has friction: solve it by `solve_friction`.")
     validate_options(solver, options)
     chain = _chain(problem, solver)
     touching = _touching(problem, start)
@@ -269,7 +271,7 @@ class SolvingOperator(Protocol):
     def solver(self) -> str:
         """Name of the solver."""
 
-    def solve_contact(self, problem: ComplementarityProblem, tolerance: float) -> Outcome:
+    def solve_contact(self, problem: ContactProblem, tolerance: float) -> Outcome:
         """Forces and motions of the problem in its own units."""
 
 
@@ -280,7 +282,7 @@ def _certified(solution: Solution, tolerance: float) -> Solution:
     return replace(solution, status=Status.REFUSED, message="the answer does not pass the certificate")
 
 
-def _claimed(problem: ComplementarityProblem, outcome: Outcome, solver: str) -> Solution:
+def _claimed(problem: ContactProblem, outcome: Outcome, solver: str) -> Solution:
     """An outcome in the problem's own units, unverified."""
     return Solution(
         problem, outcome.x, outcome.p, outcome.status, outcome.message, outcome.nit, solver,
@@ -342,7 +344,7 @@ def validate_options(solver: str | CustomSolver, options: Mapping[str, object], 
         raise InputError(f"max_iterations must be a positive integer; found {iterations!r}.", code="max-iterations")
 
 
-def _chain(problem: ComplementarityProblem, solver: str | CustomSolver) -> tuple[str | CustomSolver, ...]:
+def _chain(problem: ContactProblem, solver: str | CustomSolver) -> tuple[str | CustomSolver, ...]:
     """Solvers to try in turn."""
     operator = isinstance(problem.S, LinearOperator)
     if solver == "auto":
@@ -356,7 +358,7 @@ def _chain(problem: ComplementarityProblem, solver: str | CustomSolver) -> tuple
     return (solver,)
 
 
-def _touching(problem: ComplementarityProblem, start: np.ndarray | Solution | None) -> np.ndarray | None:
+def _touching(problem: ContactProblem, start: np.ndarray | Solution | None) -> np.ndarray | None:
     if start is None:
         return None
     mask = start.active if isinstance(start, Solution) else np.asarray(start) > 0
@@ -365,9 +367,7 @@ def _touching(problem: ComplementarityProblem, start: np.ndarray | Solution | No
     return mask
 
 
-def _without_solver(
-    problem: ComplementarityProblem, scaled: ScaledProblem, solver: str | CustomSolver
-) -> Solution | None:
+def _without_solver(problem: ContactProblem, scaled: ScaledProblem, solver: str | CustomSolver) -> Solution | None:
     """Solution of the two cases that need no solver: no contact, or a load that cannot be balanced."""
     zero, still, name = np.zeros(problem.n), np.zeros(problem.m), solver_name(solver)
     if not problem.F.any() and problem.g.min() >= 0:
@@ -383,7 +383,7 @@ def _without_solver(
 
 
 def _found(
-    problem: ComplementarityProblem,
+    problem: ContactProblem,
     scaled: ScaledProblem,
     solver: str | CustomSolver,
     start: np.ndarray | None,
@@ -407,7 +407,7 @@ def _found(
     return next(passing, None) or min(every, key=lambda each: each.residuals.worst)
 
 
-def _unscaled(problem: ComplementarityProblem, scaled: ScaledProblem, outcome: Outcome) -> Outcome:
+def _unscaled(problem: ContactProblem, scaled: ScaledProblem, outcome: Outcome) -> Outcome:
     """An outcome in the units of the problem."""
     idle = not problem.F.any() and outcome.x.max() < NO_FORCE
     forces = np.zeros(problem.n) if idle else scaled.forces(outcome.x)

@@ -20,8 +20,8 @@ its beginning; repeated cycles within an increment use their average stiffness o
 Examples
 --------
 >>> import numpy as np
->>> from fecontact.solvers import ComplementarityProblem
->>> problem = ComplementarityProblem(S=np.eye(2), g=np.array([0.0, 9.0]), B=np.ones((1, 2)), F=np.array([1.0]))
+>>> from fecontact.solvers import ContactProblem
+>>> problem = ContactProblem(S=np.eye(2), g=np.array([0.0, 9.0]), B=np.ones((1, 2)), F=np.array([1.0]))
 >>> penalty(problem, stiffness=1e3).gap.round(6).tolist()
 [-0.001, 7.999]
 """
@@ -35,7 +35,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fecontact import InputError, SolverError
 from fecontact.common.arrays import Array
-from fecontact.solvers import ComplementarityProblem, Residuals
+from fecontact.solvers import ContactProblem, Residuals
 
 SETTLED = 1e-10
 """Change of the forces within one increment, relative to the largest, at which its cycles end."""
@@ -100,12 +100,12 @@ class Approximation:
         return float(np.maximum(-self.gap, 0.0).max())
 
 
-def penalty(problem: ComplementarityProblem, stiffness: ArrayLike, *, max_iterations: int = 100) -> Approximation:
+def penalty(problem: ContactProblem, stiffness: ArrayLike, *, max_iterations: int = 100) -> Approximation:
     """Solve by the penalty method: springs where the bodies penetrate, Newton's method for who does.
 
     Parameters
     ----------
-    problem : ComplementarityProblem
+    problem : ContactProblem
         With S as an array, for example ``result.problem``.
     stiffness : float or (n,) array
         Of each spring, force per length. A foundation of even stiffness has springs in proportion to the areas of the
@@ -128,8 +128,8 @@ def penalty(problem: ComplementarityProblem, stiffness: ArrayLike, *, max_iterat
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.solvers import ComplementarityProblem
-    >>> problem = ComplementarityProblem(S=np.eye(1), g=-np.ones(1))
+    >>> from fecontact.solvers import ContactProblem
+    >>> problem = ContactProblem(S=np.eye(1), g=-np.ones(1))
     >>> [round(float(penalty(problem, k).forces[0]), 6) for k in (1.0, 1e2, 1e4)]
     [0.5, 0.990099, 0.9999]
     """
@@ -154,13 +154,13 @@ def penalty(problem: ComplementarityProblem, stiffness: ArrayLike, *, max_iterat
 
 
 def gap_elements(
-    problem: ComplementarityProblem, soft: ArrayLike, hard: ArrayLike, increments: int, *, cycles: int = 1
+    problem: ContactProblem, soft: ArrayLike, hard: ArrayLike, increments: int, *, cycles: int = 1
 ) -> Approximation:
     """Solve with gap elements of a bilinear law, the load in increments.
 
     Parameters
     ----------
-    problem : ComplementarityProblem
+    problem : ContactProblem
         With S as an array. Without equilibrium rows the approach is incremented instead of a load: the bodies begin
         where they just touch.
     soft, hard : float or (n,) array
@@ -191,8 +191,8 @@ def gap_elements(
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.solvers import ComplementarityProblem
-    >>> problem = ComplementarityProblem(S=np.eye(2), g=np.array([0.0, 1.0]), B=np.ones((1, 2)), F=np.array([3.0]))
+    >>> from fecontact.solvers import ContactProblem
+    >>> problem = ContactProblem(S=np.eye(2), g=np.array([0.0, 1.0]), B=np.ones((1, 2)), F=np.array([3.0]))
     >>> [gap_elements(problem, 1e-6, 1e6, m).forces.round(3).tolist() for m in (1, 4, 400)]
     [[3.0, 0.0], [2.25, 0.75], [2.002, 0.998]]
     """
@@ -227,12 +227,12 @@ def gap_elements(
     return Approximation(forces, q, gap, problem.residuals(forces, q), settled, tuple(history))
 
 
-def condition_number(problem: ComplementarityProblem, stiffness: ArrayLike) -> float:
+def condition_number(problem: ContactProblem, stiffness: ArrayLike) -> float:
     """Condition number of the equations that a displacement method solves: the bodies' stiffness and the springs'.
 
     Parameters
     ----------
-    problem : ComplementarityProblem
+    problem : ContactProblem
         With S as a regular array; lengths are taken relative to the square root of its diagonal.
     stiffness : float or (n,) array
         Of the springs; zero where there is none.
@@ -250,8 +250,8 @@ def condition_number(problem: ComplementarityProblem, stiffness: ArrayLike) -> f
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.solvers import ComplementarityProblem
-    >>> problem = ComplementarityProblem(S=np.eye(2), g=np.zeros(2))
+    >>> from fecontact.solvers import ContactProblem
+    >>> problem = ContactProblem(S=np.eye(2), g=np.zeros(2))
     >>> round(condition_number(problem, np.array([0.0, 99.0])), 9)
     100.0
     """
@@ -267,13 +267,13 @@ def condition_number(problem: ComplementarityProblem, stiffness: ArrayLike) -> f
     return float(np.linalg.cond((K + K.T) / 2 + np.diag(springs)))
 
 
-def _array(problem: ComplementarityProblem) -> Array:
+def _array(problem: ContactProblem) -> Array:
     if not isinstance(problem.S, np.ndarray):
         raise InputError("The baselines need the compliance as an array, and it is an operator.")
     return problem.S
 
 
-def _checked(problem: ComplementarityProblem, **stiffnesses: ArrayLike) -> tuple[Array, list[Array]]:
+def _checked(problem: ContactProblem, **stiffnesses: ArrayLike) -> tuple[Array, list[Array]]:
     """The compliance, and the stiffnesses (n,) of the springs."""
     springs = []
     for name, given in stiffnesses.items():
@@ -286,7 +286,7 @@ def _checked(problem: ComplementarityProblem, **stiffnesses: ArrayLike) -> tuple
     return _array(problem), springs
 
 
-def _first_guess(problem: ComplementarityProblem) -> NDArray[np.bool_]:
+def _first_guess(problem: ContactProblem) -> NDArray[np.bool_]:
     """Points that penetrate, or those that close first: as many as hold the rigid motions."""
     touching = problem.g < 0
     if problem.m and touching.sum() < 3 * problem.m:

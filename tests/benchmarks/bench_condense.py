@@ -18,7 +18,7 @@ import scipy.sparse as sp
 import fecontact as fc
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.results.report import peak_memory
-from fecontact.solvers import ComplementarityProblem, solve
+from fecontact.solvers import ContactProblem, solve
 
 #: Divisions of the face; a block is four times as wide as it is high. 24k, 54k, 111k, 155k degrees of freedom.
 SIZES = (20, 26, 34, 38)
@@ -50,7 +50,7 @@ def row(divisions, candidates, way):
     # the force that closes two thirds of the candidates' area on a half-space
     edge = np.sqrt(2 / 3) * r[near].max()
     force = 4 / 3 * edge**3 / 10.0 / (1 - 0.3**2)
-    problem = ComplementarityProblem(S, r[near] ** 2 / 20.0, np.ones((1, n)), np.array([force]))
+    problem = ContactProblem(S, r[near] ** 2 / 20.0, np.ones((1, n)), np.array([force]))
     solution = solve(problem)
     spans["solve"] = time.process_time() - began
     together = spans["factorise"] + spans["condense"] + spans["solve"]

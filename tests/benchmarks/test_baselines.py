@@ -9,7 +9,7 @@ from solver_cases import duplicates, hertz, pressed_in
 from solver_cases import half_space as pressed
 
 from fecontact import InputError
-from fecontact.solvers import ComplementarityProblem, solve
+from fecontact.solvers import ContactProblem, solve
 
 
 def guess(problem):
@@ -36,7 +36,7 @@ def test_a_penalty_is_a_layer_of_springs():
     """The exact solver on the compliance S + 1/k is another way to the same forces."""
     p = pressed(11, 3)
     k = 7 * guess(p)
-    layered = ComplementarityProblem(p.S + np.eye(p.n) / k, p.g, p.B, p.F)
+    layered = ContactProblem(p.S + np.eye(p.n) / k, p.g, p.B, p.F)
     exact, found = solve(layered), penalty(p, k)
     assert np.abs(found.forces - exact.forces).max() < 1e-9 * exact.forces.max()
     assert np.abs(found.forces - k * np.maximum(-found.gap, 0)).max() < 1e-9 * exact.forces.max()
@@ -81,7 +81,7 @@ def test_soft_elements_carry_what_they_should_not():
 
 
 def test_an_element_that_is_closed_from_the_start_is_one_spring():
-    p = ComplementarityProblem(S=np.eye(1), g=np.zeros(1), B=np.ones((1, 1)), F=np.array([3.0]))
+    p = ContactProblem(S=np.eye(1), g=np.zeros(1), B=np.ones((1, 1)), F=np.array([3.0]))
     for increments in (1, 5):
         found = gap_elements(p, 1.0, 100.0, increments, cycles=3)
         assert found.settled

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fecontact.solvers import ComplementarityProblem, solve
+from fecontact.solvers import ContactProblem, solve
 
 
 def hat_transform(t):
@@ -53,7 +53,7 @@ def layer_on_rigid_plane(thickness, modulus, half_width, load, n=400, reach=3.0)
     # loads balance, so that cos(kx) may be counted from its value at x = 0, where the plate's motion is not determined
     S = 2 * (wave.T @ (squeeze * wave) + (wave - 1).T @ (bend * (wave - 1)))
     g = 2 * load * (wave.T @ (squeeze[:, 0] * strip) - (wave - 1).T @ (bend[:, 0] * (strip - 1)))
-    problem = ComplementarityProblem(S * np.outer(many, many) / 2, g * many / 2, many[None, :], np.array([load]))
+    problem = ContactProblem(S * np.outer(many, many) / 2, g * many / 2, many[None, :], np.array([load]))
     return x, solve(problem, "auto").forces / dx
 
 
@@ -122,7 +122,7 @@ def pin_in_hole(radius, clearance, approach, pin, plate, n=400):
     S = wave.T @ ((F * share)[:, None] * wave)
     g = clearance - approach * np.cos(angle)
     scale = S.max() / g[-1]
-    solution = solve(ComplementarityProblem(S * np.outer(many, many), g * scale * many), "auto")
+    solution = solve(ContactProblem(S * np.outer(many, many), g * scale * many), "auto")
     return angle, solution.forces / scale
 
 

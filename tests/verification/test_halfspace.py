@@ -7,7 +7,7 @@ import scipy.sparse as sp
 import fecontact as fc
 from fecontact.analytic import rectangle
 from fecontact.halfspace.operator import CellModel
-from fecontact.solvers import ComplementarityProblem, solve
+from fecontact.solvers import ContactProblem, solve
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid, self_affine
 
 UNIT = fc.Material(E=1.0, nu=0.0)
@@ -269,7 +269,7 @@ def test_report_half_space_by_wolfe(cell, pressure, ratio, most_l2, most_area, r
     )
     gap = (r.ravel()[quarter] ** 2) / 25.0
     S = CellModel(half.compliance).dense(rows)
-    problem = ComplementarityProblem(S, 2 * gap, np.full((1, len(quarter)), 2.0), np.array([454.0]))
+    problem = ContactProblem(S, 2 * gap, np.full((1, len(quarter)), 2.0), np.array([454.0]))
     solution = solve(problem, "wolfe")
     p = solution.forces / 2 / cell**2
     exact = hertz.p0 * np.sqrt(np.maximum(1 - (r.ravel()[quarter] / hertz.a) ** 2, 0))

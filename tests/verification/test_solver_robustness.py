@@ -14,7 +14,7 @@ from scipy.linalg import block_diag
 from scipy.sparse.linalg import LinearOperator
 from solver_cases import half_space
 
-from fecontact.solvers import ComplementarityProblem, Solution, available_solvers, solve
+from fecontact.solvers import ContactProblem, Solution, available_solvers, solve
 
 Row = Callable[..., float]
 ANY_COMPLIANCE = ("auto", "nnls")
@@ -31,7 +31,7 @@ HERTZ_LOAD = np.array([4 / 3, 0.0, 0.0])
 
 
 def assert_same(
-    problem: ComplementarityProblem, first: Solution, second: Solution, tolerance: float, row: Row, case: str
+    problem: ContactProblem, first: Solution, second: Solution, tolerance: float, row: Row, case: str
 ) -> None:
     deflection = np.abs(problem.S @ first.forces).max()
     row(case, "largest gap change", 0.0, np.abs(first.gap - second.gap).max() / deflection, tolerance)
@@ -46,7 +46,7 @@ def test_hertz(row: Row) -> None:
     Source: Hertz. Cells of 0.07 a: the point-load compliance and the jagged edge cost about one percent.
     """
     S, g, B = pressed_half_space(41)
-    solution = solve(ComplementarityProblem(S=S, g=g, B=B, F=HERTZ_LOAD))
+    solution = solve(ContactProblem(S=S, g=g, B=B, F=HERTZ_LOAD))
     radius = np.sqrt(2.5 * (solution.forces @ (2 * g)) / solution.forces.sum())
     # cells of 0.07 a: the point-load compliance and the jagged edge cost about one per cent
     row("15 half-space of 41 x 41 points", "contact radius", 1.0, radius, 0.01)
@@ -64,11 +64,9 @@ def test_units(length: float, modulus: float, row: Row) -> None:
     Source: the same problem in other units. 1e-9: nothing but rounding, times the condition of S (about 1e3).
     """
     S, g, B = pressed_half_space(13)
-    first = solve(ComplementarityProblem(S=S, g=g, B=B, F=HERTZ_LOAD))
+    first = solve(ContactProblem(S=S, g=g, B=B, F=HERTZ_LOAD))
     force, arms = modulus * length**2, np.array([1.0, length, length])
-    other = ComplementarityProblem(
-        S=S / (modulus * length), g=g * length, B=B * arms[:, None], F=HERTZ_LOAD * force * arms
-    )
+    other = ContactProblem(S=S / (modulus * length), g=g * length, B=B * arms[:, None], F=HERTZ_LOAD * force * arms)
     second = solve(other)
     # 1e-9: nothing but rounding, times the condition of S (about 1e3)
     change = np.abs(first.forces - second.forces / force).max() / first.forces.max()
@@ -87,10 +85,10 @@ def test_moments_about_a_far_point(distance: float, row: Row) -> None:
     distance times 2e-16, into the forces, here times 100.
     """
     S, g, B = pressed_half_space(13)
-    first = solve(ComplementarityProblem(S=S, g=g, B=B, F=HERTZ_LOAD))
+    first = solve(ContactProblem(S=S, g=g, B=B, F=HERTZ_LOAD))
     shift = np.array([[0.0], [distance], [0.0]])
     F = HERTZ_LOAD + shift[:, 0] * HERTZ_LOAD[0]
-    second = solve(ComplementarityProblem(S=S, g=g, B=B + shift * B[:1], F=F))
+    second = solve(ContactProblem(S=S, g=g, B=B + shift * B[:1], F=F))
     # the moment about the far point carries its rounding, distance times 2e-16, into the forces, here times 100
     change = np.abs(first.forces - second.forces).max() / first.forces.max()
     case = f"14 moments about a point {distance:g} away"
@@ -109,7 +107,7 @@ def test_candidates_much_finer_than_the_mesh(si: bool, finer: int, row: Row) -> 
     g, B = (x**2 + y**2) / 2, np.vstack([np.ones_like(x), x, y])
     # SI: compliance 1e-12 m/N, gaps 1e-6 m, arms in 1e-3 m
     compliance, length, arms = (1e-12, 1e-6, np.array([1.0, 1e-3, 1e-3])) if si else (1.0, 1.0, np.ones(3))
-    problem = ComplementarityProblem(
+    problem = ContactProblem(
         S=N @ S @ N.T * compliance,
         g=g * length,
         B=B * arms[:, None],
@@ -131,10 +129,10 @@ def test_duplicates_and_bad_scaling_together(solver: str, row: Row) -> None:
     rng = np.random.default_rng(4)
     picked = np.concatenate([np.arange(121), rng.integers(0, 121, 60)])
     d = 10.0 ** rng.uniform(-8, 8, picked.size)
-    problem = ComplementarityProblem(
+    problem = ContactProblem(
         S=S[np.ix_(picked, picked)] * d * d[:, None], g=g[picked] * d, B=B[:, picked] * d, F=HERTZ_LOAD
     )
-    plain = solve(ComplementarityProblem(S=S, g=g, B=B, F=HERTZ_LOAD))
+    plain = solve(ContactProblem(S=S, g=g, B=B, F=HERTZ_LOAD))
     solution = solve(problem, solver)
     merged = np.bincount(picked, weights=solution.forces * d, minlength=121)
     # the forces of twins added up are those of the single point
@@ -150,7 +148,7 @@ def test_every_solver_on_one_problem(solver: str, row: Row) -> None:
     Source: the default solver. Every answer is sharpened on its set, so they differ by rounding only.
     """
     S, g, B = pressed_half_space(15)
-    problem = ComplementarityProblem(S=S, g=g, B=B, F=np.array([4 / 3, 0.2, -0.1]))
+    problem = ContactProblem(S=S, g=g, B=B, F=np.array([4 / 3, 0.2, -0.1]))
     reference, solution = solve(problem), solve(problem, solver)
     # an eccentric load; every answer is sharpened on its set, so they differ by rounding only
     change = np.abs(reference.forces - solution.forces).max() / reference.forces.max()
@@ -165,7 +163,7 @@ def test_light_loads(load: float, row: Row) -> None:
     Source: Wolfe's simplex method on the same problem, which shares nothing with the default one.
     """
     S, g, B = pressed_half_space(13)
-    problem = ComplementarityProblem(S=S, g=g, B=B, F=HERTZ_LOAD * load)
+    problem = ContactProblem(S=S, g=g, B=B, F=HERTZ_LOAD * load)
     solution = solve(problem)
     assert abs(solution.forces.sum() - 4 / 3 * load) <= 1e-9 * load
     assert_same(problem, solve(problem, "wolfe"), solution, 1e-8, row, f"18 load x {load:g}")
@@ -182,7 +180,7 @@ def test_many_patches_with_ties_from_any_start(row: Row) -> None:
     gap = np.tile(g, patches)
     far = np.repeat(np.arange(patches, dtype=float), 25)
     rows = np.vstack([np.ones_like(gap), far - far.mean(), np.tile(B[1], patches)])
-    problem = ComplementarityProblem(S=compliance, g=gap, B=rows, F=np.array([patches * 4 / 3, 0.0, 0.0]))
+    problem = ContactProblem(S=compliance, g=gap, B=rows, F=np.array([patches * 4 / 3, 0.0, 0.0]))
     reference = solve(problem)
     # all patches are alike, and so are their shares
     share = reference.forces.reshape(patches, -1).sum(axis=1)
@@ -214,7 +212,7 @@ def test_an_operator_of_ten_thousand_points(row: Row) -> None:
     line = np.linspace(-half_width, half_width, size)
     x, y = (each.ravel() for each in np.meshgrid(line, line))
     S = LinearOperator((size**2, size**2), matvec=deflect, dtype=float)
-    problem = ComplementarityProblem(
+    problem = ContactProblem(
         S=S, g=(x**2 + y**2) / 2, B=np.vstack([np.ones_like(x), x, y]), F=np.array([4 / 3, 0.0, 0.0])
     )
     solution = solve(problem)

@@ -22,7 +22,7 @@ scenes. Where bodies are stable only because slip would turn round, a drag on it
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
 
@@ -32,9 +32,9 @@ import scipy.sparse as sp
 
 from fecontact.ancf.system.tangent import Tangent, UnstableError
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.solvers import ComplementarityProblem, solve
+from fecontact.solvers import ContactProblem, solve
+from fecontact.solvers.coulomb import friction_limit, sticks, with_held_directions
 from fecontact.solvers.friction import solve_friction
-from fecontact.solvers.friction_problem import ON_CONE, FrictionProblem, friction_limit
 
 #: Resistance of the active conditions to free motions, relative to the largest, from which it is one.
 RESISTED = 1e-6
@@ -115,8 +115,7 @@ class ContactRows:
 
     def sticking(self, forces: Array) -> Mask:
         """Which conditions with friction (f,) stick under forces (m + 2 f,)."""
-        t = np.linalg.norm(forces[len(self.gap) :].reshape(2, -1), axis=0)
-        return np.asarray(t < (1 - ON_CONE) * friction_limit(self.mu, forces[self.points]))
+        return sticks(forces[len(self.gap) :].reshape(2, -1), friction_limit(self.mu, forces[self.points]))
 
 
 class Step(NamedTuple):
@@ -185,25 +184,21 @@ def newton_step(
             B, F = (rows.both @ motions).T, -(motions.T @ r)
         S = rows_at @ X
         start = np.concatenate([rows.gap, rows.slip]) + rows_at @ u
-        forces, motion = _solution(ComplementarityProblem((S + S.T) / 2, start, B, F), rows)
+        forces, motion = _solution(ContactProblem((S + S.T) / 2, start, B, F), rows)
     stresses = of_ties[:, 0] + of_ties[:, 1:] @ forces
     change = every(np.concatenate([forces, stresses]))
     return Step(change if motions is None else change + motions @ motion, forces, stresses)
 
 
-def _solution(problem: ComplementarityProblem, rows: ContactRows) -> tuple[Array, Array]:
+def _solution(problem: ContactProblem, rows: ContactRows) -> tuple[Array, Array]:
     """Forces along all rows, and the free motion."""
     if not len(rows.points):
         found = solve(problem)
         return found.forces, found.q
-    S = np.array(problem.S)
     tangents = len(rows.gap) + np.arange(len(rows.slip)).reshape(2, -1).T
-    # a direction that is held has no compliance, and no force as long as nothing drags along it
-    held = tangents[S[tangents, tangents] == 0]
-    S[held, held] = S.diagonal().mean()
-    every = ComplementarityProblem(S, problem.g, problem.B, problem.F)
+    S = with_held_directions(problem.matrix, tangents, problem.B)
     begin = (rows.guess, np.zeros(problem.m)) if rows.guess.any() else None
-    answer = solve_friction(FrictionProblem(every, rows.points, tangents, rows.mu), begin)
+    answer = solve_friction(replace(problem, S=S, points=rows.points, tangents=tangents, mu=rows.mu), begin)
     return answer.forces, answer.q
 
 

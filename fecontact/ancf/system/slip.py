@@ -40,9 +40,15 @@ from fecontact.ancf.system.newton import ContactRows
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.renamed import renamed
-from fecontact.solvers import ComplementarityProblem
+from fecontact.solvers import ContactProblem
+from fecontact.solvers.coulomb import (
+    friction_limit,
+    natural_map,
+    sizes,
+    sticks,
+    with_held_directions,
+)
 from fecontact.solvers.friction import solve_friction
-from fecontact.solvers.friction_problem import ON_CONE, FrictionProblem, friction_limit, projected
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,13 +177,13 @@ class Slips:
     def defect(self, normal: Array, tangential: Array, size: float) -> float:
         """Largest defect of Coulomb's law by its natural map, relative to the largest normal force.
 
-        Slip counts relative to a size; see `solvers.FrictionResiduals`.
+        Slip counts relative to a size; see `solvers.Residuals`.
         """
         largest = float(normal.max(initial=0.0))
         if not largest or not len(self.points):
             return 0.0
-        t, s = (x.reshape(2, -1).T for x in (tangential, self.slip))
-        return float(np.abs(projected(t - largest / size * s, self.limit(normal)) - t).max() / largest)
+        t, s = (x.reshape(2, -1) for x in (tangential, self.slip))
+        return float(np.abs(natural_map(t, s, self.limit(normal), largest / size)).max() / largest)
 
     def end(
         self, touches: Sequence[ContactConstraints], q: Array, normal: Array, tangential: Array, size: float
@@ -194,9 +200,8 @@ class Slips:
 
     def owed(self, normal: Array, tangential: Array, slip: Array) -> Array:
         """Slip (n_multipliers, 3) of what sticks under these forces, out of slips (2 f,)."""
-        size = np.linalg.norm(tangential.reshape(2, -1), axis=0)
-        sticks = size < self.limit(normal) * (1 - ON_CONE)
-        return self.everywhere(slip * np.tile(sticks, 2), len(normal))
+        held = sticks(tangential.reshape(2, -1), self.limit(normal))
+        return self.everywhere(slip * np.tile(held, 2), len(normal))
 
 
 def slips(touches: Sequence[ContactConstraints], parts: Sequence[ContactGaps], q: Array, start: SlipStart) -> Slips:
@@ -291,8 +296,8 @@ def stopped(
     lost : float
     """
     n, limit = len(slip.points), slip.limit(normal)
-    sticks = np.flatnonzero(np.linalg.norm(tangential.reshape(2, -1), axis=0) < (1 - ON_CONE) * limit)
-    rows = (np.arange(2)[:, None] * n + sticks).ravel()
+    held = np.flatnonzero(sticks(tangential.reshape(2, -1), limit))
+    rows = (np.arange(2)[:, None] * n + held).ravel()
     T = sp.csr_matrix(slip.T[rows])
     u = T @ v - driven[rows]
     if not len(rows) or h * np.abs(u).max() <= ROUNDING * a.size:
@@ -301,17 +306,18 @@ def stopped(
     S = T @ spread
     t = h * tangential[rows]
     # the limits are given: rows of their own have them as forces, with friction of one; a rough point has any
-    f, unit = len(sticks), float(S.diagonal().mean())
+    f, unit = len(held), float(S.diagonal().mean())
     every = np.zeros((3 * f, 3 * f))
     every[:f, :f], every[f:, f:] = unit * np.eye(f), (S + S.T) / 2
-    rough = np.isinf(limit[sticks])
-    bound = h * np.where(rough, np.linalg.norm(t.reshape(2, -1), axis=0).max(), limit[sticks])
-    g = np.concatenate([-unit * bound, u - S @ t])
-    held = f + np.flatnonzero(every[range(f, 3 * f), range(f, 3 * f)] == 0)
-    every[held, held] = unit
-    problem = FrictionProblem(
-        ComplementarityProblem(every, g), np.arange(f), f + np.arange(2 * f).reshape(2, -1).T,
-        np.where(rough, np.inf, 1.0),
-    )  # fmt: skip
+    rough = np.isinf(limit[held])
+    bound = h * np.where(rough, sizes(t.reshape(2, -1)).max(), limit[held])
+    g, tangents = np.concatenate([-unit * bound, u - S @ t]), f + np.arange(2 * f).reshape(2, -1).T
+    problem = ContactProblem(
+        with_held_directions(every, tangents),
+        g,
+        points=np.arange(f),
+        tangents=tangents,
+        mu=np.where(rough, np.inf, 1.0),
+    )
     jump = spread @ (solve_friction(problem).forces[f:] - t)
     return v + jump, -float(jump @ (a.mass @ (v + jump / 2)))

@@ -139,7 +139,7 @@ def _study(name: str, source: str, path: FrictionPath, exact: Any, figures: Any,
     last = path.last
     cells = " x ".join(map(str, last.grid.shape))
     setting = f"friction {last.friction:g}, {cells} cells, {len(path.contacts)} step(s)"
-    worst = max(contact.friction_residuals.worst for contact in path.contacts)
+    worst = max(contact.residuals.worst for contact in path.contacts)
     return FrictionStudy(name, source, figures, setting, worst, path, exact, rolls)
 
 

@@ -150,7 +150,7 @@ class IndentationFigures:
             "errors": _finite(self.errors),
             "error_estimate": c.error_estimate.summary(),
             "warnings": list(c.warnings),
-            "residuals": vars(c.residuals),
+            "residuals": c.residuals.as_dict(),
             "iterations": s.nit,
             "transforms": s.transforms,
             "seconds": s.seconds,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -133,7 +133,7 @@ class SpheresFigures:
             "edge_pressure_note": edge.note,
             "errors": self.errors,
             "exact": {"a": exact.a, "p0": exact.p0, "approach": exact.approach},
-            "residuals": asdict(r),
+            "residuals": r.as_dict(),
             "seconds": self.seconds,
             "solver": self.result.solution.solver,
             "peak_rss_mb": peak_memory(),

@@ -8,7 +8,7 @@ from fecontact.app.spheres.figures import SpheresFigures
 def table(out: SpheresFigures) -> str:
     """Aligned table of figures with Hertz's, residuals and time."""
     case, exact, o = out.case, out.case.hertz, out.options
-    r, e = out.result.residuals(), out.errors
+    e = out.errors
     length, force = case.length, case.unit_force
     level = o["level"] if isinstance(o["level"], int) else "own"
     lines = [
@@ -27,8 +27,7 @@ def table(out: SpheresFigures) -> str:
         f"  {_saved(out)}",
         f"  {out.result.n_candidates} candidates, {out.result.n_active} in contact; "
         f"{out.result.solution.solver}, {out.result.nit} iterations",
-        f"  residuals: penetration {r.penetration:.1e}, tension {r.tension:.1e}, "
-        f"complementarity {r.complementarity:.1e}, equilibrium {r.equilibrium:.1e}",
+        f"  residuals: {out.result.residuals()}",
         "  seconds: " + ", ".join(f"{k} {v:.2f}" for k, v in out.seconds.items()),
     ]
     return "\n".join(lines)

@@ -38,7 +38,7 @@ from fecontact.halfspace.cg import GridProblem, solve_on_grid
 from fecontact.halfspace.fft import Tally
 from fecontact.halfspace.nested import GridLevel, preconditioner
 from fecontact.halfspace.operator import DENSE_LIMIT, CellModel
-from fecontact.solvers import ComplementarityProblem, Status
+from fecontact.solvers import ContactProblem, Status
 from fecontact.solvers.problem import Outcome
 from fecontact.surfaces.nodal_weights import components_along
 
@@ -63,7 +63,7 @@ class Products:
 
 
 def solve_together(
-    problem: ComplementarityProblem,
+    problem: ContactProblem,
     cells: IntArray,
     models: Sequence[CellModel],
     displacements: Callable[[Array], Array],
@@ -73,7 +73,7 @@ def solve_together(
 
     Parameters
     ----------
-    problem : ComplementarityProblem
+    problem : ContactProblem
     cells : (n,) int array
         Cell of each row, numbered through all windows.
     models : sequence of CellModel
@@ -379,7 +379,7 @@ class SolvingWindows(WindowsCompliance):
         super().__init__(body, normals)
         self.cells = cells
 
-    def solve_contact(self, problem: ComplementarityProblem, tolerance: float) -> Outcome:
+    def solve_contact(self, problem: ContactProblem, tolerance: float) -> Outcome:
         """Solve a problem with this compliance, in its own units."""
         models = [part.cell_model for part in self.body.windows]
         return solve_together(problem, self.cells, models, self._displacements, tolerance)

@@ -46,7 +46,7 @@ from fecontact.fem.constrained_cg import SparseRows
 from fecontact.fem.model import Model
 from fecontact.fem.multigrid import MultigridCompliance, OnRows
 from fecontact.fem.petsc.parts import layout, rows_of, write_parts
-from fecontact.solvers.problem import ComplementarityProblem
+from fecontact.solvers.problem import ContactProblem
 
 Message = dict[str, NDArray[Any]]
 
@@ -334,7 +334,7 @@ class SharedSystem:
             self.C += sp.csr_matrix((own.data, (index[own.row], places[own.col])), shape=self.C.shape)
         job.ask("rows", None, self._columns("C", self.C))
 
-    def held(self, active: IntArray, problem: ComplementarityProblem, Q: Array) -> OnRows:
+    def held(self, active: IntArray, problem: ContactProblem, Q: Array) -> OnRows:
         """Conjugate gradients on active rows."""
         rows = SparseRows(self.C[active], self.job.softness)
         parts = self._columns("G", rows.G)

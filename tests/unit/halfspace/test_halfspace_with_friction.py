@@ -15,7 +15,8 @@ from fecontact.halfspace import tresca
 from fecontact.halfspace.friction import Friction, press_step
 from fecontact.halfspace.kernels import cerruti
 from fecontact.halfspace.tangential import tangential_compliance
-from fecontact.halfspace.tresca import TrescaIterate, TrescaProblem, onto_discs, solve_tresca
+from fecontact.halfspace.tresca import TrescaIterate, TrescaProblem, solve_tresca
+from fecontact.solvers.coulomb import projected
 from fecontact.surfaces import FlatPunch, Paraboloid
 
 PLAIN, STEEL = fc.Material(E=1.0, nu=0.0), fc.Material(E=1.0, nu=0.3)
@@ -126,7 +127,7 @@ def test_without_friction_it_is_the_frictionless_answer(against):
     found = body.press(BALL, force=force_of(body), friction=0.0)
     assert np.abs(found.pressure - plain.pressure).max() <= 1e-12 * plain.max_pressure
     assert not found.traction.any()
-    assert found.friction_residuals.within(1e-8)
+    assert found.residuals.within(1e-8)
     with refused(InputError, "slides-as-a-whole", "0"):
         body.press(BALL, force=force_of(body), friction=0.0, tangential=(1e-9, 0.0))
 
@@ -193,9 +194,9 @@ def test_the_certificate_sees_what_is_wrong():
     friction = Friction(body.compliance, MU, 1e-8)
     step = fc.PressStep(force=force, tangential=(0.5 * MU * force, 0.0))
     good = press_step(friction, body.heights_of(BALL), step, None)
-    assert good.friction_residuals.worst < 1e-8
+    assert good.residuals.worst < 1e-8
     assert (good.slip * good.traction).sum(axis=0).max() <= 1e-12 * good.work_density.max()
-    numbers = good.friction_residuals
+    numbers = good.residuals
     for name in ("penetration", "tension", "complementarity", "equilibrium", "cone", "slip", "dissipation"):
         assert not replace(numbers, **{name: 1e-6}).within(1e-8)
 
@@ -215,7 +216,7 @@ def test_newton_and_alternating_directions_agree_with_projected_gradients():
     np.testing.assert_allclose(found.q, at.q, atol=1e-7)
     q, largest = np.zeros((2, 10, 10)), 0.5 / compliance.own
     for _ in range(3000):
-        q = onto_discs(q - 0.3 * largest * problem.slip(q, np.zeros(0)), limit)
+        q = projected(q - 0.3 * largest * problem.slip(q, np.zeros(0)), limit)
     np.testing.assert_allclose(found.q, q, atol=1e-8)
 
 
@@ -281,7 +282,7 @@ def test_periodic_contact_with_friction():
     body = half(periodic=True, n=32)
     force = force_of(body)
     found = body.press(BALL, force=force, friction=MU, tangential=(0.5 * MU * force, 0.0))
-    assert found.friction_residuals.within(1e-8)
+    assert found.residuals.within(1e-8)
     assert found.tangential[0] == pytest.approx(0.5 * MU * force, rel=1e-8)
     assert 0 < found.stick_area < found.area
 
@@ -357,7 +358,7 @@ def test_a_punch_that_tilts(against):
     smooth = body.press(punch, force=1.0, load_point=(0.2, 0.0), tolerance=1e-10)
     at = (dragged.pressure * body.grid.x[:, None]).sum() / dragged.pressure.sum()
     assert at == pytest.approx(0.2, rel=1e-9)
-    assert dragged.friction_residuals.within(1e-10)
+    assert dragged.residuals.within(1e-10)
     assert dragged.tangential[0] == pytest.approx(0.1, rel=1e-9)
     apart = abs(dragged.tilt[0] / smooth.tilt[0] - 1)
     assert apart < 1e-9 if against else 1e-3 < apart < 0.1

@@ -39,7 +39,7 @@ def test_the_file_holds_the_whole_problem(tmp_path):
         part, response = compliance(file, f"body{k}")
         S[np.ix_(rows, rows)] += part
         g[rows] += response
-    problem = fc.solvers.ComplementarityProblem((S + S.T) / 2, g, file["equilibrium"], file["load"])
+    problem = fc.solvers.ContactProblem((S + S.T) / 2, g, file["equilibrium"], file["load"])
     forces = fc.solvers.solve(problem).forces
     expected = np.concatenate([c.forces for c in scene.solve(loads, finite_motion=False).contacts])
     # dense algebra with a condition of about 1e5

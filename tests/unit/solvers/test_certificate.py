@@ -9,7 +9,7 @@ from scipy.sparse.linalg import LinearOperator
 
 import fecontact.solvers.registry
 from fecontact import InputError, SolverError
-from fecontact.solvers import ComplementarityProblem, FrictionResiduals, Outcome, Residuals, Status, attempt, solve
+from fecontact.solvers import ContactProblem, Outcome, Residuals, Status, attempt, solve
 from fecontact.solvers.scaling import scale
 
 TOLERANCE = 1e-10
@@ -18,7 +18,7 @@ ROUNDING = 1e-9
 
 
 def residuals(S, g, forces, B=None, F=None, q=()) -> Residuals:
-    problem = ComplementarityProblem(S=np.asarray(S, float), g=np.asarray(g, float), B=B, F=F)
+    problem = ContactProblem(S=np.asarray(S, float), g=np.asarray(g, float), B=B, F=F)
     return problem.residuals(np.asarray(forces, float), np.asarray(q, float))
 
 
@@ -64,7 +64,7 @@ def test_the_worst_and_the_certificate_look_at_all_four() -> None:
 
 
 def test_what_is_not_finite_is_infinitely_wrong() -> None:
-    problem = ComplementarityProblem(S=EYE, g=np.zeros(2), B=np.ones((1, 2)), F=np.zeros(1))
+    problem = ContactProblem(S=EYE, g=np.zeros(2), B=np.ones((1, 2)), F=np.zeros(1))
     for forces, q in (([np.nan, 0.0], [0.0]), ([0.0, np.inf], [0.0]), ([0.0, 0.0], [np.nan])):
         found = problem.residuals(np.array(forces), np.array(q))
         assert min(found.penetration, found.tension, found.complementarity, found.equilibrium) == np.inf
@@ -94,13 +94,13 @@ def test_what_is_no_number_is_not_certified() -> None:
     for k in range(4):
         assert not Residuals(*np.where(np.arange(4) == k, np.nan, 0.0)).within(TOLERANCE)
     for k in range(7):
-        assert not FrictionResiduals(*np.where(np.arange(7) == k, np.nan, 0.0)).within(TOLERANCE)
-    assert FrictionResiduals(*np.zeros(7)).within(TOLERANCE)
+        assert not Residuals(*np.where(np.arange(7) == k, np.nan, 0.0)).within(TOLERANCE)
+    assert Residuals(*np.zeros(7)).within(TOLERANCE)
 
 
 @pytest.mark.parametrize(("forces", "q"), [(np.zeros(3), np.zeros(1)), (np.zeros(2), np.zeros(2))])
 def test_shapes_that_do_not_fit_are_refused(forces, q) -> None:
-    problem = ComplementarityProblem(S=EYE, g=np.zeros(2), B=np.ones((1, 2)), F=np.zeros(1))
+    problem = ContactProblem(S=EYE, g=np.zeros(2), B=np.ones((1, 2)), F=np.zeros(1))
     with refusals.refused(InputError, "residual-shape", "(2,)"):
         problem.residuals(forces, q)
 
@@ -144,9 +144,9 @@ def test_asymmetry_and_a_negative_diagonal_are_refused_beyond_1e_8(share: float,
     for S, message in ((skew, ("not-symmetric",)), (sunk, ("not-semidefinite",))):
         if refused:
             with refusals.refused(InputError, *message):
-                ComplementarityProblem(S=S, g=np.zeros(2))
+                ContactProblem(S=S, g=np.zeros(2))
         else:
-            ComplementarityProblem(S=S, g=np.zeros(2))
+            ContactProblem(S=S, g=np.zeros(2))
 
 
 def _claims(monkeypatch, *names: str, off: float = 0.0, status: Status = Status.SOLVED) -> None:
@@ -160,7 +160,7 @@ def _claims(monkeypatch, *names: str, off: float = 0.0, status: Status = Status.
         monkeypatch.setitem(fecontact.solvers.registry.NATIVE, name, claimed)
 
 
-TOUCHING = ComplementarityProblem(S=EYE, g=np.array([-1.0, 1.0]))
+TOUCHING = ContactProblem(S=EYE, g=np.array([-1.0, 1.0]))
 
 
 @pytest.mark.parametrize(("off", "certified"), [(0.99e-10, True), (1.01e-10, False)])
@@ -207,7 +207,7 @@ class Knowing(LinearOperator):
 @pytest.mark.parametrize(("force", "solver"), [(1.0, "own"), (0.5, "projected-cg")])
 def test_an_operators_own_solver_is_asked_first_and_believed_if_it_is_right(force: float, solver: str) -> None:
     S = Knowing(force)
-    found = attempt(ComplementarityProblem(S=S, g=TOUCHING.g))
+    found = attempt(ContactProblem(S=S, g=TOUCHING.g))
     assert found.success
     assert found.solver == solver
     assert S.asked == 1
@@ -216,7 +216,7 @@ def test_an_operators_own_solver_is_asked_first_and_believed_if_it_is_right(forc
 
 def test_an_operator_is_solved_by_products_where_that_is_asked_for_and_by_nothing_else() -> None:
     S = Knowing(1.0)
-    problem = ComplementarityProblem(S=S, g=TOUCHING.g)
+    problem = ContactProblem(S=S, g=TOUCHING.g)
     assert solve(problem, "projected-cg").solver == "projected-cg"
     with refusals.refused(SolverError, "needs-array"):
         solve(problem, "nnls")

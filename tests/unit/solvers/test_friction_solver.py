@@ -13,8 +13,7 @@ from scipy.sparse import csc_array
 
 from fecontact import InputError, SolverError
 from fecontact.solvers import (
-    ComplementarityProblem,
-    FrictionProblem,
+    ContactProblem,
     InfeasibleLoadError,
     ScaledProblem,
     SlidingLoadError,
@@ -27,7 +26,7 @@ from fecontact.solvers.friction_slide import least_friction, unbalanced_motion
 from fecontact.solvers.scaling import scale
 
 
-def random_problem(rng: np.random.Generator, f: int, k: int, mu: float, loaded: bool) -> FrictionProblem:
+def random_problem(rng: np.random.Generator, f: int, k: int, mu: float, loaded: bool) -> ContactProblem:
     """f points with k tangents and a dense compliance; loaded: pressed by f and dragged by less than friction holds."""
     n = f * (1 + k)
     A = rng.normal(size=(n, 2 * n))
@@ -40,15 +39,14 @@ def random_problem(rng: np.random.Generator, f: int, k: int, mu: float, loaded: 
             B[1 + j, tangents[:, j]] = 1
         F = np.zeros(1 + k)
         F[:2] = f, 0.3 * mu * f
-    rows = ComplementarityProblem(A @ A.T / n + 0.1 * np.eye(n), rng.normal(size=n), B, F)
-    return FrictionProblem(rows, np.arange(f), tangents, np.full(f, mu))
+    rows = ContactProblem(A @ A.T / n + 0.1 * np.eye(n), rng.normal(size=n), B, F)
+    return replace(rows, points=np.arange(f), tangents=tangents, mu=np.full(f, mu))
 
 
-def scaled_rows(problem: FrictionProblem) -> tuple[object, FrictionRows]:
-    given = problem.rows
+def scaled_rows(problem: ContactProblem) -> tuple[object, FrictionRows]:
     together = np.concatenate([problem.points[:, None], problem.tangents], axis=1)
     rows = FrictionRows(problem.points, problem.tangents, problem.normals, problem.mu)
-    return scale(given.S, given.g, given.B, given.F, together), rows
+    return scale(problem.S, problem.g, problem.B, problem.F, together), rows
 
 
 def test_the_residual_is_that_of_forces_whatever_the_weight_of_gaps() -> None:
@@ -61,35 +59,35 @@ def test_the_residual_is_that_of_forces_whatever_the_weight_of_gaps() -> None:
     assert np.abs(heavy.x - plain.x).max() < 1e-10 * np.abs(plain.x).max()
 
 
-def cone_programmes(problem: FrictionProblem, rounds: int = 80) -> np.ndarray:
+def cone_programmes(problem: ContactProblem, rounds: int = 80) -> np.ndarray:
     """Forces (N,) by the fixed point of Acary & Cadoux (2013): gaps widened by mu |s| make Coulomb's law associated.
 
     Each round minimises the complementary energy with the slip of the last one: r . S r / 2 + (g + mu |s| e_n) . r
     over forces within the cones, subject to B r = F; its multipliers are the rigid motion.
     """
     clarabel = pytest.importorskip("clarabel")
-    rows, points, tangents, mu = problem.rows, problem.points, problem.tangents, problem.mu
-    n, k = rows.n, tangents.shape[1]
+    points, tangents, mu = problem.points, problem.tangents, problem.mu
+    n, k = problem.n, tangents.shape[1]
     cones = np.zeros((len(points), 1 + k, n))
     at = np.arange(len(points))
     cones[at, 0, points] = -mu
     for j in range(k):
         cones[at, 1 + j, tangents[:, j]] = -1
-    A = csc_array(np.concatenate([rows.B, cones.reshape(-1, n)]))
-    b = np.concatenate([rows.F, np.zeros(len(points) * (1 + k))])
-    kinds = [clarabel.ZeroConeT(len(rows.F))] if len(rows.F) else []
+    A = csc_array(np.concatenate([problem.B, cones.reshape(-1, n)]))
+    b = np.concatenate([problem.F, np.zeros(len(points) * (1 + k))])
+    kinds = [clarabel.ZeroConeT(len(problem.F))] if len(problem.F) else []
     kinds += [clarabel.SecondOrderConeT(1 + k)] * len(points)
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-12
     slip = np.zeros(len(points))
     for _ in range(rounds):
-        widened = rows.g.copy()
+        widened = problem.g.copy()
         widened[points] += mu * slip
-        P = csc_array(np.triu(rows.S))
+        P = csc_array(np.triu(problem.S))
         found = clarabel.DefaultSolver(P, widened, A, b, kinds, settings).solve()
         forces = np.asarray(found.x)
-        moved = rows.S @ forces + rows.g + rows.B.T @ np.asarray(found.z)[: len(rows.F)]
+        moved = problem.S @ forces + problem.g + problem.B.T @ np.asarray(found.z)[: len(problem.F)]
         last, slip = slip, np.linalg.norm(moved[tangents], axis=1)
         if np.abs(slip - last).max() <= 1e-10 * max(np.abs(moved).max(), 1e-300):
             break
@@ -135,8 +133,8 @@ def test_sweeps_stop_where_they_diverge(coupling: float, size: float) -> None:
     """Two rough points pressed by `size` whose slips are coupled: every sweep multiplies their forces by coupling^2."""
     S = np.eye(4)
     S[2, 3] = S[3, 2] = coupling
-    problem = ComplementarityProblem(S, size * np.array([-1.0, -1.0, 1.0, 0.0]))
-    held = FrictionProblem(problem, np.arange(2), np.array([[2], [3]]), np.full(2, np.inf))
+    problem = ContactProblem(S, size * np.array([-1.0, -1.0, 1.0, 0.0]))
+    held = replace(problem, points=np.arange(2), tangents=np.array([[2], [3]]), mu=np.full(2, np.inf))
     _, rows = scaled_rows(held)
     empty = np.zeros((0, 4))
     scaled = ScaledProblem(S, problem.g, empty, np.zeros(0), np.ones(4), np.ones(4), np.zeros((0, 0)), np.zeros(0))
@@ -173,8 +171,8 @@ def test_newton_is_quadratic_at_the_end() -> None:
 
 def test_a_single_point_by_hand() -> None:
     """One point pressed by 1 and moved sideways by 1 with unit compliances: it slides at mu and gives 1 - mu."""
-    rows = ComplementarityProblem(np.eye(2), np.array([0.0, 1.0]), np.array([[1.0, 0.0]]), np.array([1.0]))
-    problem = FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.3]))
+    rows = ContactProblem(np.eye(2), np.array([0.0, 1.0]), np.array([[1.0, 0.0]]), np.array([1.0]))
+    problem = replace(rows, points=np.array([0]), tangents=np.array([[1]]), mu=np.array([0.3]))
     found = solve_friction(problem)
     np.testing.assert_allclose(found.forces, [1.0, -0.3], atol=1e-14)
     np.testing.assert_allclose(found.slip, [[0.7]], atol=1e-14)
@@ -183,12 +181,12 @@ def test_a_single_point_by_hand() -> None:
 
 
 def test_rough_points_stick_while_they_touch() -> None:
-    rows = ComplementarityProblem(np.eye(2), np.array([0.0, 1.0]), np.array([[1.0, 0.0]]), np.array([1.0]))
-    found = solve_friction(FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([np.inf])))
+    rows = ContactProblem(np.eye(2), np.array([0.0, 1.0]), np.array([[1.0, 0.0]]), np.array([1.0]))
+    found = solve_friction(replace(rows, points=np.array([0]), tangents=np.array([[1]]), mu=np.array([np.inf])))
     np.testing.assert_allclose(found.forces, [1.0, -1.0], atol=1e-14)
     assert not found.sliding.any()
-    apart = ComplementarityProblem(np.eye(2), np.array([1.0, 1.0]))
-    found = solve_friction(FrictionProblem(apart, np.array([0]), np.array([[1]]), np.array([np.inf])))
+    apart = ContactProblem(np.eye(2), np.array([1.0, 1.0]))
+    found = solve_friction(replace(apart, points=np.array([0]), tangents=np.array([[1]]), mu=np.array([np.inf])))
     assert found.status == "no-contact"
 
 
@@ -205,7 +203,7 @@ def test_a_known_violation_is_reported(change: list[float], which: str, size: fl
     """Two decoupled points, the first pressed in by 1 and slid by 1 along y, mu = 0.3; the second is open."""
     tangents = np.array([[2, 3], [4, 5]])
     g = np.array([-1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
-    problem = FrictionProblem(ComplementarityProblem(np.eye(6), g), np.arange(2), tangents, np.full(2, 0.3))
+    problem = replace(ContactProblem(np.eye(6), g), points=np.arange(2), tangents=tangents, mu=np.full(2, 0.3))
     exact = np.array([1.0, 0.0, -0.3, 0.0, 0.0, 0.0])
     assert problem.residuals(exact, np.zeros(0)).worst < 1e-15
     wrong = exact + np.array([-change[0], change[1], -change[2], change[3], 0.0, 0.0])
@@ -221,20 +219,16 @@ def test_a_rough_point_without_a_state_is_told_with_the_friction_that_has_one(mu
 
     With a finite mu it slides under l = 1 / (1 + mu / 2), t = mu l, which is 2 in the limit.
     """
-    rows = ComplementarityProblem(np.array([[1.0, 0.5], [0.5, 1.0]]), np.array([-1.0, -3.0]))
-    problem = FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([1e3]))
+    rows = ContactProblem(np.array([[1.0, 0.5], [0.5, 1.0]]), np.array([-1.0, -3.0]))
+    problem = replace(rows, points=np.array([0]), tangents=np.array([[1]]), mu=np.array([1e3]))
     np.testing.assert_allclose(solve_friction(problem).forces, np.array([1.0, 1e3]) / 501, rtol=1e-9)
     with refused(SolverError, "not-certified", "With mu = 1000 there is one, and 1 of 1 points slide"):
         solve_friction(replace(problem, mu=np.array([mu])))
 
 
 def test_dissipation_tells_forces_that_do_not_oppose_slip() -> None:
-    problem = FrictionProblem(
-        ComplementarityProblem(np.eye(3), np.array([-1.0, 1.0, 0.0])),
-        np.array([0]),
-        np.array([[1, 2]]),
-        np.array([0.3]),
-    )
+    g, first = np.array([-1.0, 1.0, 0.0]), np.array([0])
+    problem = ContactProblem(np.eye(3), g, points=first, tangents=np.array([[1, 2]]), mu=np.array([0.3]))
     turned = np.array([1.0, 0.0, -0.3])  # across the slip, on the rim of the cone
     found = problem.residuals(turned, np.zeros(0))
     assert found.cone < 1e-15
@@ -253,7 +247,7 @@ def test_rounding_of_what_sticks_is_no_dissipation(mu: float, share: float, cert
     """
     points, tangents = np.arange(8), np.arange(8, 16)[:, None]
     g = np.repeat([-1.0, 0.3], 8)
-    problem = FrictionProblem(ComplementarityProblem(np.eye(16), g), points, tangents, np.full(8, mu))
+    problem = replace(ContactProblem(np.eye(16), g), points=points, tangents=tangents, mu=np.full(8, mu))
     found = problem.residuals(np.repeat([1.0, -0.3 * (1 + share)], 8), np.zeros(0))
     assert found.within(1e-10) is certified
     slip = 0.3 * (1 + share) - 0.3
@@ -263,8 +257,8 @@ def test_rounding_of_what_sticks_is_no_dissipation(mu: float, share: float, cert
 
 def test_the_work_of_rounding_is_no_dissipation() -> None:
     """A stuck point whose slip is the difference of motions of 1: rounding of 1e-15; a slip of 1e-9 still counts."""
-    rows = ComplementarityProblem(1e-3 * np.eye(2), np.zeros(2), np.array([[0.0, 1.0], [0.0, 1.0]]), np.zeros(2))
-    problem = FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.3]))
+    rows = ContactProblem(1e-3 * np.eye(2), np.zeros(2), np.array([[0.0, 1.0], [0.0, 1.0]]), np.zeros(2))
+    problem = replace(rows, points=np.array([0]), tangents=np.array([[1]]), mu=np.array([0.3]))
     for slip, certified in ((3e-16, True), (1e-9, False)):
         found = problem.residuals(np.array([1.0, 0.1]), np.array([1.0, -1.0 - 1e-4 + slip]))
         assert (found.dissipation <= 1e-10) is certified
@@ -273,37 +267,37 @@ def test_the_work_of_rounding_is_no_dissipation() -> None:
 def test_a_motion_that_nothing_feels_is_none() -> None:
     """One of two points touches and sticks; the body is free to turn about it, and came from a turn of 5."""
     B = np.array([[0.0, 0.0, 1.0, 1.0], [0.0, 1.0, 0.0, 1.0]])  # shift of both; turn about the first, opens the second
-    rows = ComplementarityProblem(np.eye(4), np.array([-1.0, 1.0, 0.0, 0.0]), B, np.zeros(2))
-    problem = FrictionProblem(rows, np.arange(2), np.array([[2], [3]]), np.full(2, 0.3))
+    rows = ContactProblem(np.eye(4), np.array([-1.0, 1.0, 0.0, 0.0]), B, np.zeros(2))
+    problem = replace(rows, points=np.arange(2), tangents=np.array([[2], [3]]), mu=np.full(2, 0.3))
     solution = solve_friction(problem, (np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 5.0])))
     np.testing.assert_allclose(solution.forces, [1.0, 0.0, 0.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(solution.q, 0.0, atol=1e-12)
     # where the second would be closed by it, the motion stays
-    over = replace(problem, rows=ComplementarityProblem(np.eye(4), np.array([-1.0, -2.0, 0.0, 0.0]), B, np.zeros(2)))
+    over = replace(problem, g=np.array([-1.0, -2.0, 0.0, 0.0]))
     kept = solve_friction(over, (np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 5.0])))
     assert kept.residuals.worst < 1e-10
     assert abs(kept.q[1] - 5) < 1e-12
 
 
 def test_a_drag_beyond_friction_is_refused_with_the_friction_that_holds() -> None:
-    rows = ComplementarityProblem(np.eye(2), np.zeros(2), np.eye(2), np.array([1.0, 0.31]))
+    rows = ContactProblem(np.eye(2), np.zeros(2), np.eye(2), np.array([1.0, 0.31]))
     with refused(InfeasibleLoadError, "no-balance", "0.31") as caught:
-        solve_friction(FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.3])))
+        solve_friction(replace(rows, points=np.array([0]), tangents=np.array([[1]]), mu=np.array([0.3])))
     slid = caught.value.direction
     assert slid @ rows.F < 0
-    assert solve_friction(FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.3101]))).success
+    assert solve_friction(replace(rows, points=np.array([0]), tangents=np.array([[1]]), mu=np.array([0.3101]))).success
 
 
 def test_a_drag_that_no_pressures_found_can_hold_is_told() -> None:
     """A point pressed in by 1 with unit compliance holds 0.3; the load of 0.31 is within a cone, but not this one's."""
-    rows = ComplementarityProblem(np.eye(2), np.array([-1.0, 0.0]), np.array([[0.0, 1.0]]), np.array([0.31]))
+    rows = ContactProblem(np.eye(2), np.array([-1.0, 0.0]), np.array([[0.0, 1.0]]), np.array([0.31]))
     with refused(InfeasibleLoadError, "slides-as-a-whole", "0.9677", "0.31"):
-        solve_friction(FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.3])))
-    held = FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.32]))
+        solve_friction(replace(rows, points=np.array([0]), tangents=np.array([[1]]), mu=np.array([0.3])))
+    held = replace(rows, points=np.array([0]), tangents=np.array([[1]]), mu=np.array([0.32]))
     assert solve_friction(held).tangential[0, 0] == pytest.approx(0.31, rel=1e-12)
 
 
-def clamped(mu: float, load: np.ndarray) -> FrictionProblem:
+def clamped(mu: float, load: np.ndarray) -> ContactProblem:
     """Four points on a unit circle, pressed in by 1, 2, 3 and 4; the body is free along x and y and about z."""
     angle = np.arange(4) * np.pi / 2
     tangents = 4 + np.arange(8).reshape(2, 4).T
@@ -311,7 +305,7 @@ def clamped(mu: float, load: np.ndarray) -> FrictionProblem:
     B[0, tangents[:, 0]] = B[1, tangents[:, 1]] = 1.0
     B[2, tangents] = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
     g = np.concatenate([-np.arange(1.0, 5.0), np.zeros(8)])
-    return FrictionProblem(ComplementarityProblem(np.eye(12), g, B, load), np.arange(4), tangents, np.full(4, mu))
+    return replace(ContactProblem(np.eye(12), g, B, load), points=np.arange(4), tangents=tangents, mu=np.full(4, mu))
 
 
 @pytest.mark.parametrize("load", [(1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.6, -0.3, 0.4)])
@@ -322,7 +316,7 @@ def test_a_clamped_body_is_held_up_to_its_limit(load: tuple[float, ...]) -> None
     along, across = F / (F @ F), np.linalg.svd(F[None])[2][1:]
 
     def work(free: np.ndarray) -> float:
-        slips = (along + free @ across) @ given.rows.B[:, given.tangents].transpose(1, 0, 2)
+        slips = (along + free @ across) @ given.B[:, given.tangents].transpose(1, 0, 2)
         return float(mu * np.arange(1.0, 5.0) @ np.linalg.norm(slips, axis=1))
 
     limit = min(minimize(work, at, method="Nelder-Mead", tol=1e-10).fun for at in ([0.0, 0.0], [1.0, -1.0]))
@@ -337,9 +331,9 @@ def test_a_clamped_body_is_held_up_to_its_limit(load: tuple[float, ...]) -> None
 
 
 def test_no_friction_holds_a_pull() -> None:
-    rows = ComplementarityProblem(np.eye(2), np.zeros(2), np.eye(2), np.array([-1.0, 0.1]))
+    rows = ContactProblem(np.eye(2), np.zeros(2), np.eye(2), np.array([-1.0, 0.1]))
     with refused(InfeasibleLoadError, "no-balance", "No friction would hold it"):
-        solve_friction(FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([0.3])))
+        solve_friction(replace(rows, points=np.array([0]), tangents=np.array([[1]]), mu=np.array([0.3])))
 
 
 def test_the_cone_is_round() -> None:
@@ -347,8 +341,8 @@ def test_the_cone_is_round() -> None:
     rng = np.random.default_rng(5)
     for angle in rng.uniform(0, 2 * np.pi, 5):
         F = np.array([1.0, 0.4 * np.cos(angle), 0.4 * np.sin(angle)])
-        rows = ComplementarityProblem(np.eye(3), np.zeros(3), np.eye(3), F)
-        problem = FrictionProblem(rows, np.array([0]), np.array([[1, 2]]), np.array([0.39]))
+        rows = ContactProblem(np.eye(3), np.zeros(3), np.eye(3), F)
+        problem = replace(rows, points=np.array([0]), tangents=np.array([[1, 2]]), mu=np.array([0.39]))
         scaled, index = scaled_rows(problem)
         assert unbalanced_motion(scaled, index) is not None
         assert abs(least_friction(scaled, index) - 0.4) < 1e-5
@@ -359,9 +353,8 @@ def test_units_do_not_matter() -> None:
     given = random_problem(np.random.default_rng(6), 15, 2, 0.4, loaded=True)
     base = solve_friction(given)
     force, length = 3e7, 2e-9
-    rows = given.rows
-    other = ComplementarityProblem(rows.S * length / force, rows.g * length, rows.B, rows.F * force)
-    found = solve_friction(FrictionProblem(other, given.points, given.tangents, given.mu))
+    other = replace(given, S=given.S * length / force, g=given.g * length, F=given.F * force)
+    found = solve_friction(other)
     assert np.abs(found.forces / force - base.forces).max() < 1e-9 * np.abs(base.forces).max()
 
 
@@ -379,13 +372,13 @@ def test_a_wrong_newton_answer_is_not_returned(monkeypatch: pytest.MonkeyPatch) 
 
 @pytest.mark.parametrize("mu", [-0.1, np.nan])
 def test_senseless_coefficients_are_refused(mu: float) -> None:
-    rows = ComplementarityProblem(np.eye(2), np.zeros(2))
+    rows = ContactProblem(np.eye(2), np.zeros(2))
     with refused(InputError, "input", "coefficient of friction"):
-        FrictionProblem(rows, np.array([0]), np.array([[1]]), np.array([mu]))
+        replace(rows, points=np.array([0]), tangents=np.array([[1]]), mu=np.array([mu]))
 
 
 def test_rows_that_do_not_fit_are_refused() -> None:
-    rows = ComplementarityProblem(np.eye(3), np.zeros(3))
+    rows = ContactProblem(np.eye(3), np.zeros(3))
     for points, tangents in (([0], [[0]]), ([0], [[3]]), ([0, 1], [[2]]), ([0], [[1, 2, 2]])):
         with pytest.raises(InputError):
-            FrictionProblem(rows, np.array(points), np.array(tangents), np.full(len(points), 0.1))
+            replace(rows, points=np.array(points), tangents=np.array(tangents), mu=np.full(len(points), 0.1))

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fecontact.solvers import ComplementarityProblem, Solution, attempt, available_solvers, solve
+from fecontact.solvers import ContactProblem, Solution, attempt, available_solvers, solve
 
 FINITE = ("auto", "nnls")
 DIRECT = ("auto", "active-set", "wolfe", "nnls")
 QUICK = settings(max_examples=60, derandomize=True, deadline=None)
 
 
-def assert_conditions(problem: ComplementarityProblem, solution: Solution) -> None:
+def assert_conditions(problem: ContactProblem, solution: Solution) -> None:
     """Contact conditions, written out here and not taken from the residuals."""
     forces, motion = solution.forces, problem.B.T @ solution.q
     w = problem.S @ forces + problem.g + motion
@@ -30,7 +30,7 @@ def assert_conditions(problem: ComplementarityProblem, solution: Solution) -> No
     assert np.abs(solution.gap - w).max() <= 1e-12 * gap_scale
 
 
-def energy(problem: ComplementarityProblem, forces: np.ndarray) -> float:
+def energy(problem: ContactProblem, forces: np.ndarray) -> float:
     return float(0.5 * forces @ problem.S @ forces + problem.g @ forces)
 
 
@@ -65,7 +65,7 @@ def test_whole_numbers_full_of_ties(seed: int, n: int) -> None:
     A, B = rng.integers(-1, 2, (3, n)).astype(float), rng.integers(-1, 2, (2, n)).astype(float)
     S = A.T @ A
     g = rng.integers(0, 2, n) - S @ rng.integers(-1, 2, n) - B.T @ rng.integers(-1, 2, 2)
-    problem = ComplementarityProblem(S=S, g=g, B=B, F=B @ rng.integers(0, 2, n).astype(float))
+    problem = ContactProblem(S=S, g=g, B=B, F=B @ rng.integers(0, 2, n).astype(float))
     for solver in FINITE:
         assert_conditions(problem, solve(problem, solver))
 
@@ -87,7 +87,7 @@ def test_order_of_points_and_rows_does_not_matter(half_space, solver: str) -> No
     problem = half_space(8, 3)
     rng = np.random.default_rng(5)
     points, rows = rng.permutation(problem.n), rng.permutation(3)
-    shuffled = ComplementarityProblem(
+    shuffled = ContactProblem(
         S=problem.S[np.ix_(points, points)], g=problem.g[points], B=problem.B[np.ix_(rows, points)], F=problem.F[rows]
     )
     first, second = solve(problem, solver), solve(shuffled, solver)
@@ -100,7 +100,7 @@ def test_order_of_points_and_rows_does_not_matter(half_space, solver: str) -> No
 def test_units_do_not_matter(half_space, solver: str, length: float, force: float) -> None:
     problem = half_space(7, 3)
     arms = np.array([1.0, length, length])
-    other = ComplementarityProblem(
+    other = ContactProblem(
         S=problem.S * length / force, g=problem.g * length, B=problem.B * arms[:, None], F=problem.F * arms * force
     )
     first, second = solve(problem, solver), solve(other, solver)
@@ -113,7 +113,7 @@ def test_units_do_not_matter(half_space, solver: str, length: float, force: floa
 def test_rows_that_differ_by_sixteen_orders(half_space, solver: str) -> None:
     problem = half_space(8, 3)
     d = 10.0 ** np.random.default_rng(1).uniform(-8, 8, problem.n)
-    scaled = ComplementarityProblem(S=problem.S * d * d[:, None], g=problem.g * d, B=problem.B * d, F=problem.F)
+    scaled = ContactProblem(S=problem.S * d * d[:, None], g=problem.g * d, B=problem.B * d, F=problem.F)
     first, second = solve(problem, solver), solve(scaled, solver)
     assert np.abs(first.forces - second.forces * d).max() <= 1e-8 * first.forces.max()
 
@@ -122,9 +122,7 @@ def test_rows_that_differ_by_sixteen_orders(half_space, solver: str) -> None:
 def test_duplicate_points_share_the_force(half_space, solver: str) -> None:
     problem = half_space(7, 3)
     twice = np.repeat(np.arange(problem.n), 2)
-    doubled = ComplementarityProblem(
-        S=problem.S[np.ix_(twice, twice)], g=problem.g[twice], B=problem.B[:, twice], F=problem.F
-    )
+    doubled = ContactProblem(S=problem.S[np.ix_(twice, twice)], g=problem.g[twice], B=problem.B[:, twice], F=problem.F)
     first, second = solve(problem, solver), solve(doubled, solver)
     # forces of twins are not unique, their sum and the gap are
     assert np.abs(first.forces - second.forces.reshape(-1, 2).sum(axis=1)).max() <= 1e-8 * first.forces.max()

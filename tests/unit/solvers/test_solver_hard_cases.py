@@ -13,7 +13,7 @@ from solver_cases import CASES, Case, cycling, half_space, made
 
 import fecontact.solvers.registry
 from fecontact import SolverError
-from fecontact.solvers import ComplementarityProblem, Outcome, Status, attempt, available_solvers, solve
+from fecontact.solvers import ContactProblem, Outcome, Status, attempt, available_solvers, solve
 
 SIDE = 8
 QUICK = settings(max_examples=60, derandomize=True, deadline=None)
@@ -50,7 +50,7 @@ def test_the_finite_solvers_answer_everything(case: Case, solver: str) -> None:
 # found among 6000 random problems: a dependent point that seems to penetrate by rounding, 4e-13 to 1.4e-10
 @pytest.mark.parametrize(("seed", "n", "m", "rank"), [(20892, 37, 1, 9), (21066, 13, 0, 3), (25851, 23, 3, 5)])
 def test_rounding_at_a_dependent_point_is_no_overlap(
-    random_problem: Callable[..., ComplementarityProblem], seed: int, n: int, m: int, rank: int
+    random_problem: Callable[..., ContactProblem], seed: int, n: int, m: int, rank: int
 ) -> None:
     assert attempt(random_problem(seed, n, m, rank), "nnls").success
 
@@ -62,7 +62,7 @@ def test_loads_far_below_the_gaps_are_carried(solver: str, rows: int, load: floa
     """Source: statics; the load alone decides what a few points carry, whatever the rounding of the gaps."""
     problem = half_space(8, 3)
     loads = load * np.array([1.0, 0.1, 0.05])[:rows]
-    given = ComplementarityProblem(S=problem.S, g=problem.g, B=problem.B[:rows], F=loads)
+    given = ContactProblem(S=problem.S, g=problem.g, B=problem.B[:rows], F=loads)
     carried = problem.B[:rows] @ attempt(given, solver).forces
     assert np.abs(carried - loads).max() <= 1e-12 * load
 
@@ -70,7 +70,7 @@ def test_loads_far_below_the_gaps_are_carried(solver: str, rows: int, load: floa
 @pytest.mark.parametrize(("overlap", "status"), [(1e-6, Status.UNBOUNDED), (1e-14, Status.SOLVED)])
 def test_an_overlap_that_nothing_removes_is_told_from_rounding(overlap: float, status: Status) -> None:
     """A rigid point beside an elastic one, which deflects by one."""
-    problem = ComplementarityProblem(S=np.diag([0.0, 1.0]), g=np.array([-overlap, -1.0]))
+    problem = ContactProblem(S=np.diag([0.0, 1.0]), g=np.array([-overlap, -1.0]))
     assert attempt(problem, "nnls").status is status
 
 

@@ -9,7 +9,7 @@ import pytest
 from refusals import refused
 
 from fecontact import InputError
-from fecontact.solvers import ComplementarityProblem, Residuals, Solution, Status, solve
+from fecontact.solvers import ContactProblem, Residuals, Solution, Status, solve
 
 EYE = np.eye(3)
 
@@ -32,26 +32,26 @@ EYE = np.eye(3)
 )
 def test_input_is_checked(arguments: dict, message: str) -> None:
     with refused(InputError, *message):
-        ComplementarityProblem(**arguments)
+        ContactProblem(**arguments)
 
 
 def test_asymmetry_is_found_in_a_late_strip() -> None:
     S = np.eye(700)
     S[650, 20] = 1e-3
     with refused(InputError, "not-symmetric", "S[650, 20"):
-        ComplementarityProblem(S=S, g=np.ones(700))
+        ContactProblem(S=S, g=np.ones(700))
 
 
 def test_rows_are_optional_and_the_users_arrays_stay_writable() -> None:
     g = np.ones(3)
-    problem = ComplementarityProblem(S=EYE, g=g, B=None, F=None)
+    problem = ContactProblem(S=EYE, g=g, B=None, F=None)
     assert (problem.n, problem.m) == (3, 0)
     assert g.flags.writeable
     assert not problem.g.flags.writeable
 
 
 def test_residuals_measure_each_condition() -> None:
-    problem = ComplementarityProblem(S=EYE, g=np.array([-2.0, 0.0, 1.0]), B=np.ones((1, 3)), F=np.array([4.0]))
+    problem = ContactProblem(S=EYE, g=np.array([-2.0, 0.0, 1.0]), B=np.ones((1, 3)), F=np.array([4.0]))
     # w = (2, -1, 1): force scale 4 (sum of |l|), gap scale 4 (largest deflection), row scale 4 + 4
     residuals = problem.residuals(np.array([4.0, -1.0, 0.0]), np.zeros(1))
     scale = 5.0
@@ -69,7 +69,7 @@ def test_penetration_may_be_ten_times_the_tolerance() -> None:
 
 
 def test_residuals_refuse_wrong_shapes_and_answers_that_are_not_finite() -> None:
-    problem = ComplementarityProblem(S=EYE, g=np.ones(3))
+    problem = ContactProblem(S=EYE, g=np.ones(3))
     with refused(InputError, "residual-shape", "(2,)"):
         problem.residuals(np.zeros(2), np.zeros(0))
     assert problem.residuals(np.array([np.nan, 0, 0]), np.zeros(0)).worst == np.inf
@@ -77,12 +77,12 @@ def test_residuals_refuse_wrong_shapes_and_answers_that_are_not_finite() -> None
 
 def test_residuals_without_contact_are_exactly_zero() -> None:
     for g in (np.ones(3), np.zeros(3)):
-        problem = ComplementarityProblem(S=0 * EYE, g=g)
+        problem = ContactProblem(S=0 * EYE, g=g)
         assert problem.residuals(np.zeros(3), np.zeros(0)).worst == 0.0
 
 
 def test_a_load_that_nothing_carries_is_out_of_equilibrium() -> None:
-    problem = ComplementarityProblem(S=EYE, g=np.ones(3), B=np.ones((1, 3)), F=np.ones(1))
+    problem = ContactProblem(S=EYE, g=np.ones(3), B=np.ones((1, 3)), F=np.ones(1))
     assert problem.residuals(np.zeros(3), np.zeros(1)).equilibrium == pytest.approx(0.5)
 
 
@@ -92,7 +92,7 @@ def test_residuals_follow_a_change_of_units(random_problem) -> None:
     forces, q = rng.standard_normal(8), rng.standard_normal(2)
     before = problem.residuals(forces, q)
     length, force, rows = 1e-3, 1e5, np.array([1.0, 1e3])
-    other = ComplementarityProblem(
+    other = ContactProblem(
         S=problem.S * length / force, g=problem.g * length, B=problem.B * rows[:, None], F=problem.F * rows * force
     )
     after = other.residuals(forces * force, q * length / rows)
@@ -103,7 +103,7 @@ def test_residuals_follow_a_change_of_units(random_problem) -> None:
 
 def test_scaled_form_is_nondimensional_and_maps_back(half_space) -> None:
     problem = half_space(6, 3)
-    units = ComplementarityProblem(
+    units = ContactProblem(
         S=problem.S * 1e-12, g=problem.g * 1e-6, B=problem.B * np.array([[1.0], [1e-6], [1e-6]]), F=problem.F * 1e6
     )
     a, b = problem.scaled(), units.scaled()
@@ -119,7 +119,7 @@ def test_scaled_form_is_nondimensional_and_maps_back(half_space) -> None:
 
 def test_dependent_and_empty_rows_are_dropped() -> None:
     B = np.array([[1.0, 1.0, 1.0], [2.0, 2.0, 2.0], [0.0, 0.0, 0.0], [1e-17, -1e-17, 0.0]])
-    scaled = ComplementarityProblem(S=EYE, g=np.ones(3), B=B, F=np.array([1.0, 2.0, 0.0, 0.0])).scaled()
+    scaled = ContactProblem(S=EYE, g=np.ones(3), B=B, F=np.array([1.0, 2.0, 0.0, 0.0])).scaled()
     assert scaled.r == 1
     assert not scaled.inconsistency.any()
     # nothing sees these motions: the multiplier of least norm leaves them at rest
@@ -136,7 +136,7 @@ def test_a_solution_tells_who_touches(half_space) -> None:
 
 
 def test_a_solution_is_judged_by_its_problem_whatever_its_status_says() -> None:
-    solution = solve(ComplementarityProblem(S=EYE, g=np.array([-2.0, -1.0, 1.0])))
+    solution = solve(ContactProblem(S=EYE, g=np.array([-2.0, -1.0, 1.0])))
     assert solution.residuals.worst == 0.0
     # half the force on the first point leaves half of its overlap: gap -1 over the largest deflection, 1
     tampered = replace(solution, forces=np.array([1.0, 1.0, 0.0]))

@@ -9,7 +9,7 @@ from scipy.sparse.linalg import aslinearoperator
 
 import fecontact.solvers.registry
 from fecontact import InputError, SolverError, SolverNotFoundError
-from fecontact.solvers import ComplementarityProblem, Status, attempt, available_solvers, solve, validate_options
+from fecontact.solvers import ContactProblem, Status, attempt, available_solvers, solve, validate_options
 
 
 def test_names() -> None:
@@ -97,7 +97,7 @@ def test_auto_falls_back_and_says_so(random_problem) -> None:
 
 def test_operator(half_space) -> None:
     problem = half_space(8, 3)
-    operator = ComplementarityProblem(S=aslinearoperator(problem.S), g=problem.g, B=problem.B, F=problem.F)
+    operator = ContactProblem(S=aslinearoperator(problem.S), g=problem.g, B=problem.B, F=problem.F)
     with refused(SolverError, "needs-array"):
         solve(operator, "wolfe")
     reference, solution = solve(problem), solve(operator)
