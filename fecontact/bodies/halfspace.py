@@ -23,7 +23,6 @@ from fecontact.common.material import Material
 from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.halfspace import kernels
-from fecontact.halfspace.between_cells import overlap_between_cells
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import HalfSpaceContact
 from fecontact.halfspace.fft import array_module
@@ -36,6 +35,7 @@ from fecontact.halfspace.load_curve import LoadCurve, load_curve
 from fecontact.halfspace.operator import CellModel
 from fecontact.halfspace.pressing import Load, check_settings, press
 from fecontact.halfspace.surface import GridSurface, grid_surface
+from fecontact.halfspace.validity import overlap_between_cells
 from fecontact.surfaces.rigid.heightmap import HeightMap
 from fecontact.surfaces.rigid.shapes import heights_of
 

@@ -119,7 +119,7 @@ class HalfSpaceContact:
     coarse : (mx, my) array or None
         Pressure on cells twice as large, over the modelled part; None if there was no coarser grid.
     between : str
-        Warning of an overlap between the middles of the cells, see `between_cells`; empty without one.
+        Warning of an overlap between the middles of the cells, see `validity`; empty without one.
     given : {'force', 'approach'}
         Which of the two was prescribed.
     """

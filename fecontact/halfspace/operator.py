@@ -11,11 +11,10 @@ from scipy.sparse.linalg import LinearOperator
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
-from fecontact.halfspace.cg import GridIterate
 from fecontact.halfspace.compliance import JointCompliance, SurfaceCompliance
 from fecontact.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
 from fecontact.halfspace.grid import Even, even_axes, part_of, unfold
-from fecontact.halfspace.nested import GridLevel, solve_nested
+from fecontact.halfspace.nested import GridIterate, GridLevel, solve_nested
 from fecontact.halfspace.smooth import Corrected, Product, Term
 from fecontact.halfspace.tangential import TangentialCompliance, check_thickness, tangential_compliance
 from fecontact.solvers import ContactProblem, Status

@@ -18,8 +18,7 @@ from fecontact.common.errors import InputError
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.fft import Kernels, VectorConvolution, padded
 from fecontact.halfspace.kernels import cerruti
-from fecontact.halfspace.layered import thin_layers
-from fecontact.halfspace.layered_shear import check_interfaces, point_difference, waves_difference
+from fecontact.halfspace.layered import check_interfaces, tangential_difference, thin_layers, waves_difference
 
 Box = tuple[slice, slice]
 
@@ -220,7 +219,7 @@ def _of_layers(body: SurfaceCompliance, shape: tuple[int, int]) -> Array:
     """
     cell = body.grid.cell
     x, y = (np.arange(n) * side for n, side in zip(shape, cell, strict=True))
-    at = point_difference(math.hypot(x[-1] + cell[0], y[-1] + cell[1]), body.layers, body.material)
+    at = tangential_difference(math.hypot(x[-1] + cell[0], y[-1] + cell[1]), body.layers, body.material)
     shift = 0.5 / math.sqrt(3)
     total = np.zeros((5, *shape))
     for sx in (-shift, shift):

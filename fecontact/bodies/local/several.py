@@ -34,9 +34,8 @@ from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
-from fecontact.halfspace.cg import GridProblem, solve_on_grid
 from fecontact.halfspace.fft import Tally
-from fecontact.halfspace.nested import GridLevel, preconditioner
+from fecontact.halfspace.nested import GridLevel, GridProblem, preconditioner, solve_on_grid
 from fecontact.halfspace.operator import DENSE_LIMIT, CellModel
 from fecontact.solvers import ContactProblem, Status
 from fecontact.solvers.problem import Outcome
@@ -69,7 +68,7 @@ def solve_together(
     displacements: Callable[[Array], Array],
     tolerance: float,
 ) -> Outcome:
-    """Solve a problem whose rows are cells of windows, see `halfspace.cg`.
+    """Solve a problem whose rows are cells of windows, see `halfspace.nested`.
 
     Parameters
     ----------

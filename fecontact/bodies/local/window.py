@@ -20,7 +20,7 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.material import Material
 from fecontact.halfspace.grid import Even, Grid, part_of
-from fecontact.halfspace.inclined import InclinedTerm
+from fecontact.halfspace.smooth import InclinedTerm
 from fecontact.mesh.mesh import Mesh
 
 OPPOSITE = 1e-10

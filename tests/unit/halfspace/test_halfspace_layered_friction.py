@@ -7,8 +7,7 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
-from fecontact.halfspace.layered import surface_waves
-from fecontact.halfspace.layered_shear import shear_compliance
+from fecontact.halfspace.layered import shear_compliance, surface_waves
 from fecontact.halfspace.tangential import tangential_compliance
 from fecontact.surfaces import FlatPunch, Paraboloid
 
