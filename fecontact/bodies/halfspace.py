@@ -16,7 +16,7 @@ from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Reduced
 from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arguments import flag, instance, items, text
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import number_array, positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -32,10 +32,11 @@ from fecontact.halfspace.friction_path import FrictionPath, solve_path
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.layered import Layer
 from fecontact.halfspace.load_curve import LoadCurve, load_curve
-from fecontact.halfspace.operator import CellModel
+from fecontact.halfspace.operator import CellModel, Part, coarse_pressure
 from fecontact.halfspace.pressing import Load, check_settings, press
 from fecontact.halfspace.surface import GridSurface, grid_surface
 from fecontact.halfspace.validity import overlap_between_cells
+from fecontact.solvers import ComplementarityProblem
 from fecontact.surfaces.rigid.heightmap import HeightMap
 from fecontact.surfaces.rigid.shapes import heights_of
 
@@ -478,6 +479,10 @@ class HalfSpace(SurfaceBody):
             rubbed = _along_surface(rows)
             compliance = self._cells.in_space(rows) if rubbed else self._cells.along(_along(rows, self.facets.normal))
             return Reduced(compliance, np.zeros(rows.shape[0]))
+
+    def coarse_pressure(self, cells: IntArray, problem: ComplementarityProblem) -> tuple[Array | None, Part]:
+        """Pressure on cells twice as large by a problem whose rows are cells (n,); see `halfspace.operator`."""
+        return coarse_pressure(self._cells, cells, problem)
 
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
         """Elastic displacements (n_dofs,) under forces along rows."""

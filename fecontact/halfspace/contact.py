@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,6 @@ from fecontact.common.error_estimate import (
     OF_LAYERS,
     ErrorEstimate,
     ResponseError,
-    UnboundedPeak,
 )
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -32,19 +31,14 @@ from fecontact.halfspace import inside
 from fecontact.halfspace.grid import Grid, part_of
 from fecontact.halfspace.grid_error import (
     EdgeCells,
+    cells_error_estimate,
     edge_area,
     edge_cells,
-    grid_error_estimate,
-    peak_of,
-    pressed_ends,
 )
 from fecontact.halfspace.layered import STRESSED, Layer, thin_layers
 from fecontact.halfspace.pictures import save_fields
 from fecontact.halfspace.validity import validity_warnings
 from fecontact.solvers import Residuals
-
-PUNCH = 0.5
-"""Exponent of the inverse distance with which the pressure grows towards the end of a counter-surface."""
 
 SAME = 1e-9
 """Difference of both areas, relative, up to which they are the same."""
@@ -201,17 +195,7 @@ class HalfSpaceContact:
         """
         part = part_of(self.grid.shape, self.solver.symmetric)
         points = self.pressure_kind == "point"
-        ends = pressed_ends(self.pressure, np.isfinite(self.gap))
-        found = grid_error_estimate(self.pressure, self.coarse, part, self._edge, points, ends)
-        if ends.any():
-            at, order = np.where(ends, self.pressure, 0.0), PUNCH
-        elif self.active.any() and peak_of(self.pressure).unbounded:
-            at, order = self.pressure, 0.0
-        else:
-            return found
-        i, j = np.unravel_index(np.argmax(at), at.shape)
-        place = (float(self.grid.x[i]), float(self.grid.y[j]), 0.0)
-        return replace(found, peak=np.inf, unbounded=UnboundedPeak("counter-surface", place, order))
+        return cells_error_estimate(self.grid, self.pressure, self.gap, self.coarse, part, self._edge, points)
 
     @cached_property
     def response_error(self) -> ResponseError:

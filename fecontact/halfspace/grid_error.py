@@ -25,6 +25,7 @@ corrected.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +33,8 @@ import scipy.ndimage
 from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.error_estimate import NO_CONTACT, ErrorEstimate
+from fecontact.common.error_estimate import NO_CONTACT, ErrorEstimate, UnboundedPeak
+from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.nested import blocks
 
 FARTHEST = 1.0
@@ -190,6 +192,10 @@ LOGARITHM = 1.598
 AT_EDGE, AT_EDGE_OF_WIDTH = 2.5, 0.25
 
 
+#: Exponent of the inverse distance with which the pressure grows towards the end of a counter-surface.
+PUNCH = 0.5
+
+
 class Peak(NamedTuple):
     """Largest pressure of a grid: its relative error, whether it has no bound, and its distance from the edge."""
 
@@ -229,6 +235,32 @@ def peak_of(pressure: Array) -> Peak:
     highest = float(pressure[i, j])
     depth = float(np.hypot(*np.meshgrid(around, around))[near == 0].min(initial=np.inf))
     return Peak(abs(two + rest - highest) / highest, ratio < LOGARITHM, depth)
+
+
+def cells_error_estimate(
+    grid: Grid,
+    pressure: Array,
+    gap: Array,
+    coarse: Array | None,
+    modelled: tuple[slice, slice],
+    edge: EdgeCells,
+    points: bool,
+) -> ErrorEstimate:
+    """Errors of a contact from its pressure and gap (nx, ny); where the pressure has no bound is named.
+
+    Other parameters are as in `grid_error_estimate`.
+    """
+    ends = pressed_ends(pressure, np.isfinite(gap))
+    found = grid_error_estimate(pressure, coarse, modelled, edge, points, ends)
+    if ends.any():
+        at, order = np.where(ends, pressure, 0.0), PUNCH
+    elif pressure.any() and peak_of(pressure).unbounded:
+        at, order = pressure, 0.0
+    else:
+        return found
+    i, j = np.unravel_index(np.argmax(at), at.shape)
+    place = (float(grid.x[i]), float(grid.y[j]), 0.0)
+    return replace(found, peak=np.inf, unbounded=UnboundedPeak("counter-surface", place, order))
 
 
 def grid_error_estimate(

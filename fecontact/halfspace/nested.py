@@ -711,6 +711,14 @@ def solve_nested(
     coarse : (mx, my) array or None
         Pressure on the next coarser grid; None without one.
     """
+    start, active, n_levels, coarse = solve_coarser(level, kernel_of, tolerance, tally, workers)
+    return solve_level(level, start, active, tolerance, tally, workers), n_levels, coarse
+
+
+def solve_coarser(
+    level: GridLevel, kernel_of: Callable[[int], Array], tolerance: float, tally: Tally, workers: int | None = None
+) -> tuple[Array, Mask, int, Array | None]:
+    """Start (nx, ny) and active cells of a grid from coarser ones; number of grids, pressure on the next coarser."""
     levels = [level]
     while max(_cells(levels[-1].g.shape, level.symmetric)) > COARSEST and _can_coarsen(levels[-1]):
         levels.append(coarser(levels[-1], kernel_of(len(levels))))
@@ -722,7 +730,7 @@ def solve_nested(
         at = solve_level(levels[k], start, active, max(tolerance, COARSE_TOLERANCE), tally, workers)
         coarse = np.maximum(at.p, 0.0)
         start, active = start_on(levels[k - 1], coarse)
-    return solve_level(level, start, active, tolerance, tally, workers), len(levels), coarse
+    return start, active, len(levels), coarse
 
 
 def _can_coarsen(level: GridLevel) -> bool:

@@ -14,11 +14,13 @@ from fecontact.common.errors import InputError
 from fecontact.halfspace.compliance import JointCompliance, SurfaceCompliance
 from fecontact.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
 from fecontact.halfspace.grid import Even, even_axes, part_of, unfold
-from fecontact.halfspace.nested import GridIterate, GridLevel, solve_nested
+from fecontact.halfspace.nested import GridIterate, GridLevel, solve_coarser, solve_nested
 from fecontact.halfspace.smooth import Corrected, Product, Term
 from fecontact.halfspace.tangential import TangentialCompliance, check_thickness, tangential_compliance
 from fecontact.solvers import ContactProblem, Status
 from fecontact.solvers.problem import Outcome
+
+Part = tuple[slice, slice]
 
 MOST_CELLS = 3000
 """Cells in a scene's rows up to which the compliance among them is formed as a matrix."""
@@ -230,6 +232,31 @@ def _solve(
     model: CellModel, cells: IntArray, problem: ContactProblem, owner: IntArray, tolerance: float
 ) -> tuple[GridIterate, Array]:
     """Solve with the given rows only; the pressures are those of all modelled cells."""
+    level, found, scale = _level(model, cells, problem, owner)
+    if not level.is_bounded:
+        raise InputError(
+            f"The bodies overlap the mean plane of the periodic half-space by {-level.g.mean():.6g} in the mean: their "
+            "force is unbounded. Move them out by more than that, or prescribe the force.",
+            code="overlaps-mean-plane",
+        )
+    at, *_ = solve_nested(level, model.body.kernel, tolerance, Tally(4 * model.body.grid.n_cells))
+    return replace(at, p=unfold(at.p, found)), at.q / scale
+
+
+def coarse_pressure(model: CellModel, cells: IntArray, problem: ComplementarityProblem) -> tuple[Array | None, Part]:
+    """Pressure on cells twice as large of a problem whose rows are cells (n,), and the part of the grid it is of.
+
+    None where the grid has no coarser one.
+    """
+    level, found, _ = _level(model, cells, problem, np.arange(problem.n))
+    *_, coarse = solve_coarser(level, model.body.kernel, 0.0, Tally(4 * model.body.grid.n_cells))
+    return coarse, part_of(model.shape, found)
+
+
+def _level(
+    model: CellModel, cells: IntArray, problem: ComplementarityProblem, owner: IntArray
+) -> tuple[GridLevel, Even, Array]:
+    """The grid problem of given rows, its axes of symmetry, and the scales of its equilibrium rows."""
     body, shape = model.body, model.shape
     allowed = np.zeros(model.n_cells, bool)
     allowed[cells] = True
@@ -256,14 +283,7 @@ def _solve(
         smooth=model.smooth,
         arrays=body.arrays,
     )
-    if not level.is_bounded:
-        raise InputError(
-            f"The bodies overlap the mean plane of the periodic half-space by {-level.g.mean():.6g} in the mean: their "
-            "force is unbounded. Move them out by more than that, or prescribe the force.",
-            code="overlaps-mean-plane",
-        )
-    at, *_ = solve_nested(level, body.kernel, tolerance, Tally(4 * body.grid.n_cells))
-    return replace(at, p=unfold(at.p, found)), at.q / scale
+    return level, found, scale
 
 
 def _is_selection(rows: sp.csr_matrix) -> bool:

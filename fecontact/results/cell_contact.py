@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from fecontact.bodies.halfspace import HalfSpace
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.error_estimate import ErrorEstimate
-from fecontact.halfspace.grid_error import LEAST_SHARE, EdgeCells, edge_cells, grid_error_estimate, pressed_ends
+from fecontact.halfspace.grid_error import LEAST_SHARE, EdgeCells, cells_error_estimate, edge_area, edge_cells
 from fecontact.halfspace.surface import GridSurface
 from fecontact.results.error_estimate import AT_KINKS
 from fecontact.surfaces.facet_surface import Surface, has_cells
@@ -17,7 +18,7 @@ from fecontact.surfaces.facet_surface import Surface, has_cells
 if TYPE_CHECKING:
     from fecontact.results.contact_fields import ContactFields
 
-#: All cells of a grid: in a scene no symmetry halves it.
+#: All cells of a grid.
 WHOLE = (slice(None), slice(None))
 
 
@@ -27,6 +28,7 @@ class CellContact:
 
     Attributes
     ----------
+    contact : ContactFields
     surface : GridSurface
     place : (2, n) int array
         Cell of each contact point.
@@ -36,6 +38,7 @@ class CellContact:
     edge : EdgeCells
     """
 
+    contact: ContactFields
     surface: GridSurface
     place: IntArray
     pressure: Array
@@ -49,20 +52,45 @@ class CellContact:
         np.add.at(found, tuple(self.edge.place), self.edge.excess[0])
         return np.asarray(found[tuple(self.place)] * self.surface.cell_area)
 
+    @property
+    def stick_area(self) -> float:
+        """Area that sticks, its edge located within the cells, as `FrictionContact.stick_area`."""
+        contact, friction = self.contact, self.contact.friction
+        if friction is None or contact.stick is None:
+            return 0.0 if friction is None else friction.point_stick_area
+        count = int(friction.sticking.sum())
+        if count == 0 or not friction.sliding.any():
+            return contact.whole.area if count else 0.0
+        reserve, slip = np.zeros(self.pressure.shape), np.where(np.isfinite(self.gap), 0.0, np.inf)
+        reserve[tuple(self.place)] = contact.stick.pressure
+        slip[tuple(self.place)] = np.where(friction.sliding, np.linalg.norm(friction.slip, axis=1), 0.0)
+        found = edge_area(edge_cells(reserve, slip, self.surface.periodic), count)[0] * self.surface.cell_area
+        return min(found, contact.whole.area)
+
     def estimate(self, found: ErrorEstimate) -> ErrorEstimate:
         """An estimate with the errors of the cells in place of those of facets between their centres."""
-        ends = pressed_ends(self.pressure, np.isfinite(self.gap))
-        cells = grid_error_estimate(self.pressure, None, WHOLE, self.edge, self.surface.point_forces, ends)
-        if cells.reason or found.reason:
+        contact, surface = self.contact, self.surface
+        coarse, part = None, WHOLE
+        if contact.cell_problem is not None and not found.reason:
+            cells = np.ravel_multi_index(tuple(self.place[:, contact.candidates]), self.pressure.shape)
+            coarse, part = cast(HalfSpace, contact.slave).coarse_pressure(cells, contact.cell_problem)
+        arrays = (surface.cells, self.pressure, self.gap, coarse, part, self.edge)
+        of_cells = cells_error_estimate(*arrays, surface.point_forces)
+        if of_cells.reason or found.reason:
             return found
-        pressure = float(np.sqrt(cells.pressure**2 + found.geometry**2 + found.interior**2))
-        least = LEAST_SHARE * pressure
+        pressure = float(np.sqrt(of_cells.pressure**2 + found.geometry**2 + found.interior**2))
+        unbounded = found.unbounded
+        if unbounded is None and of_cells.unbounded is not None:
+            x, y, z = contact.slave.pose.to_world(np.array([of_cells.unbounded.point]))[0]
+            unbounded = of_cells.unbounded._replace(body=contact.master.name, point=(float(x), float(y), float(z)))
         return replace(
-            found,
+            of_cells,
             pressure=pressure,
-            peak=found.peak if found.unbounded else max(cells.peak, least, AT_KINKS * found.geometry),
-            area=max(cells.area, least),
-            faces_across=cells.faces_across,
+            geometry=found.geometry,
+            interior=float(np.hypot(of_cells.interior, found.interior)),
+            peak=np.inf if unbounded else max(of_cells.peak, LEAST_SHARE * pressure, AT_KINKS * found.geometry),
+            area=max(of_cells.area, LEAST_SHARE * pressure),
+            unbounded=unbounded,
         )
 
 
@@ -75,7 +103,7 @@ def cell_contact(contact: ContactFields) -> CellContact | None:
     place = np.rint((own - [grid.x[0], grid.y[0]]) / grid.cell).astype(np.int64).T
     pressure, gap = np.zeros(grid.shape), np.full(grid.shape, np.inf)
     pressure[tuple(place)], gap[tuple(place)] = contact.pressure, contact.gap
-    return CellContact(surface, place, pressure, gap, edge_cells(pressure, gap, surface.periodic))
+    return CellContact(contact, surface, place, pressure, gap, edge_cells(pressure, gap, surface.periodic))
 
 
 def is_half_space(surface: Surface) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -27,6 +27,7 @@ from fecontact.results.friction_fields import FrictionFields, has_reserve, reser
 from fecontact.results.recovered_field import RecoveredField, recovered_field
 from fecontact.results.resultants import Region, part_of, region_numbers, resultant, sides_of_plane
 from fecontact.results.singular import SingularEdge, singular_edge
+from fecontact.solvers import ComplementarityProblem
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes
 
 #: Difference of both areas, relative, up to which they are the same.
@@ -95,6 +96,8 @@ class ContactFields:
         Names of directions, for axes of maps.
     swapped : bool
         Whether the slave is the body named second.
+    cell_problem : ComplementarityProblem, optional
+        Problem of the candidates where these are all its rows: cells of a half-space below a rigid body.
     """
 
     slave: Body
@@ -121,6 +124,7 @@ class ContactFields:
     friction: FrictionFields | None = None
     directions: Directions = WORLD
     swapped: bool = False
+    cell_problem: ComplementarityProblem | None = field(default=None, repr=False)
 
     @property
     def bodies(self) -> tuple[Body, Body]:
@@ -172,6 +176,8 @@ class ContactFields:
         """Area that sticks, by its outline or, where there is none, by the share of points; zero without friction."""
         if self.friction is None or self.point_area == 0:
             return 0.0
+        if self.on_cells is not None:
+            return self.on_cells.stick_area
         if (outline := self.stick_outline) is not None:
             return min(outline.area, self.whole.area)
         return self.friction.point_stick_area / self.point_area * self.whole.area
@@ -313,7 +319,7 @@ class ContactFields:
         if self.friction is None or not has_reserve(self.friction):
             return None
         forces, gap = reserve(self.friction, self.pressure)
-        return replace(self, forces=forces, gap=gap, friction=None)
+        return replace(self, forces=forces, gap=gap, friction=None, cell_problem=None)
 
     @property
     def stick_outline(self) -> ContactOutline | None:

@@ -196,9 +196,9 @@ class ResponseErrors:
 
     @cached_property
     def _deflection(self) -> Array:
-        """Elastic deflection (n,) at candidates, of both bodies together, and in springs."""
+        """Elastic deflection (n,) at candidates, of both bodies and springs; rows of friction come after them."""
         problem = self.condensed.problem
-        return np.asarray(-(problem.g + problem.B.T @ self.solution.q))
+        return np.asarray(-(problem.g + problem.B.T @ self.solution.q)[: len(self.solution.forces)])
 
     def _with_faces(self, cells: tuple[Array, ...], y: Array, size: float) -> _Parts:
         """Parts of an error with those by the faces of the contacts, with forces or their changes y (n,)."""

@@ -28,6 +28,7 @@ from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import SpringState
 from fecontact.contact.step_end import StepEnd
+from fecontact.results.cell_contact import is_half_space
 from fecontact.results.contact_fields import ContactFields, contact_fields
 from fecontact.results.convergence import Convergence
 from fecontact.results.edge_pressure import EdgePressure, edge_pressure
@@ -590,7 +591,9 @@ def make_result(
             swapped = contact.slave is not scene.contacts[k].slave
             fields = contact_fields(contact, candidates, forces, gap, (own, other), swapped)
             rubbing = None if k not in friction else replace(friction[k], sign=fields.sign)
-            contacts.append(replace(fields, friction=rubbing, directions=scene.directions))
+            alone = contact.master.is_rigid and solution.problem.n == len(candidates)
+            problem = solution.problem if alone and is_half_space(fields.surface) else None
+            contacts.append(replace(fields, friction=rubbing, directions=scene.directions, cell_problem=problem))
     seconds = dict(timer.seconds)
     seconds["total"] = sum(seconds.values())
     memory = {"before": timer.before, **timer.memory}

@@ -125,3 +125,36 @@ def test_bad_layers():
         fc.ElasticLayer(STEEL, thickness=1.0, surface="top")
     with refused(InputError, "unknown", "'cap'"):
         half_space(n=8).surface("cap")
+
+
+@pytest.mark.parametrize("shape", [Paraboloid(1.0), fc.surfaces.Cone(0.2), fc.surfaces.FlatPunch(0.4)], ids=repr)
+@pytest.mark.parametrize("load", ["force", "approach"])
+def test_a_contact_on_cells_has_one_estimate_and_one_area(shape, load):
+    half = fc.HalfSpace(fc.Material(1.0, 0.3), size=(2.0, 2.0), shape=(32, 32))
+    body = fc.RigidBody(shape, name="shape")
+    scene = fc.Scene([half, body], [fc.Contact(half, body)])
+    alone = half.press(shape, **{load: 0.1}, tolerance=1e-10)
+    loads = {"forces": {body: (0, 0, -0.1)}} if load == "force" else {"motions": {body: {"z": -0.1}}}
+    result = scene.solve(**loads)
+    found, own = result.contacts[0].error_estimate, alone.error_estimate
+    figures = ("pressure", "peak", "area", "interior", "faces_across")
+    # coarser grids are solved to 1e-3 of the same start
+    assert [getattr(found, f) for f in figures] == pytest.approx([getattr(own, f) for f in figures], rel=1e-5)
+    assert result.contacts[0].whole.area == pytest.approx(alone.figures["area"], rel=1e-6)
+    assert (found.unbounded is None) == (own.unbounded is None)
+    given = {"force": "approach", "approach": "force"}[load]
+    # in a scene the bodies meet first at the middle of a cell, not at the tip between four
+    assert getattr(result.response_error, given) == pytest.approx(getattr(alone.response_error, given), rel=0.1)
+
+
+def test_a_contact_with_friction_on_cells_has_one_estimate_and_one_area_of_stick():
+    half, ball = half_space(n=36, size=2.0), fc.RigidBody(Paraboloid(1.0), name="ball")
+    force = 0.2 * STEEL.E
+    alone = half.press(Paraboloid(1.0), force=force, friction=0.3, tangential=(0.15 * force, 0.0))
+    scene = fc.Scene([half, ball], [fc.Contact(half, ball, friction=0.3)])
+    result = scene.solve(forces={ball: (0.15 * force, 0, -force)}, free={ball: "x z"})
+    contact = result.contacts[0]
+    assert contact.stick_area == pytest.approx(alone.stick_area, rel=1e-6)
+    # alone it is of the first turn of pressures and tractions
+    assert contact.error_estimate.pressure == pytest.approx(alone.error_estimate.pressure, rel=0.01)
+    assert result.response_error.approach == pytest.approx(alone.response_error.approach, rel=0.02)
