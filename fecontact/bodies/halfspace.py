@@ -36,7 +36,7 @@ from fecontact.halfspace.operator import CellModel, Part, coarse_pressure
 from fecontact.halfspace.pressing import Load, check_settings, press
 from fecontact.halfspace.surface import GridSurface, grid_surface
 from fecontact.halfspace.validity import overlap_between_cells
-from fecontact.solvers import ComplementarityProblem
+from fecontact.solvers import ContactProblem
 from fecontact.surfaces.rigid.heightmap import HeightMap
 from fecontact.surfaces.rigid.shapes import heights_of
 
@@ -480,7 +480,7 @@ class HalfSpace(SurfaceBody):
             compliance = self._cells.in_space(rows) if rubbed else self._cells.along(_along(rows, self.facets.normal))
             return Reduced(compliance, np.zeros(rows.shape[0]))
 
-    def coarse_pressure(self, cells: IntArray, problem: ComplementarityProblem) -> tuple[Array | None, Part]:
+    def coarse_pressure(self, cells: IntArray, problem: ContactProblem) -> tuple[Array | None, Part]:
         """Pressure on cells twice as large by a problem whose rows are cells (n,); see `halfspace.operator`."""
         return coarse_pressure(self._cells, cells, problem)
 

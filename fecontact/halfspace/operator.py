@@ -243,7 +243,7 @@ def _solve(
     return replace(at, p=unfold(at.p, found)), at.q / scale
 
 
-def coarse_pressure(model: CellModel, cells: IntArray, problem: ComplementarityProblem) -> tuple[Array | None, Part]:
+def coarse_pressure(model: CellModel, cells: IntArray, problem: ContactProblem) -> tuple[Array | None, Part]:
     """Pressure on cells twice as large of a problem whose rows are cells (n,), and the part of the grid it is of.
 
     None where the grid has no coarser one.
@@ -254,7 +254,7 @@ def coarse_pressure(model: CellModel, cells: IntArray, problem: ComplementarityP
 
 
 def _level(
-    model: CellModel, cells: IntArray, problem: ComplementarityProblem, owner: IntArray
+    model: CellModel, cells: IntArray, problem: ContactProblem, owner: IntArray
 ) -> tuple[GridLevel, Even, Array]:
     """The grid problem of given rows, its axes of symmetry, and the scales of its equilibrium rows."""
     body, shape = model.body, model.shape

@@ -27,7 +27,7 @@ from fecontact.results.friction_fields import FrictionFields, has_reserve, reser
 from fecontact.results.recovered_field import RecoveredField, recovered_field
 from fecontact.results.resultants import Region, part_of, region_numbers, resultant, sides_of_plane
 from fecontact.results.singular import SingularEdge, singular_edge
-from fecontact.solvers import ComplementarityProblem
+from fecontact.solvers import ContactProblem
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes
 
 #: Difference of both areas, relative, up to which they are the same.
@@ -96,7 +96,7 @@ class ContactFields:
         Names of directions, for axes of maps.
     swapped : bool
         Whether the slave is the body named second.
-    cell_problem : ComplementarityProblem, optional
+    cell_problem : ContactProblem, optional
         Problem of the candidates where these are all its rows: cells of a half-space below a rigid body.
     """
 
@@ -124,7 +124,7 @@ class ContactFields:
     friction: FrictionFields | None = None
     directions: Directions = WORLD
     swapped: bool = False
-    cell_problem: ComplementarityProblem | None = field(default=None, repr=False)
+    cell_problem: ContactProblem | None = field(default=None, repr=False)
 
     @property
     def bodies(self) -> tuple[Body, Body]:
