@@ -6,7 +6,10 @@ With a normal force l, a tangential force t, the gap w and the slip s of a step:
     |t| <= mu l,  s = 0 where |t| < mu l,  mu l s + |s| t = 0     (Coulomb)
 
 Forces act on the slave, displacements are those of the slave against the master: friction opposes slip. mu = 0 is no
-friction, an infinite mu a rough surface. The components of vectors are along the first axis of their arrays, (k, ...).
+friction. An infinite mu is a rough surface, the limit of a growing one: what is pressed sticks, and a closed point that
+is bare of pressure may slide against a tangential force, to which mu l tends. Without bare points there need not be a
+state; with a finite mu there always is one where bodies are held (Klarbring), of forces that are bounded whatever mu.
+The components of vectors are along the first axis of their arrays, (k, ...).
 
 Sources: Alart & Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353; Klarbring, Ing.-Arch. 60 (1990) 529.
 

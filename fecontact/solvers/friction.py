@@ -23,6 +23,7 @@ import numpy as np
 
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import SolverError
+from fecontact.solvers.coulomb import friction_limit, sticks
 from fecontact.solvers.friction_newton import FrictionRows, friction_newton, friction_sweeps, tied
 from fecontact.solvers.friction_slide import (
     SlidingLoadError,
@@ -49,8 +50,8 @@ LATER_STEPS = 120
 NEARLY_ROUGH = 10.0
 """Coefficient of friction whose solution is the start for an infinite one."""
 
-MUCH = 1e3
-"""Coefficient of friction that is tried in place of larger ones without an answer, to tell why."""
+MUCH = (1e2, 1e3, 1e4, 1e5)
+"""Coefficients by which larger ones are reached, each ten times the last."""
 
 NEUTRAL = 1e-9
 """Size of the motion of touching points by a unit of rigid motion below which they do not feel it."""
@@ -85,7 +86,7 @@ def solve_friction(
         If no certified solution was found.
     """
     began = time.perf_counter()
-    rows = FrictionRows(problem.points, problem.tangents, problem.normals, problem.mu)
+    rows = FrictionRows(problem.points, problem.tangents, problem.normals, problem.mu, np.zeros(len(problem.mu), bool))
     together = np.concatenate([problem.points[:, None], problem.tangents], axis=1)
     scaled = scale(problem.S, problem.g, problem.B, problem.F, together)
     direction = unbalanced_motion(scaled, rows)
@@ -97,7 +98,7 @@ def solve_friction(
     adrift: Solution | None = None
     starts = _starts(problem, scaled, rows, start)
     while (begin := next(starts, None)) is not None:
-        x, p, name = begin
+        rows, x, p, name = begin
         steps = FIRST_STEPS if best is None else LATER_STEPS
         outcome, orientation = friction_newton(scaled, rows, x, p, max_iterations=steps)
         forces = scaled.forces(np.where(np.abs(outcome.x) < scaled.rounding_of(outcome.x), 0.0, outcome.x))
@@ -129,12 +130,14 @@ def solve_friction(
     assert best is not None
     raise SolverError(
         f"No certified answer of the problem with friction: {best.message} ({best.residuals}; tolerance "
-        f"{tolerance:.0e}). {_advice(problem, tolerance)}",
+        f"{tolerance:.0e}). Take smaller load steps; with much friction there may be no solution or several.",
         code="not-certified",
     )
 
 
-def _held(scaled: ScaledProblem, rows: FrictionRows, x: Array, p: Array) -> Iterator[tuple[Array, Array, str]]:
+def _held(
+    scaled: ScaledProblem, rows: FrictionRows, x: Array, p: Array
+) -> Iterator[tuple[FrictionRows, Array, Array, str]]:
     """Start at which a guided motion finds the load held, if any, from forces and motion of a failing attempt.
 
     Raises
@@ -148,7 +151,7 @@ def _held(scaled: ScaledProblem, rows: FrictionRows, x: Array, p: Array) -> Iter
     before = p
     for found in slide(scaled, rows, load, x, p):
         if found.share >= 1:
-            yield found.x, found.p, "guided, newton"
+            yield rows, found.x, found.p, "guided, newton"
         elif 0 < found.bound < 1:
             direction = scaled.motion(found.p - before)
             text = (
@@ -171,11 +174,11 @@ def _would_hold(rows: FrictionRows, factor: float | None) -> str:
 
 def _starts(
     problem: ContactProblem, scaled: ScaledProblem, rows: FrictionRows, start: tuple[Array, Array] | None
-) -> Iterator[tuple[Array, Array, str]]:
-    """First forces (N,) and motions (r,) in turn, with the name of the method; later ones only if those before fail."""
+) -> Iterator[tuple[FrictionRows, Array, Array, str]]:
+    """Rows, first forces (N,) and motions (r,) in turn, with a name of the method; later ones if those before fail."""
     to_p = np.linalg.pinv(scaled.motion_map)
     if start is not None:
-        yield start[0] / scaled.force_scale, to_p @ start[1], "newton"
+        yield rows, start[0] / scaled.force_scale, to_p @ start[1], "newton"
     slides = sliding_modes(scaled, rows)
     for modes in (slides, slides[:, :0]) if slides.shape[1] else (slides,):
         # what friction alone can hold is held in the first guess: without friction the body would drift away
@@ -183,47 +186,49 @@ def _starts(
         if np.isinf(rows.mu).any():
             # a rough surface is the limit of much friction
             outcome, _ = friction_newton(scaled, replace(rows, mu=np.minimum(rows.mu, NEARLY_ROUGH)), x, p)
-            yield outcome.x, outcome.p, "newton"
+            yield rows, outcome.x, outcome.p, "newton"
         elif x.any():
-            yield x, p, "newton"
+            yield rows, x, p, "newton"
+        without = x, p
         stuck = x, p = tied(scaled, rows, x, p, touching)
         if not modes.shape[1]:
-            yield *stuck, "newton"
+            yield rows, *stuck, "newton"
+        yield from _by_more_friction(scaled, rows, *without)
         # where a body may drift, sweeps come first: in many steps of Newton's method rounding decides where it goes
         for k in range(ATTEMPTS):
             outcome = friction_sweeps(scaled, rows, x, p, tolerance=FIRST_SWEEPS / 10**k)
             x, p = outcome.x, outcome.p
-            yield x, p, "sweeps, newton"
+            yield rows, x, p, "sweeps, newton"
         if modes.shape[1]:
-            yield *stuck, "newton"
+            yield rows, *stuck, "newton"
 
 
-def _advice(problem: ContactProblem, tolerance: float) -> str:
-    """What to do where no answer was found.
+def _by_more_friction(
+    scaled: ScaledProblem, rows: FrictionRows, x: Array, p: Array
+) -> Iterator[tuple[FrictionRows, Array, Array, str]]:
+    """Starts by solutions of growing friction, each from forces x (N,) and motion p (r,) without friction or the last.
 
-    A rough surface may have no state: a point that its tangential force would lift loses that force when it opens, and
-    its gap closes again. Under any finite friction it slides, with a pressure that vanishes as mu grows.
+    What slides under much friction is the first guess of what slides under more.
     """
-    less = replace(problem, mu=np.minimum(problem.mu, MUCH))
-    rough = problem.mu > MUCH
-    try:
-        found = solve_friction(less, tolerance=tolerance) if rough.any() else None
-    except SolverError:
-        found = None
-    rough &= False if found is None else found.sliding
-    if found is None or not rough.any():
-        return "Take smaller load steps; with much friction there may be no solution or several."
-    most = np.linalg.norm(found.tangential[rough], axis=1).max() / found.forces[problem.points].max()
-    return (
-        f"With mu = {MUCH:.0f} there is one, and {rough.sum()} of {found.touching.sum()} points slide, with a "
-        f"tangential force of up to {most:.2g} of the largest normal force and a pressure that vanishes as mu grows. "
-        "Infinite friction would leave them without pressure, where they open and close in turn: give a finite mu."
-    )
+    first = last = rows, x, p
+    for much in MUCH:
+        if not (rows.mu > much).any():
+            return
+        for known, *begin in (last, first):
+            less = replace(known, mu=np.minimum(rows.mu, much))
+            outcome, _ = friction_newton(scaled, less, *begin, max_iterations=FIRST_STEPS)
+            if outcome.status is not Status.SOLVED:
+                continue
+            limit = friction_limit(less.mu, outcome.x[rows.points])
+            slides = (limit > 0) & ~sticks(outcome.x[rows.tangents].T, limit)
+            last = replace(rows, slides=slides & (rows.mu > much)), outcome.x, outcome.p
+            yield *last, "newton"
+            break
 
 
 def _nearest(scaled: ScaledProblem, rows: FrictionRows, x: Array, p: Array) -> Array:
     """The least motion (r,) that is the same as p where points with forces x (N,) touch."""
-    touching = x[rows.points] > 0
+    touching = (x[rows.points] > 0) | rows.slides
     kept = np.concatenate([rows.normals[x[rows.normals] > 0], rows.tangents[touching].ravel()])
     axes, size, _ = np.linalg.svd(scaled.B[:, kept], full_matrices=False)
     axes = axes[:, size > NEUTRAL]

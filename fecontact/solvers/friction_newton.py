@@ -17,6 +17,10 @@ In a structure far more flexible than its material, such as a belt, forces say l
 first step throws the residual up. Its states are then told by gaps and slips alone, z = x - R y with a large R: what
 penetrates is pressed, and what slips slides. Where that does not converge soon, all steps are judged so.
 
+Under much friction the smallest pressure holds a point, and its trial force no longer tells whether it slides. Points
+may be given that slide: their pressure is |x_t| / mu. Under infinite friction they are bare, closed without pressure
+and sliding against a tangential force; without this limit of a growing coefficient there need not be a state.
+
 Block Gauss-Seidel sweeps for contact with Coulomb friction: slow and safe, the fall-back of Newton's method.
 
 One point after the other takes the forces that close its own gap and stop its own slip, projected on its cone (Jean,
@@ -78,12 +82,15 @@ class FrictionRows:
     normals : (n,) int array
         Normal rows of all points, with friction or without.
     mu : (f,) array
+    slides : (f,) bool array
+        Points that are given to slide.
     """
 
     points: np.ndarray
     tangents: np.ndarray
     normals: np.ndarray
     mu: np.ndarray
+    slides: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,13 +116,19 @@ def _trial(problem: ScaledProblem, rows: FrictionRows, x: np.ndarray, p: np.ndar
     z = x - weight * y
     pressed = z > 0
     pressed[rows.tangents] = False
+    tangents, points = rows.tangents[rows.slides], rows.points[rows.slides]
+    pressed[points] = True
     limit = friction_limit(rows.mu, z[rows.points])
+    limit[rows.slides] = np.linalg.norm(x[tangents], axis=1)
     tangential = z[rows.tangents]
     size = np.linalg.norm(tangential, axis=1)
     direction = np.divide(tangential, size[:, None], out=np.zeros_like(tangential), where=size[:, None] > 0)
     residual = x.copy()
     residual[rows.normals] -= np.maximum(z[rows.normals], 0.0)
     residual[rows.tangents] -= direction * np.minimum(size, limit)[:, None]
+    pressure = limit[rows.slides] / rows.mu[rows.slides]
+    residual[tangents] += direction[rows.slides] * (x[points] - pressure)[:, None]
+    residual[points] = y[points]
     return _Trial(y, weight, pressed, limit, size, direction, residual, problem.B @ x - problem.F)
 
 
@@ -264,7 +277,8 @@ def _slip_rows(
     u is the mean of e and of x_t / max(mu z_n, |x_t|), which stands there in the Newton step of Hueeber, Stadler &
     Wohlmuth (SIAM J. Sci. Comput. 30 (2008) 572): the same in the solution; away from it neither alone takes as few
     steps. In a section there is no direction to turn: u = e. The gap closes, dy_n = -y_n. `released` (f, k) is the
-    share of ds from open points that lose their force.
+    share of ds from open points that lose their force. Where
+    it is given to slide, the row along e is divided by mu: e dx_t / mu - dx_n = x_n - e x_t / mu.
     """
     f, k = int(slips.sum()), rows.tangents.shape[1]
     if f == 0:
@@ -278,10 +292,15 @@ def _slip_rows(
     T = (limit / trial.size[slips])[:, None, None] * (np.eye(k) - u[:, :, None] * e[:, None, :])
     place = first + np.arange(f * k).reshape(f, k)
     normal = np.searchsorted(kept[: int(trial.pressed.sum())], rows.points[slips])
-    A[place] = R * np.einsum("fij,fjn->fin", T, A[place])
-    A[place[:, :, None], place[:, None, :]] += np.eye(k) - T
+    given, along = rows.slides[slips], e[:, :, None] * e[:, None, :]
+    across = np.eye(k) - given[:, None, None] * along
+    share = (given / mu)[:, None, None] * along
+    A[place] = R * np.einsum("fij,fjn->fin", across @ T, A[place])
+    A[place[:, :, None], place[:, None, :]] += across @ (np.eye(k) - T) + share
+    mu = np.where(given, 1.0, mu)
     A[place, normal[:, None]] -= mu[:, None] * e
-    right[place] = (mu * n)[:, None] * e - t - R * np.einsum("fij,fj->fi", T, released)
+    right[place] = (mu * n)[:, None] * e - np.einsum("fij,fj->fi", across + share, t)
+    right[place] -= R * np.einsum("fij,fj->fi", across @ T, released)
 
 
 def _solved(A: np.ndarray, right: np.ndarray, r: int) -> tuple[np.ndarray, int]:

@@ -277,7 +277,7 @@ def least_friction(problem: ScaledProblem, rows: FrictionRows) -> float:
 
     def balanced(mu: float) -> bool:
         every = np.where(rows.mu > 0, mu, 0.0)
-        return unbalanced_motion(problem, FrictionRows(rows.points, rows.tangents, rows.normals, every)) is None
+        return unbalanced_motion(problem, replace(rows, mu=every)) is None
 
     low, high = 0.0, 1.0
     while not balanced(high):

@@ -33,7 +33,7 @@ from scipy.sparse.linalg import LinearOperator
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.one_line import one_line
 from fecontact.common.renamed import renamed
-from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit, largest, ratio, sticks
+from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit, largest, ratio, sizes, sticks
 from fecontact.solvers.scaling import ScaledProblem, scale
 
 SYMMETRY_TOLERANCE = 1e-8
@@ -207,8 +207,13 @@ class ContactProblem:
         return np.asarray(self.gap(forces, q)[self.tangents])
 
     def limit(self, forces: np.ndarray) -> np.ndarray:
-        """Largest tangential force mu l of the points, shape (f,); infinite where rough and pressed."""
-        return friction_limit(self.mu, forces[self.points])
+        """Largest tangential force mu l of the points, shape (f,); infinite where rough and pressed, |t| where bare."""
+        limit = friction_limit(self.mu, forces[self.points])
+        return np.where(self._bare(forces), sizes(forces[self.tangents].T), limit)
+
+    def _bare(self, forces: np.ndarray) -> np.ndarray:
+        """Rough points without pressure, (f,) bool: mu l is any number there, see `solvers.coulomb`."""
+        return np.isinf(self.mu) & (forces[self.points] == 0)
 
     def gap(self, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
         """Gap w = S l + g + B^T q, shape (n,).
@@ -287,7 +292,10 @@ class ContactProblem:
         gap = np.add(deflection, rigid, out=rigid)
         if not self.points.size:
             return _normal_residuals(forces, gap, scales, unbalanced)
-        normal = _normal_residuals(forces[self.normals], gap[self.normals], scales, unbalanced)
+        borne, bare = forces.copy(), self._bare(forces)
+        # a gap bears no tangential force either
+        borne[self.points[bare]] = sizes(forces[self.tangents[bare]].T)
+        normal = _normal_residuals(borne[self.normals], gap[self.normals], scales, unbalanced)
         return normal.with_friction(forces[self.tangents].T, gap[self.tangents].T, self.limit(forces), scales)
 
     def scaled(self) -> ScaledProblem:
@@ -392,8 +400,8 @@ class Solution:
 
     @property
     def touching(self) -> np.ndarray:
-        """Points with friction that have a normal force, shape (f,), bool."""
-        return np.asarray(self.forces[self.problem.points] > 0)
+        """Points with friction that have a force, shape (f,), bool; of infinite friction it may be a tangential one."""
+        return np.asarray((self.forces[self.problem.points] > 0) | self.tangential.any(axis=1))
 
     @cached_property
     def sliding(self) -> np.ndarray:

@@ -45,7 +45,7 @@ def random_problem(rng: np.random.Generator, f: int, k: int, mu: float, loaded: 
 
 def scaled_rows(problem: ContactProblem) -> tuple[object, FrictionRows]:
     together = np.concatenate([problem.points[:, None], problem.tangents], axis=1)
-    rows = FrictionRows(problem.points, problem.tangents, problem.normals, problem.mu)
+    rows = FrictionRows(problem.points, problem.tangents, problem.normals, problem.mu, problem.mu < 0)
     return scale(problem.S, problem.g, problem.B, problem.F, together), rows
 
 
@@ -213,17 +213,48 @@ def test_a_known_violation_is_reported(change: list[float], which: str, size: fl
         assert abs(found / size - 1) < 0.3  # the force scale is the sum of all forces
 
 
-@pytest.mark.parametrize("mu", [np.inf, 1e12])
-def test_a_rough_point_without_a_state_is_told_with_the_friction_that_has_one(mu: float) -> None:
+def lifted(mu: float) -> ContactProblem:
     """A drag of 3 lifts a point pressed in by 1: stuck, its force is (1 - 3 / 2) / (3 / 4); open, it penetrates by 1.
 
     With a finite mu it slides under l = 1 / (1 + mu / 2), t = mu l, which is 2 in the limit.
     """
-    rows = ContactProblem(np.array([[1.0, 0.5], [0.5, 1.0]]), np.array([-1.0, -3.0]))
-    problem = replace(rows, points=np.array([0]), tangents=np.array([[1]]), mu=np.array([1e3]))
-    np.testing.assert_allclose(solve_friction(problem).forces, np.array([1.0, 1e3]) / 501, rtol=1e-9)
-    with refused(SolverError, "not-certified", "With mu = 1000 there is one, and 1 of 1 points slide"):
-        solve_friction(replace(problem, mu=np.array([mu])))
+    S = np.array([[1.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    rows = ContactProblem(S, np.array([-1.0, -3.0, 0.0]))
+    return replace(rows, points=np.array([0]), tangents=np.array([[1, 2]]), mu=np.array([mu]))
+
+
+@pytest.mark.parametrize("mu", [0.5, 1e3, 1e6])
+def test_a_drag_that_lifts_slides_under_any_friction(mu: float) -> None:
+    found = solve_friction(lifted(mu))
+    np.testing.assert_allclose(found.forces, np.array([1.0, mu, 0.0]) / (1 + mu / 2), atol=1e-12)
+
+
+def test_infinite_friction_is_the_limit_of_growing_friction() -> None:
+    found = solve_friction(lifted(np.inf))
+    np.testing.assert_allclose(found.forces, [0.0, 2.0, 0.0], atol=1e-14)
+    np.testing.assert_allclose(found.slip, [[-1.0, 0.0]], atol=1e-14)
+    assert found.touching.all()
+    assert found.sliding.all()
+
+
+@pytest.mark.parametrize(("forces", "why"), [
+    ([0.0, 2.0, 0.5], "its force is not against its slip"),
+    ([0.0, 3.5, 0.0], "the force drives the slip, and it penetrates"),
+    ([0.0, 1.0, 0.0], "it penetrates"),
+    ([0.0, 2.0 + 1e-6, 0.0], "it slides at a gap"),
+    ([1.0, 2.0, 0.0], "it is pressed, and slides"),
+])  # fmt: skip
+def test_what_slides_without_pressure_is_closed_and_dragged(forces: list[float], why: str) -> None:
+    assert not lifted(np.inf).residuals(np.array(forces), np.zeros(0)).within(1e-10), why
+
+
+@pytest.mark.parametrize("k", [1, 2])
+def test_held_bodies_have_a_state_under_infinite_friction(k: int) -> None:
+    """Where stuck points would be lifted, too: there is one as the limit of bounded states of growing friction."""
+    rng = np.random.default_rng(4)
+    found = [solve_friction(random_problem(rng, 6, k, np.inf, loaded=False)) for _ in range(27 // k**2)]
+    assert max(each.residuals.worst for each in found) < 1e-11
+    assert sum(each.sliding.sum() for each in found) >= 1
 
 
 def test_dissipation_tells_forces_that_do_not_oppose_slip() -> None:
