@@ -5,7 +5,7 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.layer import ElasticLayer
 from fecontact.bodies.local.body import LocalBody
-from fecontact.bodies.local.several import WindowedBody
+from fecontact.bodies.local.windowed_body import WindowedBody
 from fecontact.bodies.pose import Pose, rotation_about
 from fecontact.bodies.protocol import Body
 from fecontact.bodies.rigid import Plane, RigidBody, Sphere

@@ -3,35 +3,36 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar, Self, cast
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.local.factored import Factored
-from fecontact.bodies.local.known import Known
-from fecontact.bodies.local.on_mesh import OnMesh
-from fecontact.bodies.local.placing import Wish, facing_window, free_facets, place_window
+from fecontact.bodies.local.meshed_windows import MeshedWindows
+from fecontact.bodies.local.placing import WindowRequest, facing_window, free_facets, place_window
 from fecontact.bodies.local.pressed import NodalFields
-from fecontact.bodies.local.remainder import LARGEST_DEFECT, Remainder, surface_weights
+from fecontact.bodies.local.remainder import (
+    LARGEST_DEFECT,
+    Remainder,
+    on_divided_mesh,
+    remainder,
+    surface_weights,
+)
 from fecontact.bodies.local.stack import material_at
-from fecontact.bodies.local.surface import half_space_opposite, window_surface
+from fecontact.bodies.local.surface import half_space_opposite
 from fecontact.bodies.local.window import Window, inclined, principal
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Reduced
 from fecontact.common.arguments import text
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.one_line import one_line
-from fecontact.common.stopwatch import Stopwatch
-from fecontact.fem.rigid import rigid_modes
+from fecontact.fem.model import Model
 from fecontact.fem.support import symmetry_planes
 from fecontact.halfspace.compliance import Bend, SurfaceCompliance
 from fecontact.halfspace.kernels import SELF_TERM_RATIO
@@ -39,10 +40,66 @@ from fecontact.halfspace.operator import CellModel
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import components_along
 
+LAST = 4
+"""Remainders that are kept."""
+
+
+@dataclass(eq=False)
+class WindowCache:
+    """Factors and remainders of a body, for all of its windows and poses.
+
+    Attributes
+    ----------
+    factors : list of Factored
+    remainders : list of (Factored, Remainder)
+        The last ones.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> mesh = fc.shapes.block((2.0, 2.0, 2.0), (3, 3, 3))
+    >>> body = fc.ElasticBody(mesh, fc.Material(1.0, 0.3), supports={"bottom": "xyz"})
+    >>> one = fc.LocalBody(body, (1.0, 1.0, 2.0), 0.5, (8, 8))
+    >>> other = one.with_window((0.9, 1.0, 2.0), (0.5, 0.5))
+    >>> other.factored is one.factored
+    True
+    """
+
+    factors: list[Factored] = field(default_factory=list)
+    remainders: list[tuple[Factored, Remainder]] = field(default_factory=list)
+
+    def factored(self, model: Model, window: Window) -> Factored:
+        """The stiffness for loads in a window."""
+        for made in self.factors:
+            if made.serves(window.origin):
+                return made
+        self.factors.append(Factored.of(model, window.origin[None]))
+        return self.factors[-1]
+
+    def remainder(self, factored: Factored, window: Window, material: Material) -> Remainder:
+        """The remainder in a window."""
+        for by, found in self.remainders:
+            if by is factored and _same(found.window, window):
+                return found
+        made = remainder(factored, window, material)
+        self.remainders[:] = [*self.remainders, (factored, made)][-LAST:]
+        return made
+
+    def on_divided_mesh(self, body: ElasticBody, found: Remainder, name: str) -> Remainder:
+        """A remainder that is not symmetric, on a finer mesh in its stead, see `dividing.on_divided_mesh`."""
+        made = on_divided_mesh(body, found.window, found.material, found, name)
+        self.remainders[:] = [(by, made if other is found else other) for by, other in self.remainders]
+        return made
+
+
+def _same(one: Window, other: Window) -> bool:
+    alike = np.array_equal(one.origin, other.origin) and np.array_equal(one.axes, other.axes)
+    return alike and one.grid == other.grid and one.mirrored == other.mirrored
+
 
 @one_line
 @dataclass(frozen=True, eq=False, init=False)
-class LocalBody(OnMesh):
+class LocalBody(MeshedWindows):
     """An elastic body whose contact lies in a small window, on a fine grid of cells.
 
     The compliance of the window is that of a half-space plus a smooth remainder, which the body's own mesh gives, see
@@ -88,7 +145,7 @@ class LocalBody(OnMesh):
     contact: ClassVar[tuple[str, ...]] = ("window",)
 
     body: ElasticBody
-    wish: Wish
+    wish: WindowRequest
     given: Window | None
     name: str
     pose: Pose
@@ -104,7 +161,7 @@ class LocalBody(OnMesh):
     ) -> None:
         if not isinstance(body, ElasticBody) or body.dimension != "space":
             raise InputError(f"A local body is made of an ElasticBody in space; found {body!r}.", code="no-elastic")
-        wish = Wish.of(at, window, shape)
+        wish = WindowRequest.of(at, window, shape)
         placed = None if wish.at is None or wish.sides is None else place_window(body, wish.at, wish.sides, wish.shape)
         fields = {
             "body": body,
@@ -121,7 +178,7 @@ class LocalBody(OnMesh):
 
     def _with(self, window: Window) -> LocalBody:
         other = copy.copy(self)
-        for name in ("_surface", "cell_model", "rigid_modes", "weighted_modes"):
+        for name in ("_surface", "_surfaces", "_points", "starts", "cell_model", "rigid_modes", "weighted_modes"):
             vars(other).pop(name, None)
         for key, value in {"given": window, "shared": {"known": self.known}}.items():
             object.__setattr__(other, key, value)
@@ -179,9 +236,9 @@ class LocalBody(OnMesh):
         return cast(Material, self.shared["material"])
 
     @property
-    def known(self) -> Known:
+    def known(self) -> WindowCache:
         """What its windows have in common."""
-        return cast(Known, self.shared.setdefault("known", Known()))
+        return cast(WindowCache, self.shared.setdefault("known", WindowCache()))
 
     @property
     def factored(self) -> Factored:
@@ -218,14 +275,14 @@ class LocalBody(OnMesh):
         return CellModel(base, self.window.mirrored, (self.remainder.term, *inclined(self.window, self.material)))
 
     @property
-    def n_cells(self) -> int:
-        """Number of modelled cells; none before the window is placed."""
-        return len(self.given.cells) if self.given is not None else 0
+    def placed_windows(self) -> tuple[Window, ...]:
+        """Its window, if it is placed."""
+        return () if self.given is None else (self.given,)
 
-    @cached_property
-    def rigid_modes(self) -> Array:
-        """Displacements (n_dofs, 6) of the rigid motions about the reference point."""
-        return rigid_modes(self._surface.points, self.reference_point)
+    @property
+    def windows(self) -> tuple[Self, ...]:
+        """Itself."""
+        return (self,)
 
     @cached_property
     def _surface(self) -> FacetSurface:
@@ -233,7 +290,7 @@ class LocalBody(OnMesh):
         if self.given is None:
             facets = free_facets(mesh, symmetry_planes(mesh, self.body.supports))
             return FacetSurface(mesh.points, facets, self.contact[0])
-        return window_surface(self.given, np.concatenate([self.given.cells, mesh.points]), self.contact[0])
+        return self._surfaces[self.contact[0]]
 
     def surface(self, name: str) -> FacetSurface:
         """Its window; the whole skin of the body before the window is placed."""
@@ -243,59 +300,12 @@ class LocalBody(OnMesh):
             )
         return self._surface
 
-    def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
-        """Compliance along rows: a matrix, or an operator for many rows of one cell each."""
-        with timer("factorise"):
-            self.remainder  # noqa: B018 - made here, once
-        with timer("condense"):
-            normal, nodal = self._split(rows)
-            response = np.zeros(rows.shape[0])
-            if loads is not None and loads.any():
-                u = self.factored.solve(self.on_mesh(loads)[:, None])
-                response = (normal @ self.smooth_outward(u) + nodal @ u)[:, 0]
-            if nodal.nnz == 0:
-                return Reduced(self.cell_model.along(normal), response)
-            # springs and the like are fastened to few nodes
-            u = self.factored.solve(nodal.T.toarray())
-            across = normal @ self.smooth_outward(u)
-            S = self.cell_model.dense(normal) + across + across.T + nodal @ u
-            return Reduced((S + S.T) / 2, response)
-
-    def _split(self, rows: sp.csr_matrix) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        """Parts (n, n_cells), along the outward normal, and (n, body.n_dofs) of rows (n, n_dofs)."""
-        n = 3 * self.n_cells
-        outward = sp.kron(sp.eye_array(self.n_cells), self.window.normal[:, None], format="csr")
-        normal = sp.csr_matrix(rows[:, :n] @ outward)
-        nodal = sp.csr_matrix(rows[:, n:])
-        for part in (normal, nodal):
-            part.eliminate_zeros()
-        return normal, nodal
-
     def smooth_outward(self, u: Array) -> Array:
         """Displacements (n_cells, k) of the cells along the outward normal by smooth ones (body.n_dofs, k)."""
         found, term = self.remainder, self.remainder.term
         nodes = surface_weights(self.body.model.mesh, self.window, found.points)
         values = components_along(nodes, np.tile(self.window.normal, (len(found.points), 1))) @ u
         return np.stack([term.spread(column).ravel() for column in values.T], axis=1)
-
-    def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
-        """Elastic displacements (n_dofs,) under forces along rows and loads."""
-        normal, nodal = self._split(rows)
-        f = np.asarray(nodal.T @ forces if loads is None else nodal.T @ forces + self.on_mesh(loads))
-        u, cells = np.zeros((len(f), 1)), np.zeros(self.n_cells)
-        if f.any():
-            u = self.factored.solve(f[:, None])
-            cells = self.smooth_outward(u)[:, 0]
-        (p,) = pressures([self.window], [normal], forces)
-        if p.any():
-            cells = cells - self.cell_model.product.apply(p).ravel()
-            u[:, 0] += self.remainder.fields @ self.remainder.term.gathered(p)
-            u[:, 0] += self.nodal_fields.displacement(p).ravel()
-        return np.concatenate([(cells[:, None] * self.window.normal).ravel(), u[:, 0]])
-
-    def loaded_windows(self, rows: sp.csr_matrix, forces: Array) -> list[tuple[Remainder, Array]]:
-        """Its window, and the pressures (nx, ny) on it by forces along rows."""
-        return [(self.remainder, p) for p in pressures([self.window], [self._split(rows)[0]], forces)]
 
     def describe(self) -> str:
         """One-line description of the model."""
@@ -305,11 +315,3 @@ class LocalBody(OnMesh):
         made = self.shared.get("remainder")
         known = "" if made is None else f", {len(made.core)} smooth loads, Betti defect {made.defect:.1e}"
         return f"{self.name}: window of {nx} x {ny} cells{known}; on {self.body.describe()}"
-
-
-def pressures(windows: Sequence[Window], normals: Sequence[sp.csr_matrix], forces: Array) -> list[Array]:
-    """Pressures (nx, ny) on windows by forces along rows, whose parts along outward normals are (n, cells)."""
-    return [
-        -np.asarray(normal.T @ forces).reshape(window.shape) / window.grid.area
-        for window, normal in zip(windows, normals, strict=True)
-    ]

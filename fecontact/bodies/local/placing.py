@@ -315,7 +315,7 @@ def planes_through(body: ElasticBody, point: Array) -> list[Array]:
 
 
 @dataclass(frozen=True, eq=False)
-class Wish:
+class WindowRequest:
     """A window as it is asked for.
 
     Attributes
@@ -326,7 +326,7 @@ class Wish:
 
     Examples
     --------
-    >>> Wish.of(None, 2.0, (64, 32)).sides
+    >>> WindowRequest.of(None, 2.0, (64, 32)).sides
     (2.0, 2.0)
     """
 
@@ -335,7 +335,9 @@ class Wish:
     shape: tuple[int, int]
 
     @classmethod
-    def of(cls, at: ArrayLike | None, window: float | tuple[float, float] | None, shape: tuple[int, int]) -> Wish:
+    def of(
+        cls, at: ArrayLike | None, window: float | tuple[float, float] | None, shape: tuple[int, int]
+    ) -> WindowRequest:
         """From the arguments of a local body.
 
         Raises

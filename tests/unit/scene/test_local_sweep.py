@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.bodies.local import known
+from fecontact.bodies.local import body
 from fecontact.bodies.local.factored import Factored
 from fecontact.bodies.local.pressed import BelowWindows
 
@@ -33,12 +33,12 @@ def test_a_path_gives_what_single_poses_give(given: dict, remainders: int, monke
         made.append("factor")
         return make(model, origins)
 
-    def remainder(*arguments, make=known.remainder):
+    def remainder(*arguments, make=body.remainder):
         made.append("remainder")
         return make(*arguments)
 
     monkeypatch.setattr(Factored, "of", factored)
-    monkeypatch.setattr(known, "remainder", remainder)
+    monkeypatch.setattr(body, "remainder", remainder)
     local, ball = local_block(**given), ball_at(0.0)
     path = (0.0, 0.15, 0.3)
     cases = [{"poses": {ball: ball_at(x).pose}, "forces": {ball: FORCE}, "finite_motion": False} for x in path]
