@@ -113,8 +113,8 @@ def ball(folder: Path, n: int = 4, steps: int = 6) -> dict[str, float]:
     return {
         "force": force[-1],
         "largest pressure": float(pressure.max()),
-        "force out of balance": path.last.residual,
-        "penetration": path.last.penetration,
+        "force out of balance": path.last.residuals.equilibrium,
+        "penetration": path.last.residuals.penetration,
     }
 
 

@@ -35,7 +35,7 @@ def creep_at_rest(steps):
     path = equilibrium(lambda level: Stage(a, forces=weight), steps=steps)
     assert path.success
     assert len(path.states) == steps
-    assert max(s.friction.defect for s in path.states) < 1e-9
+    assert max(s.residuals.slip for s in path.states) < 1e-9
     return np.abs(path.last.q - path.states[0].q).max() / np.abs(path.states[0].friction.slip[0]).max()
 
 

@@ -51,7 +51,9 @@ def brick_indented(number: int, frame: Frame) -> Callable[[], Answer]:
         force = float(path.last.reactions @ a.translation(np.array([0.0, 0.0, 1.0]))) / frame.force
         energy = path.last.energy / frame.force / frame.length
         said = (str(path), repr(path.last))
-        return Answer({"force": force, "energy": energy}, said, path.last.penetration, 1e-6, "" if mu else "force")
+        return Answer(
+            {"force": force, "energy": energy}, said, path.last.residuals.penetration, 1e-6, "" if mu else "force"
+        )
 
     return run
 
@@ -84,6 +86,6 @@ def cable_on_posts(number: int, frame: Frame) -> Callable[[], Answer]:
         last = path.last
         out = {f"force {k}": float(f.sum()) / frame.force for k, f in enumerate(last.forces)}
         out["energy"] = last.energy / frame.force / unit
-        return Answer(out, (str(path), repr(last)), last.penetration, 1e-6, "" if mu else "force 0")
+        return Answer(out, (str(path), repr(last)), last.residuals.penetration, 1e-6, "" if mu else "force 0")
 
     return run

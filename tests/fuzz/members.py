@@ -34,7 +34,7 @@ def members_touching(number: int, frame: Frame) -> Callable[[], Answer]:
             raise AssertionError("nothing touches, and nobody says so")
         out = {f"force {k}": value for k, value in enumerate(forces)}
         out["energy"] = last.energy / frame.force / frame.length
-        return Answer(out, (str(path), repr(last)), last.penetration, 1e-6, "force 0")
+        return Answer(out, (str(path), repr(last)), last.residuals.penetration, 1e-6, "force 0")
 
     return run
 

@@ -80,8 +80,8 @@ def test_soft_block_pressed_by_a_third_of_its_height(row):
     coarse, fine, finer = (pressed(n, 0.3, 1.0) for n in (2, 3, 5))
     row("ball 30 % deep, 4 against 10 elements", "force", finer[0], coarse[0], 0.05, coarse[2].n_dofs)
     row("ball 30 % deep, 6 against 10 elements", "force", finer[0], fine[0], 0.03, fine[2].n_dofs)
-    row("ball 30 % deep", "penetration of the hats / size", 0.0, finer[1].penetration, 1e-9, finer[2].n_dofs)
-    row("ball 30 % deep", "force out of balance", 0.0, finer[1].residual, 1e-9, finer[2].n_dofs)
+    row("ball 30 % deep", "penetration of the hats / size", 0.0, finer[1].residuals.penetration, 1e-9, finer[2].n_dofs)
+    row("ball 30 % deep", "force out of balance", 0.0, finer[1].residuals.equilibrium, 1e-9, finer[2].n_dofs)
 
 
 def test_small_limit_is_that_of_linear_elasticity(row):

@@ -42,8 +42,10 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.renamed import renamed
 from fecontact.solvers import ContactProblem
 from fecontact.solvers.coulomb import (
+    Residuals,
+    ResidualScales,
     friction_limit,
-    natural_map,
+    ratio,
     sizes,
     sticks,
     with_held_directions,
@@ -78,21 +80,22 @@ class FrictionEnd:
     ----------
     forces, slip : tuple of (n_multipliers, 3) arrays
         Tangential forces on the slave, and slip during the step, of each contact, in world axes; zero without friction.
-    defect : float
-        Of Coulomb's law, see `Slips.defect`.
+    residuals : Residuals
+        Of contact, friction and equilibrium, see `Slips.residuals`.
     friction_work : float
         Work of friction during the step.
     start : SlipStart
-        Whence the next step counts.
+        State from which the slip of the next step is measured.
     """
 
     forces: tuple[Array, ...]
     slip: tuple[Array, ...]
-    defect: float
+    residuals: Residuals
     friction_work: float
     start: SlipStart
 
     dissipated = renamed("dissipated", "friction_work")
+    defect = renamed("defect", "residuals.slip", lambda end: end.residuals.slip or 0.0)
 
     def of(self, slips: Slips) -> Array:
         """Components (2 f,) of the tangential forces along the tangents of some slips."""
@@ -103,7 +106,9 @@ def initial_friction(touches: Sequence[ContactConstraints], q: Array) -> Frictio
     """No forces and no slip, at coordinates q (n_dofs,)."""
     none = tuple(np.zeros((t.n_multipliers, 3)) for t in touches)
     owed = np.concatenate([np.zeros((0, 3)), *none])
-    return FrictionEnd(none, none, 0.0, 0.0, SlipStart(q, tuple(t.master.pose for t in touches), owed))
+    return FrictionEnd(
+        none, none, Residuals(0.0, 0.0, 0.0, 0.0), 0.0, SlipStart(q, tuple(t.master.pose for t in touches), owed)
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,19 +179,23 @@ class Slips:
         """Largest tangential forces (f,) under the normal forces of all conditions."""
         return friction_limit(self.mu, normal[self.points])
 
-    def defect(self, normal: Array, tangential: Array, size: float) -> float:
-        """Largest defect of Coulomb's law by its natural map, relative to the largest normal force.
+    def residuals(self, gap: Array, normal: Array, tangential: Array, size: float, unbalanced: float) -> Residuals:
+        """Residuals of the gaps and forces of all conditions and of these rows, and of a relative force out of balance.
 
-        Slip counts relative to a size; see `solvers.Residuals`.
+        Lengths are relative to a size and forces to the largest normal one; what is pressed is to be closed, however
+        small its force.
         """
-        largest = float(normal.max(initial=0.0))
-        if not largest or not len(self.points):
-            return 0.0
+        total, most = float(normal.sum()), float(normal.max(initial=0.0))
+        pressed = np.abs(gap[normal > 0]).max(initial=0.0)
+        tension = abs(float(ratio(np.minimum(normal.min(initial=0.0), 0.0), most)))
+        found = Residuals(float(max(0.0, -gap.min(initial=0.0)) / size), tension, float(pressed / size), unbalanced)
+        if not len(self.points):
+            return found
         t, s = (x.reshape(2, -1) for x in (tangential, self.slip))
-        return float(np.abs(natural_map(t, s, self.limit(normal), largest / size)).max() / largest)
+        return found.with_friction(t, s, self.limit(normal), ResidualScales(total, size, most))
 
     def end(
-        self, touches: Sequence[ContactConstraints], q: Array, normal: Array, tangential: Array, size: float
+        self, touches: Sequence[ContactConstraints], q: Array, normal: Array, tangential: Array, residuals: Residuals
     ) -> FrictionEnd:
         """End of a step at coordinates q (n_dofs,) under forces of all conditions and of these rows."""
         split = np.cumsum([t.n_multipliers for t in touches])[:-1]
@@ -194,7 +203,7 @@ class Slips:
         slip[normal <= 0] = 0.0
         start = SlipStart(q, tuple(t.master.pose for t in touches), self.owed(normal, tangential, self.slip))
         return FrictionEnd(
-            tuple(np.split(forces, split)), tuple(np.split(slip, split)), self.defect(normal, tangential, size),
+            tuple(np.split(forces, split)), tuple(np.split(slip, split)), residuals,
             -float(tangential @ self.slip), start,
         )  # fmt: skip
 

@@ -36,6 +36,8 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import share
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.one_line import one_line
+from fecontact.common.renamed import renamed
+from fecontact.solvers.coulomb import Residuals
 
 MOST_HALVINGS = 10
 MOST_ITERATIONS = 30
@@ -73,12 +75,8 @@ class State:
         Strain energy.
     nit : int
         Newton iterations of this level; 0 where the loads of the last one left nothing to do.
-    residual : float
-        Residual force, relative to the largest force; above the tolerance only where it is rounding.
-    penetration : float
-        Largest penetration of a mean gap, relative to the size of the bodies.
     friction : FrictionEnd
-        Tangential forces, slip since the last state, its work and the defect of Coulomb's law.
+        Tangential forces, slip since the last state and its work.
     stresses : (6 n_hubs,) array
         Multipliers of the rigid hubs, see `hubs`.
     overlaps : tuple of float
@@ -92,11 +90,20 @@ class State:
     reactions: Array
     energy: float
     nit: int
-    residual: float
-    penetration: float
     friction: FrictionEnd
     stresses: Array = field(default_factory=lambda: np.zeros(0))
     overlaps: tuple[float, ...] = ()
+
+    @property
+    def residuals(self) -> Residuals:
+        """Of contact, friction and equilibrium; lengths relative to the size of the bodies, forces to the largest.
+
+        That of equilibrium is above the tolerance only where it is rounding.
+        """
+        return self.friction.residuals
+
+    residual = renamed("residual", "residuals.equilibrium", lambda state: state.residuals.equilibrium)
+    penetration = renamed("penetration", "residuals.penetration", lambda state: state.residuals.penetration)
 
     @property
     def begin(self) -> Start:
@@ -144,7 +151,8 @@ class Path:
             f"{'level':>8} {'iterations':>10} {'strain energy':>14} {'residual':>9} {'penetration':>11}",
         ]
         lines += [
-            f"{s.level:>8.4f} {s.nit:>10} {s.energy:>14.6g} {s.residual:>9.1e} {s.penetration:>11.1e}"
+            f"{s.level:>8.4f} {s.nit:>10} {s.energy:>14.6g} {s.residuals.equilibrium:>9.1e} "
+            f"{s.residuals.penetration:>11.1e}"
             for s in self.states
         ]
         lines += [
@@ -353,16 +361,16 @@ class Iterate:
         """Largest residual force along the free coordinates."""
         return _largest(self.a, self.rest - self.a.held(self.rest))
 
-    @property
-    def penetration(self) -> float:
-        """Largest penetration of a mean gap, relative to the size of the bodies."""
-        return float(max(0.0, -self.conditions.gap.min(initial=0.0)) / self.a.size)
+    @cached_property
+    def residuals(self) -> Residuals:
+        """Of contact, friction and equilibrium."""
+        unbalanced = self.unbalanced / self.scale
+        return self.slip.residuals(self.conditions.gap, self.forces, self.tangential, self.a.size, unbalanced)
 
     @cached_property
     def violation(self) -> float:
         """Largest relative violation of contact and friction."""
-        open_but_pressed = float(np.abs(self.conditions.gap[self.forces > 0]).max(initial=0.0) / self.a.size)
-        return max(self.penetration, open_but_pressed, self.slip.defect(self.forces, self.tangential, self.a.size))
+        return replace(self.residuals, equilibrium=0.0).worst
 
     @property
     def distance(self) -> float:
@@ -378,8 +386,7 @@ class Iterate:
         depths = [t.overlap(part, f) for t, part, f in zip(a.touches, conditions.parts, each, strict=True)]
         return State(
             level, self.q, each, tuple(a.split(conditions.gap)), -a.held(self.rest), a.energy(self.q), nit,
-            self.unbalanced / self.scale, self.penetration,
-            self.slip.end(a.touches, self.q, self.forces, self.tangential, a.size), self.stresses,
+            self.slip.end(a.touches, self.q, self.forces, self.tangential, self.residuals), self.stresses,
             tuple(depth if depth > tolerance * a.size else 0.0 for depth in depths),
         )  # fmt: skip
 
@@ -406,7 +413,7 @@ def _fading(stage: Callable[[float], Stage], begun: State, tolerance: float) -> 
 def _unmoved(stage: Stage, level: float, last: State, tolerance: float) -> State | None:
     """The last state at a further level of the same loads, without slip, if it is still certified.
 
-    It costs one evaluation of the residual. The defect of Coulomb's law without slip is at most that with slip.
+    It costs one evaluation of the residual. The residuals of Coulomb's law without slip are at most those with slip.
     """
     if Iterate.of(stage, last).distance > tolerance:
         return None

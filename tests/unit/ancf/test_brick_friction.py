@@ -67,7 +67,7 @@ def test_small_drags_are_those_of_a_linear_scene():
         path = equilibrium(lambda level, by=(x, 0, z): Stage(a, motion=moved(a, by)), steps=1, start=last)
         last = path.last
         assert path.success
-        assert last.friction.defect < 1e-10
+        assert last.residuals.slip < 1e-10
         normal, tangential = last.forces[0].sum(), last.friction.forces[0].sum(axis=0)
         # strains of 1e-4, and contact pressures of another rule in faces that are partly open
         assert normal == pytest.approx(-known.reaction(body)[2], rel=2e-3)
@@ -92,7 +92,7 @@ def test_large_drags_slide_with_exactly_mu_times_the_normal_force():
     # across the drag the block grows a little wider or narrower
     assert -end.forces[0].sum(axis=0)[0] == pytest.approx(MU * normal.sum(), rel=1e-6)
     assert all(s.friction.friction_work >= 0 for s in path.states)
-    assert max(s.friction.defect for s in path.states) < 1e-9
+    assert max(s.residuals.slip for s in path.states) < 1e-9
     # the last of the work of the support goes into friction: force times distance, less what the strain energy took
     force = [-s.friction.forces[0].sum(axis=0)[0] for s in path.states[-2:]]
     assert path.last.friction.friction_work == pytest.approx(force[1] * 0.1, rel=0.15)
