@@ -205,7 +205,9 @@ def save_figure(figure: Figure, path: str | Path | None) -> Figure:
         with replacing(path) as file:
             known = figure.canvas.get_supported_filetypes()
             among("format of a picture", Path(path).suffix.removeprefix("."), known)
-            figure.savefig(file, dpi=150)
+            # the last sixth of the size takes a third of the time
+            small = {"pil_kwargs": {"compress_level": 3}} if Path(path).suffix == ".png" else {}
+            figure.savefig(file, dpi=150, **small)
     return figure
 
 

@@ -2,8 +2,9 @@
 
 Renderer of curved facets: parallel projection, depth buffer, light, element edges.
 
-Every facet is sampled by its shape functions, densely enough that no pixel is missed, and each pixel shows the sample
-nearest to the eye. Curved faces stay curved, and hidden surfaces do not depend on the order of the bodies.
+Every facet is divided into flat triangles, finely enough for its outline, field and light, and each pixel shows the
+triangle nearest to the eye. Light is that at nine points of a facet, interpolated. Curved faces stay curved, and hidden
+surfaces do not depend on the order of the bodies.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fecontact.common.arguments import label
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
 from fecontact.common.files import save_figure
@@ -40,8 +41,13 @@ VIEWS = {
 }
 #: Oversampling of pixels per direction, against jagged edges.
 OVERSAMPLING = 2
-#: Samples per pixel and direction, more than one so that no pixel of a skew facet is missed.
-DENSITY = 1.4
+#: Largest distance of a facet from its flat triangles, and their overlap that closes gaps between them, in pixels of
+#: the oversampled drawing; largest difference of the field over its range, and of light.
+FLATNESS, FIELD_STEP, LIGHT_STEP = 0.25, 1 / 250, 1 / 60
+#: Shortest side of a triangle into which a facet is divided, in such pixels.
+SHORTEST = 4.0
+#: Places of the nine normals of a facet along its coordinates; at the corner of a triangle there is none.
+INNER = np.array([0.01, 0.5, 0.99])
 #: Share of ambient light, and the direction of the rest in the eye's axes (right, up, to the eye).
 AMBIENT = 0.7
 LIGHT = np.array([-0.35, 0.55, 0.76])
@@ -53,8 +59,8 @@ VEIL = np.array([0.55, 0.6, 0.66])
 OPACITY = 0.4
 #: Depth over the picture's size up to which such a surface behind a face still covers it.
 TOUCHING = 0.01
-#: Samples per block.
-CHUNK = 200_000
+#: Pixels per block.
+CHUNK = 40_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,36 +158,32 @@ def draw_facets(
     seen = points @ camera.axes.T
     veiled = np.zeros((0, 3)) if veil is None else (veil[0] @ camera.axes.T)[np.unique(veil[1])]
     canvas = _Canvas.fitting(np.concatenate([seen[np.unique(facets)], veiled]), size)
-    # columns: position in the camera's axes and value
-    patches = _patches(np.column_stack([seen, values]), facets)
-    if closed:
-        patches = patches[_towards_the_eye(patches)]
-    for xyz, facet, local in _surface_samples(patches, canvas.pixel):
-        canvas.add(xyz, facet, local)
-    drawn = np.flatnonzero(canvas.facet >= 0)
-    value, light = _value_and_light(patches, canvas.facet[drawn], canvas.local[drawn])
+    # columns: position in pixels along the camera's axes and value
+    patches = _patches(np.column_stack([canvas.in_pixels(seen), values]), facets)
+    triangles, facet = _triangles(patches, closed)
+    canvas.draw(triangles)
+    drawn, value, light = canvas.seen()
     if edges:
-        dark = np.zeros(len(canvas.facet))
-        for xyz, strength in _edge_samples(patches, canvas.pixel):
+        dark = np.zeros(len(canvas.depth))
+        for xyz, strength in _edge_samples(patches[np.unique(facet)]):
             canvas.mark(dark, xyz, strength)
         light = light * (1 - dark[drawn])
-    rgba = np.zeros((len(canvas.facet), 4))
+    rgba = np.zeros((len(canvas.depth), 4), dtype=np.float32)
     rgba[drawn, :3], rgba[drawn, 3] = colours(value) * light[:, None], 1.0
     if veil is not None and len(veil[1]):
         _draw_veil(canvas, rgba, veil[0] @ camera.axes.T, veil[1])
     return canvas.image(rgba)
 
 
-def _draw_veil(canvas: _Canvas, rgba: Array, seen: Array, facets: IntArray) -> None:
+def _draw_veil(canvas: _Canvas, rgba: Any, seen: Array, facets: IntArray) -> None:
     """Blend a translucent grey over the pixels (n, 4) behind facets, with points in the eye's axes."""
     sheet = _Canvas(canvas.lower, canvas.pixel, canvas.shape)
-    patches = _patches(np.column_stack([seen, np.zeros(len(seen))]), facets)
-    for xyz, facet, local in _surface_samples(patches, sheet.pixel):
-        sheet.add(xyz, facet, local)
+    nodal = np.column_stack([sheet.in_pixels(seen), np.zeros(len(seen))])
+    sheet.draw(_triangles(_patches(nodal, facets), closed=False)[0])
+    hit, _, light = sheet.seen()
     # in a contact the depths of both bodies differ by the mismatch of their faces only
-    touching = TOUCHING * canvas.pixel * max(canvas.shape)
-    hit = np.flatnonzero((sheet.facet >= 0) & (sheet.depth > canvas.depth - touching))
-    _, light = _value_and_light(patches, sheet.facet[hit], sheet.local[hit])
+    over = sheet.depth[hit] > canvas.depth[hit] - TOUCHING * max(canvas.shape)
+    hit, light = hit[over], light[over]
     under = rgba[hit, 3:]
     # over white where nothing is behind
     rgba[hit, :3] = OPACITY * VEIL * light[:, None] + (1 - OPACITY) * (under * rgba[hit, :3] + 1 - under)
@@ -214,11 +216,16 @@ def subdivided(nodal: Array, facets: IntArray, n: int) -> tuple[Array, IntArray]
     (n_facets n^2, 4) int array
     """
     N = _quadratics(np.linspace(0.0, 1.0, n + 1))
-    fine = np.einsum("si,fijk,tj->fstk", N, _patches(nodal, facets), N, optimize=True).reshape(-1, nodal.shape[1])
+    fine = _at(_patches(nodal, facets), N, N).reshape(-1, nodal.shape[1])
     index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
     starts = (n + 1) ** 2 * np.arange(len(facets))
     return fine, (starts[:, None, None] + quads).reshape(-1, 4)
+
+
+def _at(patches: Array, along: Array, across: Array) -> Array:
+    """Sums (n_facets, n, m, k) of facets' values (n_facets, 3, 3, k) by functions (n, 3) and (m, 3)."""
+    return np.asarray(np.einsum("si,fijk,tj->fstk", along, patches, across, optimize=True))
 
 
 def _quadratics(t: Array) -> Array:
@@ -232,12 +239,13 @@ def _slopes(t: Array) -> Array:
 
 
 class _Canvas:
-    """Depth buffer of the oversampled drawing, with the visible facet and its coordinates."""
+    """Depth buffer of the oversampled drawing, with the visible triangle; lengths in its pixels."""
 
     def __init__(self, lower: Array, pixel: float, shape: tuple[int, int]) -> None:
         self.lower, self.pixel, self.shape = lower, pixel, shape
         n = shape[0] * shape[1]
-        self.depth, self.facet, self.local = np.full(n, -np.inf), np.full(n, -1, dtype=np.int64), np.zeros((n, 2))
+        self.depth, self.triangle = np.full(n, -np.inf), np.full(n, -1, dtype=np.int64)
+        self.triangles = np.zeros((0, 3, 5))
 
     @classmethod
     def fitting(cls, seen: Array, size: tuple[int, int]) -> _Canvas:
@@ -248,31 +256,57 @@ class _Canvas:
         width, height = (np.ceil(span / pixel / OVERSAMPLING).astype(int) + 2).tolist()
         return cls(low - OVERSAMPLING * pixel, pixel, (OVERSAMPLING * height, OVERSAMPLING * width))
 
-    def _pixels(self, xy: Array) -> IntArray:
-        place = ((xy - self.lower) / self.pixel).astype(np.int64)
-        rows, columns = self.shape
-        return np.clip(place[:, 1], 0, rows - 1) * columns + np.clip(place[:, 0], 0, columns - 1)
+    def in_pixels(self, seen: Array) -> Array:
+        """Points (n, 3) in pixels; the centres of pixels have whole numbers."""
+        return np.asarray((seen - [*self.lower, 0.0]) / self.pixel - [0.5, 0.5, 0.0])
 
-    def add(self, xyz: Array, facet: IntArray, local: Array) -> None:
-        """Add samples of a surface; the nearest one is kept in each pixel."""
-        pixel = self._pixels(xyz[:, :2])
-        np.maximum.at(self.depth, pixel, xyz[:, 2])
-        wins = np.flatnonzero(xyz[:, 2] >= self.depth[pixel])
-        self.facet[pixel[wins]] = facet[wins]
-        self.local[pixel[wins]] = local[wins]
+    def draw(self, triangles: Array) -> None:
+        """Draw triangles (n, 3, 5), counter-clockwise, of position, value and light; each pixel keeps the nearest."""
+        self.triangles = triangles
+        low, high = (f(triangles[..., 2], axis=1) for f in (np.min, np.max))
+        planes = np.stack([*_planes(triangles, (2,))[:, 0].T, low, high])
+        box = np.ceil(np.ptp(triangles[..., :2], axis=1) + 2 * FLATNESS).prod(axis=1)
+        blocks = np.searchsorted(np.cumsum(box), np.arange(CHUNK, box.sum(), CHUNK))
+        for some in np.split(np.arange(len(triangles)), np.unique(blocks)):
+            which, row, column = _covered(triangles[some, :, :2], self.shape)
+            k = some[which]
+            at, along, up, least, most = np.take(planes, k, axis=1)
+            # a steep triangle keeps to its depths beyond its sides
+            z = np.clip(at + along * column + up * row, least, most)
+            pixel = row * self.shape[1] + column
+            np.maximum.at(self.depth, pixel, z)
+            wins = np.flatnonzero(z >= self.depth[pixel])
+            self.triangle[pixel[wins]] = k[wins]
+
+    def seen(self) -> tuple[IntArray, Array, Array]:
+        """Pixels (n,) that show something, the field there and the light."""
+        drawn = np.flatnonzero(self.triangle >= 0)
+        ends = [f(self.triangles[..., 3:], axis=1) for f in (np.min, np.max)]
+        planes = np.stack([*_planes(self.triangles, (3, 4)).T, *(end.T for end in ends)])
+        found = np.zeros((2, len(drawn)))
+        for start in range(0, len(drawn), CHUNK):
+            some = drawn[start : start + CHUNK]
+            row, column = np.divmod(some, self.shape[1])
+            at, along, up, low, high = np.take(planes, self.triangle[some], axis=2)
+            found[:, start : start + CHUNK] = np.clip(at + along * column + up * row, low, high)
+        return drawn, found[0], AMBIENT + (1 - AMBIENT) * np.clip(found[1], 0.0, 1.0)
 
     def mark(self, dark: Array, xyz: Array, strength: Array) -> None:
         """Add to `dark` (n_pixels,) the darkening by visible samples of lines."""
-        slack = 4 * self.pixel
-        for shift in np.ndindex(OVERSAMPLING, OVERSAMPLING):
-            pixel = self._pixels(xyz[:, :2] + self.pixel * (np.array(shift) - 0.5))
-            visible = xyz[:, 2] + slack >= self.depth[pixel]
+        place = xyz[:, :2].astype(np.int64)
+        first = np.clip(place[:, 1], 0, self.shape[0] - OVERSAMPLING) * self.shape[1]
+        first += np.clip(place[:, 0], 0, self.shape[1] - OVERSAMPLING)
+        for i, j in np.ndindex(OVERSAMPLING, OVERSAMPLING):
+            pixel = first + i * self.shape[1] + j
+            visible = xyz[:, 2] + 4 >= self.depth[pixel]
             np.maximum.at(dark, pixel[visible], strength[visible])
 
-    def image(self, rgba: Array) -> Image:
+    def image(self, rgba: Any) -> Image:
         """Mean colour of the oversampled pixels (n, 4)."""
         rows, columns = (k // OVERSAMPLING for k in self.shape)
-        mean = rgba.reshape(rows, OVERSAMPLING, columns, OVERSAMPLING, 4).mean(axis=(1, 3))
+        every = rgba.reshape(*self.shape, 4)
+        shifts = np.ndindex(OVERSAMPLING, OVERSAMPLING)
+        mean = np.mean([every[i::OVERSAMPLING, j::OVERSAMPLING] for i, j in shifts], axis=0)
         cover = mean[..., 3:]
         mean[..., :3] = np.divide(mean[..., :3], cover, out=np.ones_like(mean[..., :3]), where=cover > 0)
         step = OVERSAMPLING * self.pixel
@@ -280,20 +314,105 @@ class _Canvas:
         return Image(np.clip(mean, 0.0, 1.0), (left, left + columns * step, bottom, bottom + rows * step))
 
 
-def _towards_the_eye(patches: Array) -> Mask:
-    """Mask of facets (n_facets,) with any part facing the eye."""
-    s = np.repeat([0.0, 0.5, 1.0], 3)
-    t = np.tile([0.0, 0.5, 1.0], 3)
-    along = np.einsum("qi,fijk,qj->fqk", _slopes(s), patches[..., :2], _quadratics(t), optimize=True)
-    across = np.einsum("qi,fijk,qj->fqk", _quadratics(s), patches[..., :2], _slopes(t), optimize=True)
-    turn = along[..., 0] * across[..., 1] - along[..., 1] * across[..., 0]
-    return np.asarray((turn > 0).any(axis=1))
+def _facing(patches: Array) -> Array:
+    """Cosine (n_facets, 3, 3, 1) between the normal and the light at `INNER` points of facets."""
+    N, slopes = _quadratics(INNER), _slopes(INNER)
+    along, across = (_at(patches[..., :3], a, b) for a, b in ((slopes, N), (N, slopes)))
+    normal = np.cross(along, across)
+    size = np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), np.finfo(float).tiny)
+    return np.asarray((normal / size) @ (LIGHT / np.linalg.norm(LIGHT)))[..., None]
 
 
-def _extents(patches: Array, pixel: float) -> Array:
+def _triangles(patches: Array, closed: bool) -> tuple[Array, IntArray]:
+    """Flat triangles (n, 3, 5) of position, value and light, and the facets (n_facets, 3, 3, 4) that they stand for.
+
+    Those turned away from the eye are left out if the facets enclose bodies, and turned round if not.
+    """
+    patches = np.concatenate([patches, _facing(patches)], axis=-1)
+    found, facet = [], []
+    for (n, m), chosen in _grouped(_divisions(patches)):
+        s, t = np.linspace(0.0, 1.0, n + 1), np.linspace(0.0, 1.0, m + 1)
+        grid = _at(patches[chosen], _quadratics(s), _quadratics(t))
+        a, b, c, d = grid[:, :-1, :-1], grid[:, 1:, :-1], grid[:, 1:, 1:], grid[:, :-1, 1:]
+        found += [np.stack(corners, axis=-2).reshape(-1, 3, 5) for corners in ((a, b, c), (a, c, d))]
+        facet += 2 * [np.repeat(chosen, n * m)]
+    every = np.concatenate(found)
+    area = _double_area(every)
+    kept = area > 0
+    if not closed:
+        behind = area < 0
+        every[behind] = every[behind][:, [0, 2, 1]]
+        every[behind, :, 4] *= -1
+        kept |= behind
+    return every[kept], np.concatenate(facet)[kept]
+
+
+def _divisions(patches: Array) -> IntArray:
+    """Divisions (n_facets, 2) of facets (n_facets, 3, 3, 5), powers of two, by which triangles follow them."""
+    values = patches[..., 3]
+    scale = np.array([FLATNESS, FLATNESS, FLATNESS, FIELD_STEP * (float(np.ptp(values)) or 1.0), LIGHT_STEP])
+    counts = np.stack(
+        [
+            # a chord over 1/n of a parabola is off by 1/(2 n^2) of its second difference
+            np.sqrt(np.abs(np.diff(patches, 2, axis=k) / (2 * scale)).max(axis=(1, 2, 3)))
+            for k in (1, 2)
+        ],
+        axis=1,
+    )
+    # the middle of a twisted quadrilateral is off its diagonal by a quarter of the mixed difference
+    corners = patches[:, ::2, ::2]
+    twist = np.diff(np.diff(corners, axis=1), axis=2)[:, 0, 0, 2:] / (4 * scale[2:])
+    counts = np.maximum(counts, np.sqrt(np.abs(twist).max(axis=1))[:, None])
+    counts = np.clip(counts, 1.0, np.maximum(_extents(patches) / SHORTEST, 1.0))
+    return np.asarray(2 ** np.ceil(np.log2(counts)).astype(np.int64))
+
+
+def _double_area(triangles: Array) -> Array:
+    """Twice the areas (n,) of triangles in the picture, negative if they are turned away."""
+    (x1, y1), (x2, y2) = (np.moveaxis(triangles[:, k, :2] - triangles[:, 0, :2], -1, 0) for k in (1, 2))
+    return np.asarray(x1 * y2 - x2 * y1)
+
+
+def _planes(triangles: Array, columns: tuple[int, ...]) -> Array:
+    """Values at the origin and slopes along x and y (n, n_columns, 3) of columns of triangles (n, 3, 5)."""
+    first, (one, two) = triangles[:, 0], (triangles[:, k] - triangles[:, 0] for k in (1, 2))
+    area = _double_area(triangles)[:, None]
+    k = list(columns)
+    x = (one[:, k] * two[:, 1:2] - two[:, k] * one[:, 1:2]) / area
+    y = (two[:, k] * one[:, 0:1] - one[:, k] * two[:, 0:1]) / area
+    return np.stack([first[:, k] - x * first[:, 0:1] - y * first[:, 1:2], x, y], axis=-1)
+
+
+def _covered(corners: Array, shape: tuple[int, int]) -> tuple[IntArray, IntArray, IntArray]:
+    """Pixels that counter-clockwise triangles (n, 3, 2) cover, widened by `FLATNESS`: triangle, row and column."""
+    low, high = corners.min(axis=1) - FLATNESS, corners.max(axis=1) + FLATNESS
+    which, row = _ranges(np.ceil(np.maximum(low[:, 1], 0)), np.floor(np.minimum(high[:, 1], shape[0] - 1)))
+    left, right = low[which, 0], high[which, 0]
+    for k in range(3):
+        start, side = corners[:, k], corners[:, (k + 1) % 3] - corners[:, k]
+        # a side along the rows bounds these only
+        rise = np.where(side[:, 1] == 0, 1.0, side[:, 1])
+        slope, wide = side[:, 0] / rise, FLATNESS * np.linalg.norm(side, axis=1) / np.abs(rise)
+        crossing = (start[:, 0] - start[:, 1] * slope)[which] + slope[which] * row
+        falls, rises = (side[:, 1] < 0)[which], (side[:, 1] > 0)[which]
+        left = np.where(falls, np.maximum(left, crossing - wide[which]), left)
+        right = np.where(rises, np.minimum(right, crossing + wide[which]), right)
+    span, column = _ranges(np.ceil(np.maximum(left, 0)), np.floor(np.minimum(right, shape[1] - 1)))
+    return which[span], row[span], column
+
+
+def _ranges(first: Array, last: Array) -> tuple[IntArray, IntArray]:
+    """Whole numbers from `first` to `last` (n,) of each of them: which, and the number."""
+    counts = np.maximum(last - first + 1, 0).astype(np.int64)
+    which = np.repeat(np.arange(len(counts)), counts)
+    begin = first.astype(np.int64) - (np.cumsum(counts) - counts)
+    return which, np.arange(len(which)) + begin[which]
+
+
+def _extents(patches: Array) -> Array:
     """Lengths (n_facets, 2) of each facet along its two coordinates in pixels, at the rate of the faster half."""
     along = [2 * np.linalg.norm(np.diff(patches[..., :2], axis=k), axis=-1).max(axis=(1, 2)) for k in (1, 2)]
-    return np.stack(along, axis=1) / pixel
+    return np.stack(along, axis=1)
 
 
 def _grouped(counts: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
@@ -303,41 +422,9 @@ def _grouped(counts: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
         yield pair, np.flatnonzero(kind.ravel() == k)
 
 
-def _surface_samples(patches: Array, pixel: float) -> Iterator[tuple[Array, IntArray, Array]]:
-    """Position, facet and local coordinates of samples, by groups of facets of similar size."""
-    needed = DENSITY * _extents(patches, pixel) + 2
-    # in steps of a third, so that there are few groups
-    counts = np.ceil(1.33 ** np.ceil(np.log(needed) / np.log(1.33))).astype(np.int64)
-    for (n, m), chosen in _grouped(counts):
-        s, t = (np.arange(n) + 0.5) / n, (np.arange(m) + 0.5) / m
-        grid = np.stack(np.meshgrid(s, t, indexing="ij"), axis=-1).reshape(-1, 2)
-        step = max(1, CHUNK // len(grid))
-        for start in range(0, len(chosen), step):
-            some = chosen[start : start + step]
-            xyz = np.einsum("si,fijk,tj->fstk", _quadratics(s), patches[some, ..., :3], _quadratics(t), optimize=True)
-            yield xyz.reshape(-1, 3), np.repeat(some, len(grid)), np.tile(grid, (len(some), 1))
-
-
-def _value_and_light(patches: Array, facet: IntArray, local: Array) -> tuple[Array, Array]:
-    """Field and light (n,) at points of facets."""
-    value, light = np.zeros(len(facet)), np.zeros(len(facet))
-    direction = LIGHT / np.linalg.norm(LIGHT)
-    for start in range(0, len(facet), CHUNK):
-        part = slice(start, start + CHUNK)
-        s, t = local[part].T
-        patch = patches[facet[part]].reshape(-1, 9, 4)
-        products = (_quadratics(s), _quadratics(t)), (_slopes(s), _quadratics(t)), (_quadratics(s), _slopes(t))
-        N, ds, dt = ((a[:, :, None] * b[:, None, :]).reshape(-1, 1, 9) for a, b in products)
-        value[part] = (N @ patch[..., 3:])[:, 0, 0]
-        normal = np.cross((ds @ patch[..., :3])[:, 0], (dt @ patch[..., :3])[:, 0])
-        facing = np.sign(normal[:, 2]) * (normal @ direction) / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
-        light[part] = AMBIENT + (1 - AMBIENT) * np.clip(facing, 0.0, 1.0)
-    return value, light
-
-
-def _edge_samples(patches: Array, pixel: float) -> Iterator[tuple[Array, Array]]:
+def _edge_samples(patches: Array) -> Iterator[tuple[Array, Array]]:
     """Position and strength of samples on the facets' sides."""
-    extent = _extents(patches, OVERSAMPLING * pixel)
+    extent = _extents(patches) / OVERSAMPLING
     strength = DARKEST * np.clip(extent.min(axis=1) / SMALLEST_OUTLINED - 1, 0.0, 4.0) / 4
     for axis, end in ((0, 0), (0, 2), (1, 0), (1, 2)):
         along = 1 - axis

@@ -114,7 +114,7 @@ def plot_solids(
         points,
         facets,
         values,
-        lambda v: table(norm(v))[:, :3],
+        lambda v: table(np.clip((v - norm.vmin) / (norm.vmax - norm.vmin), 0.0, 1.0))[:, :3],
         camera,
         size,
         edges,

@@ -7,7 +7,7 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
-from fecontact.mesh.picture import VIEWS, Camera, draw_facets, subdivided
+from fecontact.mesh.picture import AMBIENT, LIGHT, VIEWS, Camera, draw_facets, subdivided
 from fecontact.results.pictures.bodies import plot_bodies, plot_solids, show
 from fecontact.results.pictures.solids import Solid, chosen, cut, solids_of_file, solids_of_result
 
@@ -75,6 +75,24 @@ def test_a_ball_is_a_full_disc_from_everywhere(view):
     middle = image.rgba[image.rgba.shape[0] // 4 : -(image.rgba.shape[0] // 4)]
     middle = middle[:, middle.shape[1] // 4 : -(middle.shape[1] // 4)]
     assert (middle[..., 3] == 1.0).all()  # no holes between samples
+
+
+def test_light_and_field_follow_a_curved_face():
+    mesh = fc.shapes.sphere(1.0, level=fc.shapes.Level(core=1, rings=2, edge=0.25, layer=0.4, growth=2.5))
+    faces = mesh.face_nodes(mesh.outer_faces)
+    camera = Camera.looking("iso")
+    height = (mesh.points - mesh.points.mean(axis=0)) @ camera.axes[1]
+    for values, share in ((np.ones(len(height)), 0.0), ((height + 1) / 2, 1.0)):
+        image = draw_facets(mesh.points, faces, values, grey, camera, SMALL, edges=False, closed=True)
+        rows, columns = image.rgba.shape[:2]
+        x, y = np.meshgrid(*((np.arange(n) + 0.5) / (n / 2) - 1 for n in (columns, rows)))
+        x, y = x * columns / (columns - 2), y * rows / (rows - 2)  # a margin of a pixel
+        inside = np.hypot(x, y) < 0.9
+        normals = np.stack([x, y, np.sqrt(np.maximum(1 - x**2 - y**2, 0))], axis=-1)
+        light = AMBIENT + (1 - AMBIENT) * np.clip(normals @ (LIGHT / np.linalg.norm(LIGHT)), 0, 1)
+        seen = light * (1 - share + share * (y + 1) / 2)
+        # a pixel is a 49th of the radius; the normals of quadratic faces are off by about their distance from the ball
+        assert np.abs(image.rgba[..., 0] - seen)[inside].max() <= 0.03
 
 
 def test_triangles_are_drawn_whole():
