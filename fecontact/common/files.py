@@ -206,7 +206,7 @@ def save_figure(figure: Figure, path: str | Path | None) -> Figure:
             known = figure.canvas.get_supported_filetypes()
             among("format of a picture", Path(path).suffix.removeprefix("."), known)
             # the last sixth of the size takes a third of the time
-            small = {"pil_kwargs": {"compress_level": 3}} if Path(path).suffix == ".png" else {}
+            small: Any = {"pil_kwargs": {"compress_level": 3}} if Path(path).suffix == ".png" else {}
             figure.savefig(file, dpi=150, **small)
     return figure
 

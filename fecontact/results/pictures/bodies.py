@@ -107,21 +107,21 @@ def plot_solids(
     shown = chosen(solids, bodies, cut)
     scale = _factor(shown, scale)
     points, facets, values = _skin(shown, field, scale)
-    table, norm = _colours(field, values[np.unique(facets)], limits)
+    table, limits = _colours(field, values[np.unique(facets)], limits)
     flat = isinstance(view, str) and view == "iso" and all(s.mesh.is_flat for s in shown)
     camera = Camera.looking("-y" if flat else view)
     image = draw_facets(
         points,
         facets,
         values,
-        lambda v: table(np.clip((v - norm.vmin) / (norm.vmax - norm.vmin), 0.0, 1.0))[:, :3],
+        lambda v: table(np.interp(v, limits, (0.0, 1.0)))[:, :3],
         camera,
         size,
         edges,
         closed=True,
         veil=rigid,
     )
-    shades = ScalarMappable(norm, table), f"{_label(field)} [{units}]" if units else _label(field)
+    shades = ScalarMappable(Normalize(*limits), table), f"{_label(field)} [{units}]" if units else _label(field)
     figure, _ = framed(image, camera, title if title is not None else _title(shown, scale), length, shades)
     return save_figure(figure, path)
 
@@ -196,7 +196,7 @@ def _outwards(points: Array, faces: IntArray) -> IntArray:
     return faces[:, [1, 0, 3, 2, 4, 7, 6, 5, 8][: faces.shape[1]]]
 
 
-def _colours(field: str, values: Array, limits: tuple[float, float] | None) -> tuple[Any, Normalize]:
+def _colours(field: str, values: Array, limits: tuple[float, float] | None) -> tuple[Any, tuple[float, float]]:
     """Colour map and its limits for the values shown."""
     low, high = (values.min(), values.max()) if limits is None else vector("limits", limits, 2)
     signed = field.rpartition("_")[2] in (*COMPONENTS[3], *COMPONENTS[6])
@@ -207,8 +207,7 @@ def _colours(field: str, values: Array, limits: tuple[float, float] | None) -> t
         low = min(low, 0.0)
     if not high > low:
         high = low + 1.0
-    low, high = float(low), float(high)
-    return colormaps[TWO_SIGNS if signed else TABLES.get(field, ONE_SIGN)], Normalize(low, high)
+    return colormaps[TWO_SIGNS if signed else TABLES.get(field, ONE_SIGN)], (float(low), float(high))
 
 
 def _label(field: str) -> str:
@@ -251,7 +250,7 @@ def show(
         check_writable(path)
     shown = chosen(solids, bodies, cut)
     points, facets, values = _skin(shown, field, _factor(shown, scale))
-    table, norm = _colours(field, values[np.unique(facets)], limits)
+    table, limits = _colours(field, values[np.unique(facets)], limits)
     fine, quads = subdivided(np.column_stack([points, values]), facets, SUBDIVISION)
     faces = np.column_stack([np.full(len(quads), 4), quads]).ravel()
     label = f"{_label(field)} [{units}]" if units else _label(field)
@@ -262,7 +261,7 @@ def show(
         pyvista.PolyData(fine[:, :3].copy(), faces),
         scalars=fine[:, 3].copy(),
         cmap=table,
-        clim=(norm.vmin, norm.vmax),
+        clim=limits,
         ambient=0.5,
         scalar_bar_args={"title": label, "vertical": True, "color": "black"},
     )
