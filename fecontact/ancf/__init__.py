@@ -1,4 +1,4 @@
-"""Absolute nodal coordinates: elements whose coordinates are positions and position gradients.
+"""Absolute nodal coordinates: elements whose coordinates are positions and position gradients; contacts are results.
 
 The eight-node brick (`hexahedron`) on any mesh of hexahedra. Coordinates are a vector q (n_dofs,), twelve per node:
 ``q.reshape(-1, 3)[4 k]`` is the position of node k, the next three rows dr/dX, dr/dY, dr/dZ.

@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 
-from fecontact.ancf.bricks.faces import PLACES, TRIANGLES, Faces
+from fecontact.ancf.bricks.faces import Faces
 from fecontact.ancf.bricks.hexahedron import face_points
 from fecontact.ancf.bricks.solid import AncfSolid
 from fecontact.ancf.bricks.space import AncfSpace
@@ -27,10 +27,12 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, replacing, write_collection
 from fecontact.common.material import von_mises
-from fecontact.mesh.element import CORNERS, EDGES, FACES
+from fecontact.mesh.element import CORNERS, EDGES, FACES, quad_nodes
 
 #: Points along each edge of a picture.
 SAMPLES = 9
+#: Triangles between the nodes of a face, counter-clockwise: corners, middles of sides, its middle.
+TRIANGLES = np.array([t for k in range(4) for t in ((k, 4 + k, 8), (4 + k, (k + 1) % 4, 8))])
 #: Patches of one colour along each side of a face.
 PATCHES = 16
 
@@ -80,7 +82,7 @@ def multiplier_pressure(
 ) -> tuple[Array, IntArray, Array]:
     """Deformed nodes (n, 3) of multipliers and face middles, triangles (8 n_faces, 3), and pressures (n,).
 
-    Pressure is force per initial area, linear between the points.
+    Pressure is force per present area, linear between the points.
 
     Parameters
     ----------
@@ -105,10 +107,10 @@ def multiplier_pressure(
     """
     n, n_multipliers = len(faces.faces), len(forces)
     of_face = np.column_stack([faces.multipliers, n_multipliers + np.arange(n)])
-    each, place = np.repeat(np.arange(n), 9), np.tile(PLACES, (n, 1))
+    each, place = np.repeat(np.arange(n), 9), np.tile(quad_nodes(9), (n, 1))
     points = np.empty((n_multipliers + n, 3))
     points[of_face.ravel()] = faces.at(q, each, place)[0]
-    areas = faces.quadrature[2]
+    areas = faces.present_areas(q)
     pressure = forces / areas
     if averaged:
         corners = np.unique(faces.multipliers[:, :4])  # corners are numbered before sides

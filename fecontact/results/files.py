@@ -116,23 +116,27 @@ def save_result(result: ContactResult, path: str | Path) -> Path:
     if suffix not in WRITERS:
         raise InputError(f"Unknown file type {suffix!r} for a result; expected one of {', '.join(WRITERS)}.")
     check_writable(path)
-    writers = {".vtu": save_vtu, ".json": lambda r, p: save_json(p, r.summary()), ".csv": save_csv}
+    writers = {
+        ".vtu": save_vtu,
+        ".json": lambda r, p: save_json(p, r.summary()),
+        ".csv": lambda r, p: save_csv(r.contacts, p),
+    }
     return writers[suffix](result, path)
 
 
-def save_csv(result: ContactResult, path: str | Path) -> Path:
+def save_csv(contacts: Sequence[ContactFields], path: str | Path) -> Path:
     """One row per contact point: contact, position, normal, area, force, pressure, gap, region (0: no contact).
 
     With friction also traction (tx, ty, tz), slip of the step (sx, sy, sz) and state (open, stick, slip).
     """
     path = check_writable(path)
     head = ["contact", "x", "y", "z", "nx", "ny", "nz", "area", "force", "pressure", "gap", "region"]
-    if result.friction is not None:
+    if any(c.friction is not None for c in contacts):
         head += ["tx", "ty", "tz", "sx", "sy", "sz", "state"]
     with replacing(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(head)
-        for k, c in enumerate(result.contacts):
+        for k, c in enumerate(contacts):
             table = np.column_stack([c.points, c.normals, c.weights, c.forces, c.pressure, c.gap])
             rows = zip(table.tolist(), c.region.tolist(), strict=True)
             lines = [[k, *map(repr, row), region] for row, region in rows]

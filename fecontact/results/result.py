@@ -22,6 +22,7 @@ from fecontact.common.error_estimate import ResponseError
 from fecontact.common.errors import InputError, shown
 from fecontact.common.files import check_writable
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.common.units import Units
 from fecontact.contact.condensed_problem import CondensedProblem, DisplacementState
 from fecontact.contact.interface import Interface, UnilateralConstraints
 from fecontact.contact.loads import Loading, mass_weighted
@@ -466,6 +467,11 @@ class ContactResult:
         forces = self.solution.forces
         pairs = zip(self.contacts, start[:-1].tolist(), strict=True)
         return tuple(edge_pressure(c, self.problem, first, forces) for c, first in pairs)
+
+    @property
+    def unit_names(self) -> Units:
+        """Units of the scene's numbers."""
+        return self.scene.unit_names
 
     def plot(self, what: str = "pressure", path: str | Path | None = None, **options: Any) -> Any:
         """Picture of a field, see `fecontact.results.pictures.draw`; written to `path` if given."""

@@ -1,9 +1,10 @@
 """Faces of bricks in contact: multiplier basis, and projection of points on the moving faces.
 
-Pressure is a combination of non-negative multiplier functions, one for each corner and one for the middle of each side
-of a face, as in `AncfBody`: linear over the eight triangles round the face's middle, where the pressure is the mean of
-the sides'. Faces share the functions of common corners and sides. There are as many multipliers as unknowns of the
-face's normal motion (three for each node); the functions sum to one and reproduce every linear pressure.
+Pressure is a combination of the non-negative multiplier functions of mortar coupling on eight-node faces, as that of
+`AncfBody` (`contact.coupling.mortar_basis`): one for each corner and one for the middle of each side, bilinear on the
+four quarters of the face; in its middle the pressure is the mean of the sides'. Faces share the functions of common
+corners and sides. There are as many multipliers as unknowns of the face's normal motion (three for each node); the
+functions sum to one and reproduce every linear pressure.
 """
 
 from __future__ import annotations
@@ -14,18 +15,16 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
-from skfem.quadrature import get_quadrature
-from skfem.refdom import RefTri
 
 from fecontact.ancf.bricks.hexahedron import face_points
 from fecontact.ancf.bricks.space import AncfSpace
+from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.mesh.element import FACES
+from fecontact.contact.coupling.mortar_basis import multiplier_shapes, own_samples
+from fecontact.mesh.element import FACES, quad_nodes
 from fecontact.surfaces.closest_point import FacetPolynomials
-from fecontact.surfaces.facet_surface import Projection
+from fecontact.surfaces.facet_surface import FacetSurface, Projection
 
-#: Degree of the rule on each of a face's eight triangles: gaps are cubic along a side, multipliers linear.
-DEGREE = 6
 #: Feet start from a grid of so many points along each side of a face.
 SAMPLES = 5
 #: Faces tried for each projection.
@@ -37,16 +36,6 @@ OVERHANG = 1e-6
 #: Four points along each side that determine a cubic, and the matrix from values there to powers.
 GRID = np.array([0.0, 0.25, 0.75, 1.0])
 TO_POWERS = np.linalg.inv(GRID[:, None] ** np.arange(4))
-#: Corners of a face, counter-clockwise.
-CORNERS_2D = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-
-
-#: Nodes of the multiplier functions: corners, middles of sides; last the face's middle.
-PLACES = np.vstack([CORNERS_2D, (CORNERS_2D + np.roll(CORNERS_2D, -1, axis=0)) / 2, [0.5, 0.5]])
-#: Triangles between them, counter-clockwise.
-TRIANGLES = np.array([t for k in range(4) for t in ((k, 4 + k, 8), (4 + k, (k + 1) % 4, 8))])
-#: Pressures at these nodes from the eight multipliers.
-AT_PLACES = np.vstack([np.eye(8), [[0.0] * 4 + [0.25] * 4]])
 
 
 def multiplier_rule() -> tuple[Array, Array, Array]:
@@ -54,15 +43,29 @@ def multiplier_rule() -> tuple[Array, Array, Array]:
 
     Examples
     --------
-    >>> points, weights, hats = multiplier_rule()
-    >>> (24 * weights @ hats).round(12).tolist()
-    [2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0, 4.0]
+    >>> points, weights, multipliers = multiplier_rule()
+    >>> (16 * weights @ multipliers).round(12).tolist()
+    [1.0, 1.0, 1.0, 1.0, 3.0, 3.0, 3.0, 3.0]
     """
-    X, W = get_quadrature(RefTri, DEGREE)
-    barycentric = np.stack([1 - X[0] - X[1], X[0], X[1]], axis=1)
-    points = barycentric @ PLACES[TRIANGLES]
-    multipliers = barycentric @ AT_PLACES[TRIANGLES]
-    return points.reshape(-1, 2), np.tile(W / 4, len(TRIANGLES)), multipliers.reshape(-1, 8)
+    _, points, weights = own_samples(np.arange(8)[None])
+    return points, weights, multiplier_shapes(8, np.zeros(len(points), bool), points)
+
+
+class PresentBody(SurfaceBody):
+    """Faces of a solid as they lie, for results of a contact.
+
+    Parameters
+    ----------
+    facets : FacetSurface
+    name : str
+    modulus : float
+        E / (1 - nu^2) of its softest material, for estimates.
+    """
+
+    def __init__(self, facets: FacetSurface, name: str, modulus: float) -> None:
+        self.facets, self.name = facets, name
+        self.flexibility = sp.csr_matrix((self.n_dofs, self.n_dofs))  # it is not solved again
+        self.__dict__["contact_modulus"] = modulus
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,10 +77,16 @@ class Faces:
     space : AncfSpace
     faces : (n, 2) int array
         Cell and local face.
+    boundary : str
+        Its name.
+    modulus : float
+        E / (1 - nu^2) of the softest material, for estimates.
     """
 
     space: AncfSpace
     faces: IntArray
+    boundary: str = "surface"
+    modulus: float = np.inf
 
     @property
     def named(self) -> IntArray:
@@ -123,24 +132,46 @@ class Faces:
         return np.asarray(np.bincount(self.sides.ravel())[self.sides] == 1)
 
     @cached_property
-    def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
-        """Rows N (n_points, n_functions) at quadrature points, A (n_multipliers, n_points), areas (n_multipliers,).
-
-        Areas are those of the initial geometry.
-        """
+    def _points(self) -> tuple[IntArray, Array, Array, Array]:
+        """Faces (n,) of all quadrature points and coordinates (n, 2) there, weights and multipliers of one face."""
         local, weights, multipliers = multiplier_rule()
+        n = len(self.faces)
+        return np.repeat(np.arange(n), len(weights)), np.tile(local, (n, 1)), weights, multipliers
+
+    def _integrals(self, q: Array) -> sp.csr_matrix:
+        """Multipliers times areas (n_multipliers, n_points) at coordinates q of the solid."""
+        each, where, weights, multipliers = self._points
         n, n_q = len(self.faces), len(weights)
-        each, where = np.repeat(np.arange(n), n_q), np.tile(local, (n, 1))
-        _, tangents = self.at(self.space.q0, each, where)
+        _, tangents = self.at(q, each, where)
         area = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=1).reshape(n, n_q) * weights
         row = np.broadcast_to(self.multipliers[:, None, :], (n, n_q, 8))
         column = np.broadcast_to(np.arange(n * n_q).reshape(n, n_q, 1), (n, n_q, 8))
         shape = (int(self.multipliers.max()) + 1, n * n_q)
         integral = sp.csr_matrix(((area[:, :, None] * multipliers).ravel(), (row.ravel(), column.ravel())), shape=shape)
         integral.eliminate_zeros()
+        return integral
+
+    @cached_property
+    def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
+        """Rows N (n_points, n_functions) at quadrature points, A (n_multipliers, n_points), areas (n_multipliers,).
+
+        Areas are those of the initial geometry.
+        """
+        integral = self._integrals(self.space.q0)
         areas = np.asarray(integral.sum(axis=1)).ravel()
-        means = sp.csr_matrix(sp.diags_array(1 / areas) @ integral)
-        return self.rows(each, where), means, areas
+        return self.rows(*self._points[:2]), sp.csr_matrix(sp.diags_array(1 / areas) @ integral), areas
+
+    def present_areas(self, q: Array) -> Array:
+        """Areas (n_multipliers,) at coordinates q of the solid: force over area is Cauchy's pressure."""
+        return np.asarray(self._integrals(q).sum(axis=1)).ravel()
+
+    def present(self, q: Array, name: str) -> PresentBody:
+        """The faces at coordinates q of the solid, with a node at the place of every multiplier."""
+        each, places = np.repeat(np.arange(len(self.faces)), 8), np.tile(quad_nodes(8), (len(self.faces), 1))
+        points = np.empty((int(self.multipliers.max()) + 1, 3))
+        points[self.multipliers.ravel()] = self.at(q, each, places)[0]
+        surface = FacetSurface(points, self.multipliers, self.boundary, mortar_on_quad8=True)
+        return PresentBody(surface, name, self.modulus)
 
     def rows(self, each: IntArray, local: Array) -> sp.csr_matrix:
         """Values (n, n_functions) of all functions at coordinates (n, 2) on faces `each`."""

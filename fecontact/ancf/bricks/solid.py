@@ -33,6 +33,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from fecontact.ancf.bricks.faces import Faces
 from fecontact.ancf.bricks.hexahedron import gauss
 from fecontact.ancf.bricks.laws import Dilatation, InvertedError, Law, Response, StVenantKirchhoff
 from fecontact.ancf.bricks.space import AncfSpace, GradientBatch, deformation_gradients
@@ -203,6 +204,11 @@ class AncfSolid:
     @cached_property
     def _materials(self) -> tuple[IntArray, list[Material]]:
         return materials_of_cells(self.space.mesh, self.material)
+
+    def side(self, boundary: str) -> Faces:
+        """A boundary as a side of a contact."""
+        modulus = min(m.plane_strain_modulus for m in self._materials[1])
+        return Faces(self.space, self.space.mesh.faces(boundary), boundary, modulus)
 
     def _per_cell(self, name: str) -> Array:
         index, materials = self._materials

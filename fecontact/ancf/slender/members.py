@@ -32,6 +32,7 @@ from fecontact.ancf.slender.structure import Structure
 from fecontact.ancf.slender.trace import Trace, chosen_elements, skin
 from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps, Master
 from fecontact.bodies.pose import Pose
+from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import number
 from fecontact.common.errors import InputError, SolverError
@@ -250,6 +251,16 @@ class MemberMaster(Master):
         """First coordinate and distance of the skin."""
         return self.start, self.offset
 
+    def present(self, q: Array, name: str) -> Body:
+        """Refused: it has no faces.
+
+        Raises
+        ------
+        InputError
+            Always.
+        """
+        raise InputError("A slender member has no faces that a result could show.", code="no-faces")
+
     def project(self, q: Array, points: Array) -> Projection:
         """Feet of points (n, 3) on its skin."""
         y = self.middle.at(q, *self.middle.project(q, points))[0]
@@ -322,6 +333,11 @@ class MemberContact(ContactConstraints):
         """Lengths or areas (n_multipliers,) of elements; the element's length at an end."""
         ends = [m.structure.lengths[each, 0] for m, (each, _) in zip(self.sides, self._ends, strict=True)]
         return np.concatenate([self.slave.quadrature[2], *ends])
+
+    def present_areas(self, q: Array) -> Array:
+        """Lengths or areas (n_multipliers,) at coordinates q of all members; an element's initial length at an end."""
+        own = super().present_areas(q)
+        return np.concatenate([own, self.areas[len(own) :]])
 
     @cached_property
     def widths(self) -> Array:

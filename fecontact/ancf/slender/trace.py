@@ -165,6 +165,15 @@ class Trace:
         A = sp.kron(sp.eye_array(len(each)), weights[None], format="csr")
         return N, sp.csr_matrix(A), np.prod(s.lengths[each, : grid.shape[1]], axis=1)
 
+    def present_areas(self, q: Array) -> Array:
+        """Areas or lengths (n,) of the elements at coordinates q of the structure."""
+        first = Middle(self.structure, 0).at(q, *self.points)[1]
+        size = np.linalg.norm(first[:, 0] if first.shape[1] == 1 else np.cross(first[:, 0], first[:, 1]), axis=1)
+        return np.asarray(size.reshape(len(self.elements), -1) @ self._rule[1])
+
+    def present(self, q: Array, name: str) -> None:
+        """None: it has no faces."""
+
     @cached_property
     def widths(self) -> Array:
         """Lengths (n_multipliers,) on which multipliers act."""

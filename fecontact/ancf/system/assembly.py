@@ -209,7 +209,7 @@ class Assembly:
         def side(k: int, boundary: str) -> tuple[Faces, int]:
             if not 0 <= k < len(solids):
                 raise InputError(f"A contact names solid {k}; there are {len(solids)}, counted from 0.", code="unknown")
-            return Faces(solids[k].space, solids[k].space.mesh.faces(boundary)), int(start[k])
+            return solids[k].side(boundary), int(start[k])
 
         touches = []
         for given in contacts:

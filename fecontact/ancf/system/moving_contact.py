@@ -23,14 +23,16 @@ import scipy.sparse as sp
 
 from fecontact.ancf.bricks.faces import Faces
 from fecontact.bodies.pose import Pose
+from fecontact.bodies.protocol import Body
 from fecontact.bodies.rigid import RigidBody
+from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import friction
 from fecontact.common.errors import InputError
 from fecontact.surfaces.facet_surface import Projection
 
 #: Step, relative to the size of the rigid shape, of the differences for the derivative of its normals.
-TURN_STEP = 1e-6
+NORMAL_STEP = 1e-6
 #: Approach of two bodies in a step of motion, over the smaller thickness, up to which they cannot pass each other.
 NEAR = 0.25
 
@@ -72,6 +74,12 @@ class Slave(Protocol):
     def widths(self) -> Array:
         """Lengths (n_multipliers,) on which multipliers act."""
 
+    def present_areas(self, q: Array) -> Array:
+        """Areas (n_multipliers,) at coordinates q of its member; lengths of a line."""
+
+    def present(self, q: Array, name: str) -> SurfaceBody | None:
+        """Its faces at coordinates q of its member; None of a slender one."""
+
     @property
     def offset(self) -> float:
         """Distance of the skin that touches from the points."""
@@ -108,6 +116,10 @@ class Master(ABC):
     def project(self, q: Array, points: Array) -> Projection:
         """Feet of points (n, 3) at coordinates q of all bodies, in world axes."""
 
+    @abstractmethod
+    def present(self, q: Array, name: str) -> Body:
+        """It as a body of results, at coordinates q of all bodies."""
+
     def rows(self, projection: Projection, n_dofs: int) -> sp.csr_matrix | None:
         """Rows (n, n_dofs): displacements of closest points along their normals; None without any."""
         return None
@@ -116,7 +128,7 @@ class Master(ABC):
         """Rows (3 n, n_dofs): displacements of closest points along the world's axes; None without any."""
         return None
 
-    def turns(self, projection: Projection) -> Array | None:
+    def normal_derivative(self, projection: Projection) -> Array | None:
         """Derivative (n, 3, 3) of the normals by the positions of the points; None where it is left out."""
         return None
 
@@ -158,9 +170,13 @@ class RigidMaster(Master):
         """Feet of points (n, 3), in world axes."""
         return _on(self.body, points)
 
-    def turns(self, projection: Projection) -> Array:
+    def present(self, q: Array, name: str) -> RigidBody:
+        """The body."""
+        return self.body
+
+    def normal_derivative(self, projection: Projection) -> Array:
         """By central differences on the surface."""
-        step = TURN_STEP * self.body.size
+        step = NORMAL_STEP * self.body.size
         x = projection.points + projection.gap[:, None] * projection.normals
         H = np.zeros((len(x), 3, 3))
         for k, unit in enumerate(np.eye(3)):
@@ -194,6 +210,10 @@ class FacesMaster(Master):
     def project(self, q: Array, points: Array) -> Projection:
         """Feet of points (n, 3) on the faces as q has them."""
         return self.faces.project(q[self.start : self.start + self.faces.space.n_dofs], points)
+
+    def present(self, q: Array, name: str) -> SurfaceBody:
+        """The faces as q has them."""
+        return self.faces.present(q[self.start : self.start + self.faces.space.n_dofs], name)
 
     def _rows(self, projection: Projection) -> sp.csr_matrix:
         """Values of the functions at the closest points."""
@@ -252,10 +272,21 @@ class ContactConstraints:
         """Number of contact conditions."""
         return int(self.slave.quadrature[1].shape[0])
 
+    def _own(self, q: Array) -> Array:
+        """Coordinates of the slave out of those of all bodies."""
+        return q[self.slave_start : self.slave_start + 3 * self.slave.quadrature[0].shape[1]]
+
     def positions(self, q: Array) -> Array:
         """World positions (n_points, 3) of the slave's quadrature points at coordinates q of all bodies."""
-        rows = self.slave.quadrature[0]
-        return np.asarray(rows @ q[self.slave_start : self.slave_start + 3 * rows.shape[1]].reshape(-1, 3))
+        return np.asarray(self.slave.quadrature[0] @ self._own(q).reshape(-1, 3))
+
+    def present_areas(self, q: Array) -> Array:
+        """Areas (n_multipliers,) at coordinates q of all bodies: force over area is the pressure of a multiplier."""
+        return self.slave.present_areas(self._own(q))
+
+    def present(self, q: Array, name: str) -> SurfaceBody | None:
+        """The slave's faces at coordinates q of all bodies; None of a slender member."""
+        return self.slave.present(self._own(q), name)
 
     @cached_property
     def components(self) -> sp.csr_matrix:
@@ -347,7 +378,7 @@ class ContactConstraints:
         """Second derivative (n_dofs, n_dofs) of forces . gap, where the master is rigid; None where it vanishes."""
         pressing = touching.means.T @ forces
         used = np.flatnonzero(pressing)
-        turns = self.master.turns(touching.projection.chosen(used)) if len(used) else None
+        turns = self.master.normal_derivative(touching.projection.chosen(used)) if len(used) else None
         if turns is None or not turns.any():
             return None
         each = np.arange(len(used))
@@ -357,7 +388,7 @@ class ContactConstraints:
 
     @cached_property
     def areas(self) -> Array:
-        """Areas (n_multipliers,) in the initial geometry: force over area is the pressure of a multiplier."""
+        """Areas (n_multipliers,) in the initial geometry."""
         return self.slave.quadrature[2]
 
     @cached_property

@@ -21,9 +21,8 @@ scenes. Where bodies are stable only because slip would turn round, a drag on it
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -219,30 +218,30 @@ def stable_step(tangent: Tangent, r: Array, rows: ContactRows, loose: Array | No
     SolverError
         If the contact problem has no certified solution.
     """
-    found = _first_stable(tangent, r, rows, loose)
-    if isinstance(found, UnstableError) and rows.pressing[rows.points].any():
-        drag = _drag(tangent.K, rows)
-        for share in DRAGS:
-            found = _first_stable(tangent.plus(share * drag), r, rows, loose)
-            if isinstance(found, Step):
-                break
-    if isinstance(found, UnstableError):
-        raise found
-    return found
-
-
-def _first_stable(tangent: Tangent, r: Array, rows: ContactRows, loose: Array | None) -> Step | UnstableError:
-    """The step as it is or with the active conditions added, or held in free motions; or what is wrong with both."""
-    none = np.zeros((len(r), 0))
-    ways: list[Callable[[Tangent, Array, ContactRows], Step]] = [newton_step, partial(_held, W=none)]
-    if loose is not None:
-        ways = [partial(_held, W=loose), partial(_floating, W=loose)]
-    for way in ways if loose is not None or rows.pressing.any() else ways[:1]:
+    try:
+        return _undragged(tangent, r, rows, loose)
+    except UnstableError as error:
+        if not rows.pressing[rows.points].any():
+            raise
+        drag, last = _drag(tangent.K, rows), error
+    for share in DRAGS:
         try:
-            return way(tangent, r, rows)
+            return _undragged(tangent.plus(share * drag), r, rows, loose)
         except UnstableError as error:
             last = error
-    return last
+    raise last
+
+
+def _undragged(tangent: Tangent, r: Array, rows: ContactRows, loose: Array | None) -> Step:
+    """The step as it is or with the active conditions added, or held in free motions."""
+    try:
+        return newton_step(tangent, r, rows) if loose is None else _held(tangent, r, rows, loose)
+    except UnstableError:
+        if loose is not None:
+            return _floating(tangent, r, rows, loose)
+        if not rows.pressing.any():
+            raise
+    return _held(tangent, r, rows, np.zeros((len(r), 0)))
 
 
 def _drag(K: sp.csr_matrix, contact: ContactRows) -> sp.csr_matrix:

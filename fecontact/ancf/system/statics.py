@@ -20,6 +20,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -27,7 +29,9 @@ from tqdm import tqdm
 
 from fecontact.ancf.bricks.laws import InvertedError
 from fecontact.ancf.system.assembly import Assembly, Conditions
+from fecontact.ancf.system.contact_result import ContactPoints, contact_result
 from fecontact.ancf.system.free_motion import check_supports, free_motions
+from fecontact.ancf.system.moving_contact import ContactConstraints
 from fecontact.ancf.system.newton import newton_step, stable_step
 from fecontact.ancf.system.slip import FrictionEnd, Slips, initial_friction, slips
 from fecontact.ancf.system.stage import Stage, Start
@@ -37,7 +41,13 @@ from fecontact.common.checks import share
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.one_line import one_line
 from fecontact.common.renamed import renamed
+from fecontact.common.units import Units
+from fecontact.results.contact_fields import ContactFields
+from fecontact.results.files import save_csv
 from fecontact.solvers.coulomb import Residuals
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MOST_HALVINGS = 10
 MOST_ITERATIONS = 30
@@ -55,6 +65,14 @@ STRAIN = 1e-12
 STILL = 1e-14
 #: Relative rounding of a coordinate.
 ROUNDING = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class _OnFaces:
+    """Contacts of faces, for maps."""
+
+    contacts: tuple[ContactFields, ...]
+    unit_names: Units = field(default_factory=Units)
 
 
 @one_line
@@ -81,6 +99,22 @@ class State:
         Multipliers of the rigid hubs, see `hubs`.
     overlaps : tuple of float
         Of each contact that carries nothing, as its mean gaps are open: how deep points of it overlap.
+    touches : tuple of ContactConstraints
+        The contacts of its assembly.
+
+    Examples
+    --------
+    A cube of a soft material squeezed to nine tenths between plates; force over present area is Cauchy's pressure:
+
+    >>> import fecontact as fc
+    >>> from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Stage, equilibrium
+    >>> cube = AncfSolid(AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")), fc.Material(1.0, 0.0))
+    >>> press = fc.RigidBody(fc.Plane())
+    >>> a = Assembly.of([cube], [{"top": "xyz"}], [(0, "bottom", press)])
+    >>> state = equilibrium(lambda s: Stage(a.with_rigid(press.placed((0, 0, 0.1 * s)))), steps=1).last
+    >>> (contact,) = state.contacts
+    >>> round(contact.max_pressure, 9), round(contact.point_area, 9)  # E s (1 - s^2) / 2
+    (0.0855, 1.0)
     """
 
     level: float
@@ -93,6 +127,32 @@ class State:
     friction: FrictionEnd
     stresses: Array = field(default_factory=lambda: np.zeros(0))
     overlaps: tuple[float, ...] = ()
+    touches: tuple[ContactConstraints, ...] = field(default=(), repr=False)
+
+    @cached_property
+    def contacts(self) -> tuple[ContactFields | ContactPoints, ...]:
+        """Every contact at the present coordinates: fields as in a scene, of slender members `ContactPoints`."""
+        parts = zip(self.touches, self.forces, self.friction.forces, self.friction.slip, strict=True)
+        return tuple(contact_result(t, k, self.q, f, drag, slip) for k, (t, f, drag, slip) in enumerate(parts))
+
+    def plot(self, what: str = "pressure", path: str | FilePath | None = None, **options: Any) -> Figure:
+        """Map a field of every contact of bricks, see `results.pictures.draw.plot_contacts`."""
+        from fecontact.results.pictures.draw import plot_contacts
+
+        on_faces = self._on_faces
+        if not on_faces:
+            raise InputError("The state has no contact of faces to draw; axes of members are in `contacts`.")
+        return plot_contacts(_OnFaces(on_faces), what, path, **options)
+
+    def save(self, path: str | FilePath) -> FilePath:
+        """Write the points of its contacts of bricks as a table, .csv; see `results.files.save_csv`."""
+        return save_csv(self._on_faces, path)
+
+    @property
+    def _on_faces(self) -> tuple[ContactFields, ...]:
+        """The contacts of bricks."""
+        shown = [c for c, t in zip(self.contacts, self.touches, strict=True) if t.present(self.q, "") is not None]
+        return cast(tuple[ContactFields, ...], tuple(shown))
 
     @property
     def residuals(self) -> Residuals:
@@ -387,7 +447,7 @@ class Iterate:
         return State(
             level, self.q, each, tuple(a.split(conditions.gap)), -a.held(self.rest), a.energy(self.q), nit,
             self.slip.end(a.touches, self.q, self.forces, self.tangential, self.residuals), self.stresses,
-            tuple(depth if depth > tolerance * a.size else 0.0 for depth in depths),
+            tuple(depth if depth > tolerance * a.size else 0.0 for depth in depths), tuple(a.touches),
         )  # fmt: skip
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -71,8 +71,20 @@ def plot_result(
     return bodies.plot_bodies(result, what, path, **options)
 
 
+class SolvedContacts(Protocol):
+    """What maps are drawn of: a result, or a state of gradient coordinates."""
+
+    @property
+    def contacts(self) -> Sequence[ContactFields]:
+        """Its contacts."""
+
+    @property
+    def unit_names(self) -> Units:
+        """Units of its numbers."""
+
+
 def plot_contacts(
-    result: ContactResult,
+    result: SolvedContacts,
     what: str = "pressure",
     path: str | Path | None = None,
     *,
@@ -89,7 +101,7 @@ def plot_contacts(
 
     Parameters
     ----------
-    result : ContactResult
+    result : ContactResult, or another with contacts
     what : {'pressure', 'gap', 'friction'}
         'friction': sizes and directions of tractions, and what sticks and slides.
     path : str or Path, optional
@@ -118,7 +130,7 @@ def plot_contacts(
     shown = [result.contacts[k] for k in (range(len(result.contacts)) if contacts is None else contacts)]
     if axes is not None:
         shown = [replace(contact, directions=Directions.of(axes)) for contact in shown]
-    names = Units(length, force, units).or_those(result.scene.unit_names)
+    names = Units(length, force, units).or_those(result.unit_names)
     columns = min(3, len(shown))
     rows = -(-len(shown) // columns)
     figure = Figure(figsize=_figure_size(shown, columns, rows), layout="constrained")
@@ -143,7 +155,7 @@ def plot_contacts(
 
 
 def _check_map(
-    result: ContactResult,
+    result: SolvedContacts,
     what: str,
     style: str,
     pitch: float | None,

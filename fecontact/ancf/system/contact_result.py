@@ -1,0 +1,147 @@
+"""Contacts of a state as results: pressure per present area, resultants, area and outline.
+
+A contact of bricks is one of `results.ContactFields`, as a scene's, on the faces as they lie: a point of contact is a
+multiplier, its area the integral of the multiplier over the present face, so that force over area is Cauchy's pressure.
+Contacts of slender members act along axes and have no faces: `ContactPoints`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps
+from fecontact.bodies.surface_body import SurfaceBody
+from fecontact.common.arrays import Array, Mask
+from fecontact.common.one_line import one_line
+from fecontact.results.contact_fields import ContactFields
+from fecontact.results.friction_fields import FrictionFields
+from fecontact.solvers.coulomb import friction_limit, sticks
+
+
+@one_line
+@dataclass(frozen=True, eq=False)
+class ContactPoints:
+    """Contact of a slender member, in world axes; forces are those on the slave.
+
+    Attributes
+    ----------
+    label : str
+    points : (n, 3) array
+        Mean places of the multipliers on axis or middle surface.
+    normals : (n, 3) array
+        Force vectors per unit of contact force.
+    weights : (n,) array
+        Present lengths of a line, areas of a plate.
+    forces, gap : (n,) arrays
+    tangential, slip : (n, 3) arrays
+        Friction, and slip since the last state.
+    """
+
+    label: str
+    points: Array
+    normals: Array
+    weights: Array
+    forces: Array
+    gap: Array
+    tangential: Array
+    slip: Array
+
+    @property
+    def pressure(self) -> Array:
+        """Force (n,) per present length of a line, per area of a plate."""
+        return self.forces / self.weights
+
+    @property
+    def active(self) -> Mask:
+        """Points (n,) that carry force."""
+        return self.forces > 0
+
+    @property
+    def area(self) -> float:
+        """Length or area of the points that carry force."""
+        return float(self.weights[self.active].sum())
+
+    @property
+    def total_force(self) -> float:
+        """Sum of the forces along their normals."""
+        return float(self.forces.sum())
+
+    @property
+    def force(self) -> Array:
+        """Resultant (3,), friction included."""
+        return np.asarray(self.forces @ self.normals + self.tangential.sum(axis=0))
+
+    @property
+    def max_pressure(self) -> float:
+        """Largest of `pressure`."""
+        return float(self.pressure.max(initial=0.0))
+
+
+def contact_result(
+    touch: ContactConstraints, number: int, q: Array, forces: Array, tangential: Array, slip: Array
+) -> ContactFields | ContactPoints:
+    """A contact at coordinates q (n_dofs,) of all members.
+
+    Parameters
+    ----------
+    touch : ContactConstraints
+    number : int
+        Its number, for names.
+    q : (n_dofs,) array
+    forces : (n_multipliers,) array
+    tangential, slip : (n_multipliers, 3) arrays
+    """
+    part = touch.at(q)
+    x = part.projection.points + part.projection.gap[:, None] * part.projection.normals
+    x = np.where(part.projection.outside[:, None], 0.0, x)  # not among the means
+    points, normals, weights = part.means @ x, part.means @ part.projection.normals, touch.present_areas(q)
+    slave = touch.present(q, f"slave {number}")
+    if slave is None:
+        return ContactPoints(f"contact {number}", points, normals, weights, forces, part.gap, tangential, slip)
+    return _on_faces(touch, number, q, (slave, part, x), (forces, tangential, slip), weights)
+
+
+def _on_faces(
+    touch: ContactConstraints,
+    number: int,
+    q: Array,
+    now: tuple[SurfaceBody, ContactGaps, Array],
+    found: tuple[Array, Array, Array],
+    weights: Array,
+) -> ContactFields:
+    (slave, part, x), (forces, tangential, slip) = now, found
+    master, surface = touch.master.present(q, f"master {number}"), slave.facets
+    facing = np.flatnonzero(np.isfinite(part.gap))
+    covered = np.flatnonzero(np.isin(surface.facets, facing).any(axis=1))
+    shown, local = np.unique(surface.facets[covered], return_inverse=True)
+    means, n, reference = part.means[facing], part.projection.normals, slave.reference_point
+    at_nodes = sp.csr_matrix((np.ones(len(facing)), (facing, np.arange(len(facing)))), (len(weights), len(facing)))
+    facet = np.repeat(np.arange(len(surface.facets)), surface.facets.shape[1])
+    around = sp.csr_matrix((np.ones(facet.size), (surface.facets.ravel(), facet)), (len(weights), len(surface.facets)))
+    forces, weights = forces[facing], weights[facing]
+    return ContactFields(
+        slave=slave, master=master, surfaces=(slave.contact[0], master.contact[0]),
+        points=surface.points[facing], normals=means @ n, centres=means @ x,
+        couples=means @ np.cross(x - reference, n), weights=weights, forces=forces, gap=part.gap[facing],
+        candidates=np.arange(len(facing)), nodes=surface.points[shown], node_numbers=shown, at_nodes=at_nodes[shown],
+        facets=local.reshape(-1, surface.facets.shape[1]), facet_numbers=covered,
+        sharing=sp.csr_matrix(at_nodes.T @ around), reference_point=reference,
+        displacements=(np.zeros(slave.n_dofs), np.zeros(master.n_dofs)), coupling="mortar", note="",
+        friction=_friction(touch.friction, forces, weights, tangential[facing], slip[facing]),
+    )  # fmt: skip
+
+
+def _friction(mu: float, forces: Array, weights: Array, tangential: Array, slip: Array) -> FrictionFields | None:
+    """Fields of friction at the points of a contact; None without."""
+    if not mu:
+        return None
+    touching = forces > 0
+    held = sticks(np.linalg.norm(tangential, axis=1)[None], friction_limit(np.full(len(forces), mu), forces))
+    return FrictionFields(
+        mu=mu, forces=tangential, weights=weights, slip=slip, touching=touching,
+        sliding=touching & ~held, moved=slip, resultants=tangential,
+        couples=np.zeros_like(tangential), mu_along_slip=np.full(len(forces), mu),
+    )  # fmt: skip
