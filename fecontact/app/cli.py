@@ -59,9 +59,19 @@ class _Formatter(argparse.ArgumentDefaultsHelpFormatter):
         return super()._get_help_string(action) if told else action.help
 
 
-def _json(parser: argparse._ActionsContainer, instead_of: str = "table") -> None:
-    told = f"write the figures; - for standard output instead of the {instead_of}"
-    parser.add_argument("--json", metavar="FILE", help=told)
+def _outputs(
+    parser: argparse._ActionsContainer, plot: str = "", csv: str = "", units: bool = False, printed: str = "table"
+) -> None:
+    """Options of what a command writes; pictures and rows where there are any."""
+    shown = f"write the figures; - for standard output instead of the {printed}"
+    parser.add_argument("--json", metavar="FILE", help=shown)
+    if plot:
+        parser.add_argument("--plot", metavar="FILE", help=plot)
+    if csv:
+        parser.add_argument("--csv", metavar="FILE", help=csv)
+    if units:
+        names = ("LENGTH", "FORCE", "STRESS")
+        parser.add_argument("--units", nargs=3, default=("", "", ""), metavar=names, help="for labels")
 
 
 def _hertz(parser: argparse.ArgumentParser) -> None:
@@ -78,8 +88,7 @@ def _hertz(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--level", default=2, type=int, help="fineness, 1 to 5")
     parser.add_argument("--no-edge-fit", action="store_true", help="do not fit the mesh to the contact edge")
-    _json(parser)
-    parser.add_argument("--plot", metavar="FILE", help="write a picture")
+    _outputs(parser, "write a picture")
     parser.add_argument("--vtu", metavar="FILE", help="write the bodies for ParaView")
 
 
@@ -124,10 +133,7 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
     form.add_argument("--seed", type=int, default=1, help="rough")
     out = parser.add_argument_group("output")
     out.add_argument("--tolerance", type=float, default=1e-8, help="of the certificate")
-    _json(out)
-    out.add_argument("--plot", metavar="FILE", help="pressure, gap, displacement, stress inside; curves for --loads")
-    out.add_argument("--csv", metavar="FILE", help="one row per load")
-    out.add_argument("--units", nargs=3, default=("", "", ""), metavar=("LENGTH", "FORCE", "STRESS"), help="for labels")
+    _outputs(out, "pressure, gap, displacement, stress inside; curves for --loads", "one row per load", units=True)
 
 
 def _friction(parser: argparse.ArgumentParser) -> None:
@@ -143,12 +149,8 @@ def _friction(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--cells", type=int, metavar="N", help="along a side; 128 (carter: 32 across the contact; block: 8)"
     )
-    _json(parser)
-    parser.add_argument(
-        "--plot", metavar="FILE", help="tractions, stick and slip, loop or creep beside the closed form"
-    )
-    parser.add_argument("--csv", metavar="FILE", help="one row per step")
-    parser.add_argument("--units", nargs=3, default=("", "", ""), metavar=("LENGTH", "FORCE", "STRESS"))
+    pictures = "tractions, stick and slip, loop or creep beside the closed form"
+    _outputs(parser, pictures, "one row per step", units=True)
 
 
 def _ancf(parser: argparse.ArgumentParser) -> None:
@@ -157,8 +159,7 @@ def _ancf(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--measure", default="turn", choices=("turn", "geometric"), help="strains of the axis")
     parser.add_argument("--gravity", type=float, default=9.81, help="pendulum: 9.81 or 50")
     parser.add_argument("--step", type=float, help="of time; pendulum: 0.002 or, under 50, 0.001; fourbar: 0.0005")
-    _json(parser)
-    parser.add_argument("--plot", metavar="FILE", help="shapes on the way")
+    _outputs(parser, "shapes on the way")
 
 
 def _solve(parser: argparse.ArgumentParser) -> None:
@@ -172,7 +173,7 @@ def _solve(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--engine", metavar="petsc", help="solve by PETSc on several processes under MPI")
     parser.add_argument("-n", "--ranks", type=int, metavar="N", help="number of processes of the engine petsc")
     parser.add_argument("--dry-run", action="store_true", help="check the file, print a summary, and stop")
-    _json(parser)
+    _outputs(parser)
     parser.add_argument("--montage", metavar="FILE", help="cases: maps of the pressure of the first contact")
     parser.add_argument("--animate", metavar="FILE", help="cases: the same as an animation, .gif or .mp4")
     parser.add_argument(
@@ -198,7 +199,7 @@ def _accuracy(text: str) -> float | dict[str, float]:
 
 def _explain(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE.toml")
-    _json(parser, "text")
+    _outputs(parser, printed="text")
 
 
 def _scale(text: str) -> float | str:
@@ -224,10 +225,10 @@ def _view(parser: argparse.ArgumentParser) -> None:
 
 def _compare(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", nargs="?", metavar="SCENE.toml")
-    parser.add_argument("--refinements", type=int, default=3, metavar="N", help="at least 2")
-    parser.add_argument("--out", metavar="FOLDER", help="write compare_SCENE.jsonl, .json, .csv, .png and .md there")
-    parser.add_argument("--page", metavar="FILE.md", help="write the page there instead")
-    parser.add_argument("--plot", metavar="FILE", help="write the picture there instead")
+    parser.add_argument(
+        "--runs", type=int, default=3, metavar="N", help="accuracies of 20 %%, 10 %%, 5 %% ..; at least 2"
+    )
+    _outputs(parser, "error over time and size", "one row per run")
 
 
 def _examples(parser: argparse.ArgumentParser) -> None:
@@ -281,9 +282,9 @@ COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] 
         _view,
     ),
     "compare": (
-        "error against time of a scene in a TOML file at several refinements",
-        "Solve a scene at several refinements and show the errors against the finest over time and size. "
-        "Finished runs are kept in --out: an interrupted command can be resumed.",
+        "error against time of a scene in a TOML file at several accuracies",
+        "Solve a scene to accuracies of 20 %%, 10 %%, 5 %% and so on, and show the errors beside the run of the "
+        "smallest estimate over time and size. Grids of half-spaces get 1, 2, 3 .. times their cells.",
         _compare,
     ),
     "examples": (

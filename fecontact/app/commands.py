@@ -58,6 +58,20 @@ def _write(to: str | None, write: Callable[[str], object], remarks: TextIO) -> N
         say(f"wrote {Path(to)}", remarks)
 
 
+def _report(options: argparse.Namespace, solve: Callable[[], Any]) -> int:
+    """Solve; print what was found and write the files that the options ask for, which are checked before."""
+    writers = {"csv": "save", "plot": "plot"}
+    files = {name: to for name in writers if (to := getattr(options, name, None))}
+    _check_files(options.json, *files.values())
+    found = solve()
+    remarks = _show(found, found.as_dict(), options.json)
+    for name, to in files.items():
+        units = getattr(options, "units", ()) if name == "plot" else ()
+        getattr(found, writers[name])(to, *units)
+        say(f"wrote {Path(to)}", remarks)
+    return 0
+
+
 def _titled(scene: SceneFile, text: object) -> str:
     """Printed text with the scene's title."""
     return f"{scene.title}\n{text}" if scene.title else str(text)
@@ -102,35 +116,21 @@ def halfspace(options: argparse.Namespace) -> int:
     """Press a shape on a half-space."""
     from fecontact.app.indentation.command import run
 
-    _check_files(options.plot, options.csv, options.json)
-    found = run(vars(options))
-    remarks = _show(found, found.as_dict(), options.json)
-    _write(options.csv, found.save, remarks)
-    _write(options.plot, lambda to: found.plot(to, *options.units), remarks)
-    return 0
+    return _report(options, lambda: run(vars(options)))
 
 
 def friction(options: argparse.Namespace) -> int:
     """Run a study of friction on a half-space."""
     from fecontact.app.friction.studies import run
 
-    _check_files(options.plot, options.csv, options.json)
-    found = run(options.study, vars(options))
-    remarks = _show(found, found.as_dict(), options.json)
-    _write(options.csv, found.save, remarks)
-    _write(options.plot, lambda to: found.plot(to, *options.units), remarks)
-    return 0
+    return _report(options, lambda: run(options.study, vars(options)))
 
 
 def ancf(options: argparse.Namespace) -> int:
     """Solve a problem of slender beams."""
     from fecontact.app.slender.problems import run
 
-    _check_files(options.plot, options.json)
-    found = run(options.problem, vars(options))
-    remarks = _show(found, found.as_dict(), options.json)
-    _write(options.plot, found.plot, remarks)
-    return 0
+    return _report(options, lambda: run(options.problem, vars(options)))
 
 
 def solve(options: argparse.Namespace) -> int:
@@ -269,26 +269,17 @@ def _direction(text: str) -> str | tuple[float, float]:
 
 
 def compare(options: argparse.Namespace) -> int:
-    """Solve a scene at several refinements: error against time and size."""
+    """Solve a scene to several accuracies: error against time and size."""
     if options.scene is None or not options.scene.endswith(".toml"):
         found = "no scene" if options.scene is None else repr(options.scene)
         raise InputError(
-            "compare takes a scene file, SCENE.toml, solves it at several refinements and shows the error of each "
+            "compare takes a scene file, SCENE.toml, solves it to several accuracies and shows the error of each "
             f"against the finest; found {found}. Problems with a known answer, other methods and other programs are "
             "compared by tests/benchmarks/compare of the source (make compare); docs/compare.md shows what came out."
         )
-    from fecontact.app.compare.files import places, write
-    from fecontact.app.compare.refinements import compare_scene
-    from fecontact.app.compare.table import conditions, markdown, table
+    from fecontact.app.compare import compare_scene
 
-    path = Path(options.scene)
-    files = places(path.stem, options.out, picture=options.plot, page=options.page)
-    rows = compare_scene(path, options.refinements, files.get("rows"))
-    title = f"{rows[0]['title']}: the finest run is the reference"
-    with_errors = [row for row in rows if row["errors"]]
-    written = write(files, rows, title, f"# {title}\n\n{markdown(rows)}\n", with_errors)
-    say("\n".join([title, table(rows), conditions(rows), *written]))
-    return 0
+    return _report(options, lambda: compare_scene(options.scene, options.runs))
 
 
 def examples(options: argparse.Namespace) -> int:

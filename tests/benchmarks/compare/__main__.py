@@ -18,13 +18,13 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from compare import page
+from compare.files import places, write
 from compare.peers import find_peers, published, styled
 from compare.precision import against_peers, sentence
 from compare.problems import problem
 from compare.run import Plan, compare
+from compare.table import conditions, table
 from fecontact import FecontactError
-from fecontact.app.compare.files import places, write
-from fecontact.app.compare.table import conditions, table
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from compare.precision import against_peers, sentence
-from fecontact.app.compare.table import Row, conditions, curves, markdown, orders
+from compare.table import Row, conditions, curves, markdown, orders
 
 
 def page(

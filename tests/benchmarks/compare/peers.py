@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from compare.machine import THREADS
+from compare.table import Row
 from fecontact import InputError
-from fecontact.app.compare.machine import THREADS
-from fecontact.app.compare.table import Row
 
 #: Seconds in which an adapter has to introduce itself.
 PATIENCE = 60

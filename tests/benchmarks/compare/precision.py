@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
-from fecontact.app.compare.picture import TARGETS
-from fecontact.app.compare.table import Row, curves, error_of
+from compare.picture import TARGETS
+from compare.table import Row, curves, error_of
 
 #: Error at which the package is compared with other programs.
 PEER_TARGET = 0.015

@@ -13,12 +13,12 @@ from typing import Any
 from tqdm import tqdm
 
 import fecontact
+from compare.machine import code, machine
 from compare.methods import default_variants, variant
 from compare.peers import Peer, ask, environment
 from compare.problems import PROBLEMS
+from compare.table import Row
 from fecontact import InputError
-from fecontact.app.compare.machine import code, machine
-from fecontact.app.compare.table import Row
 from fecontact.common.files import append_row, read_rows
 from fecontact.common.fingerprint import fingerprint
 

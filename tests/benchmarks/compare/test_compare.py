@@ -5,20 +5,21 @@ import json
 import math
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from refusals import refused
 
 import fecontact as fc
-from compare import run
+from compare import machine, run
 from compare.__main__ import main
 from compare.methods import METHODS, default_variants, variant
 from compare.peers import find_peers
 from compare.precision import against_peers, cheapest, quickest, sentence
 from compare.problems import PROBLEMS, problem
 from compare.run import Plan, compare
-from fecontact.app.compare.table import order
+from compare.table import order
 
 QUICK = Plan("hertz", ("half-space",), refinements=2, repeats=1)
 
@@ -276,3 +277,19 @@ def test_a_file_of_something_else_is_not_touched(tmp_path):
     with refused(fc.InputError, "bad-line", "a row of a comparison"):
         compare(QUICK, path)
     assert path.read_text() == "not rows\n{}\n"
+
+
+def test_the_sources_of_every_room_are_part_of_the_code(monkeypatch):
+    read = []
+    monkeypatch.setattr(machine, "fingerprint", lambda files: read.extend(name for name, _ in files))
+    machine.code.__wrapped__()
+    assert {Path(name).parts[0] for name in read} >= {"common", "mesh", "solvers", "scene", "app"}
+
+
+def test_the_code_is_told_apart_by_what_it_says(monkeypatch):
+    now = machine.code()
+    assert machine.code() == now
+    machine.code.cache_clear()
+    monkeypatch.setattr(machine.Path, "read_bytes", lambda self: b"changed")
+    assert machine.code() != now
+    machine.code.cache_clear()

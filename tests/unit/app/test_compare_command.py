@@ -1,9 +1,8 @@
-"""A user's scene at several refinements: errors, resuming, what is refused."""
+"""A user's scene at several accuracies: errors, files, what is refused."""
 
+import csv
 import json
-from pathlib import Path
 
-import meshio
 import numpy as np
 import pytest
 from common_scenes import BALL_ON_BLOCK
@@ -11,68 +10,56 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact.app.cli import main
-from fecontact.app.compare import machine, refinements
-from fecontact.app.compare.refinements import WAYS, compare_scene
+from fecontact.app.compare import compare_scene
+
+BALL_ON_HALF_SPACE = """
+[materials.soft]
+E = 1.0
+nu = 0.3
+[bodies.half]
+type = "half-space"
+material = "soft"
+size = [1.0, 1.0]
+cells = [16, 16]
+[bodies.ball]
+type = "rigid"
+shape = {kind = "sphere", radius = 2.0}
+[[contacts]]
+slave = "half"
+master = "ball"
+[loads]
+motions.ball = {z = -0.03}
+"""
 
 
 @pytest.mark.full
-def test_a_scene_is_compared_with_its_finest_run(tmp_path, capsys):
-    path, out = tmp_path / "scene.toml", tmp_path / "out"
+def test_a_scene_is_compared_with_the_run_of_the_smallest_estimate(tmp_path, capsys):
+    path = tmp_path / "scene.toml"
     path.write_text(BALL_ON_BLOCK)
-    command = ["compare", str(path), "--refinements", "3", "--out", str(out)]
-    assert main(command) == 0
-    rows = json.loads((out / "compare_scene.json").read_text())["rows"]
-    ways = {
-        way: [r for r in rows if r["method"] == way] for way in ("uniform refinement", "divided where the error is")
-    }
-    for runs in ways.values():
-        assert [r["dofs"] for r in runs] == sorted(r["dofs"] for r in runs)
-        assert abs(runs[1]["errors"]["pressure_l2"]) < abs(runs[0]["errors"]["pressure_l2"]) < 0.5
-    # the reference is the run with the smallest estimate; a division where the error is needs fewer unknowns
-    uniform, divided = ways.values()
-    assert divided[-1]["errors"] == {}
-    assert divided[1]["errors"]["pressure_l2"] < uniform[2]["errors"]["pressure_l2"]
-    assert divided[1]["dofs"] < uniform[2]["dofs"] / 2
-    kept = (out / "compare_scene.jsonl").read_text()
-    assert main(command) == 0
-    assert (out / "compare_scene.jsonl").read_text() == kept
+    assert main(["compare", str(path), "--json", str(tmp_path / "c.json")]) == 0
+    rows = json.loads((tmp_path / "c.json").read_text())["rows"]
+    assert [row["accuracy"] for row in rows] == [0.2, 0.1, 0.05]
+    assert [row["dofs"] for row in rows] == sorted(row["dofs"] for row in rows)
+    assert rows[2]["pressure L2"] is None
+    assert rows[1]["pressure L2"] < rows[0]["pressure L2"] < 0.2
     assert "largest" in capsys.readouterr().out
 
 
-@pytest.mark.full  # the estimate of a punch whose rim lies within faces is too large, and divides them for minutes
-def test_a_scene_that_reads_another_mesh_is_run_again(tmp_path, monkeypatch):
-    """The scene file is the same to the letter, the mesh that it names is not."""
-    # below a sharp edge a finer accuracy takes minutes
-    monkeypatch.setattr(refinements, "COARSEST", 0.8)
-    path, rows_path = tmp_path / "scene.toml", tmp_path / "rows.jsonl"
-    path.write_text(BALL_ON_BLOCK.replace('shape = {kind = "sphere", radius = 2.0}', 'surface = {file = "tip.stl"}'))
-
-    def found(half_side):
-        """Contact area below a flat square punch."""
-        corners = half_side * np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
-        meshio.Mesh(corners, [("triangle", [[0, 2, 1], [0, 3, 2]])]).write(tmp_path / "tip.stl")
-        return [row["found"]["area"] for row in compare_scene(path, 2, rows_path)]
-
-    first, second = found(0.3), found(0.4)
-    assert min(second) > 1.3 * max(first)
-    # samples beside the rows are those of the other punch by now: they are not mixed with rows of this one
-    assert found(0.3) == first
-    assert len(rows_path.read_text().splitlines()) == 6 * len(WAYS)
-    assert found(0.3) == first
-    assert len(rows_path.read_text().splitlines()) == 6 * len(WAYS)
-
-
-@pytest.mark.full
-def test_a_scene_that_cannot_be_refined_is_named(tmp_path, capsys):
+def test_grids_of_half_spaces_get_more_cells(tmp_path, capsys):
     path = tmp_path / "scene.toml"
-    path.write_text(BALL_ON_BLOCK)
-    assert main(["compare", str(path), "--refinements", "1"]) == 2
-    assert "at least 2 refinements" in capsys.readouterr().err
-    ball = 'shape = {kind = "half_sphere", radius = 1.0, level = 4}'
-    text = BALL_ON_BLOCK.replace('shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [4, 4, 2]}', ball)
-    path.write_text(text.replace('"top"', '"cap"').replace("bottom", "base"))
-    assert main(["compare", str(path), "--refinements", "3"]) == 2
-    assert "5 is the finest" in capsys.readouterr().err
+    path.write_text(BALL_ON_HALF_SPACE)
+    files = [str(tmp_path / name) for name in ("c.csv", "c.png")]
+    assert main(["compare", str(path), "--runs", "2", "--csv", files[0], "--plot", files[1]]) == 0
+    first, last = list(csv.DictReader((tmp_path / "c.csv").read_text().splitlines()))
+    assert [first["points"], last["points"]] == [str(16**2), str(32**2)]
+    # a ball of radius 2 pressed by .03: Hertz's area pi R d; a quarter of the cells along each side lies within it
+    assert last["area"] == ""
+    assert abs(float(first["area"])) <= 0.1
+    assert 0 < float(first["pressure L2"]) <= 0.2
+    assert (tmp_path / "c.png").stat().st_size > 3000
+    found = compare_scene(path, 2)
+    assert np.isfinite([row["estimate"] for row in found.rows]).all()
+    assert "Errors are those beside the run without one" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -101,17 +88,6 @@ def test_scenes_of_several_cases_or_without_contact_are_refused(more, said, tmp_
         compare_scene(path, 2)
 
 
-def test_the_sources_of_every_room_are_part_of_the_code(monkeypatch):
-    read = []
-    monkeypatch.setattr(machine, "fingerprint", lambda files: read.extend(name for name, _ in files))
-    machine.code.__wrapped__()
-    assert {Path(name).parts[0] for name in read} >= {"common", "mesh", "solvers", "scene", "app"}
-
-
-def test_the_code_is_told_apart_by_what_it_says(monkeypatch):
-    now = machine.code()
-    assert machine.code() == now
-    machine.code.cache_clear()
-    monkeypatch.setattr(machine.Path, "read_bytes", lambda self: b"changed")
-    assert machine.code() != now
-    machine.code.cache_clear()
+def test_one_run_is_no_comparison(tmp_path):
+    with refused(fc.InputError, "one-run"):
+        compare_scene(tmp_path / "scene.toml", 1)

@@ -10,7 +10,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from fecontact.app.compare.table import Row, curves, error_of, order
+from compare.table import Row, curves, error_of, order
 from fecontact.common.errors import InputError
 from fecontact.common.files import save_figure
 

@@ -7,6 +7,7 @@ import platform
 from functools import cache
 from pathlib import Path
 
+import fecontact
 from fecontact.common.fingerprint import fingerprint
 
 #: Environment variables for the number of threads of the libraries; read when these are loaded.
@@ -27,18 +28,13 @@ def machine() -> str:
 @cache
 def code() -> str:
     """Fingerprint of the package's present sources."""
-    return of_sources(Path(__file__).parents[2])
+    return of_sources(Path(fecontact.__file__).parent)
 
 
 def of_sources(folder: Path) -> str:
     """Fingerprint of the Python files in a folder and below."""
     files = sorted(folder.rglob("*.py"))
     return fingerprint([(str(file.relative_to(folder)), file.read_bytes()) for file in files])
-
-
-def threads_as_set() -> dict[str, str | None]:
-    """Environment variables for the number of threads, as set."""
-    return {name: os.environ.get(name) for name in THREADS}
 
 
 def _processor() -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from fecontact.app.compare.picture import draw
-from fecontact.app.compare.table import Row, conditions, save_csv
+from compare.picture import draw
+from compare.table import Row, conditions, save_csv
 from fecontact.common.files import check_writable, make_folder, save_json, write_atomically
 
 #: Kinds of files; 'rows' are JSON lines of finished runs, which a repeated command does not run again.

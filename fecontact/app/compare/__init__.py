@@ -1,1 +1,0 @@
-"""Refinement study of a user's scene: error against processor time and against degrees of freedom."""
