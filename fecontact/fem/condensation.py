@@ -8,7 +8,7 @@ columns     plain factor and the dense S of n^2 only: with PARDISO the Schur com
 operator    plain factor; S x = C K^-1 (C^T x) by one forward and one backward step; nothing dense
 ==========  =========================================================================================================
 
-A fourth, `gram-schmidt`, is the source report's own (`fem.rigid`), for comparison.
+A fourth, `gram-schmidt`, is the source report's own (`Separated`), for comparison.
 
 A plain factor does not depend on the candidates: `operator` factorises once; `columns` with PARDISO once for each set
 of rows. Times are measured in `docs/figures/scale.md`; `fem.route` decides by them and by the free memory.
@@ -19,7 +19,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 import scipy.linalg
@@ -27,10 +26,15 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import FecontactError
+from fecontact.common.errors import FecontactError, InputError
 from fecontact.fem.factor import BorderedFactor, Condensed, Factor
 from fecontact.fem.pardiso import SINGULAR
-from fecontact.fem.rigid import SEPARATED
+from fecontact.fem.rigid import complement, gram_schmidt
+
+#: Name of the route among those of `fem.condensation`.
+SEPARATED = "gram-schmidt"
+#: Dense matrices of (n, n): K, its product with S, and S.
+N_DENSE = 3
 
 ROUTES = ("auto", "schur", "columns", "operator", SEPARATED)
 
@@ -38,39 +42,52 @@ ROUTES = ("auto", "schur", "columns", "operator", SEPARATED)
 BLOCK = 64
 
 
-class Condensation(Protocol):
-    """A stiffness K (n, n) over the solved degrees of freedom, prepared to give compliances."""
+class Condensation:
+    """A stiffness K (n, n) over the solved degrees of freedom, prepared to give compliances.
 
-    @property
-    def route(self) -> str:
-        """Which of the three routes."""
+    The defaults are those of a factor of the whole K, for any rows.
 
-    @property
-    def why(self) -> str:
-        """Reason for this route, in words."""
+    Attributes
+    ----------
+    factor : Factor
+    route : str
+        Which of the routes.
+    why : str
+        Reason for it, in words.
+    """
+
+    factor: Factor
+    route: str
+    why: str
 
     @property
     def memory(self) -> int:
         """Bytes of the factorisation."""
+        return self.factor.memory
 
     @property
     def n_retained(self) -> int:
         """Degrees of freedom of the dense condensed matrix."""
+        return 0
 
     def invert(self) -> None:
         """Take the inverse of what is dense, if anything is, which pays off where many poses use it."""
 
     def covers(self, dofs: IntArray) -> bool:
         """Whether rows on these degrees of freedom can be condensed without another factorisation."""
+        return True
 
     def compliance(self, C: sp.csr_matrix) -> Array | LinearOperator:
         """S (n_rows, n_rows) of rows C (n_rows, n)."""
+        raise NotImplementedError
 
     def response(self, C: sp.csr_matrix, f: Array) -> Array:
         """C K^-1 f (n_rows,) of loads f (n,)."""
+        return np.asarray(C @ self.solve(f))
 
     def solve(self, f: Array) -> Array:
         """K^-1 f (n,)."""
+        return self.factor.solve(f[None])[0]
 
 
 class Compliance(LinearOperator):
@@ -110,21 +127,21 @@ class Compliance(LinearOperator):
 
 
 @dataclass(frozen=True, eq=False)
-class Schur:
+class Schur(Condensation):
     """Condensed onto some degrees of freedom.
 
     Attributes
     ----------
     position : (n,) array
         Position of each degree of freedom among the retained ones; -1 for inner ones.
-    factor : Condensed
+    condensed : Condensed
     cholesky : (n_c, n_c) array
         Lower Cholesky factor of the condensed stiffness; entries above the diagonal are arbitrary.
     why : str
     """
 
     position: IntArray
-    factor: Condensed
+    condensed: Condensed
     cholesky: Array
     why: str
     route: str = "schur"
@@ -158,7 +175,7 @@ class Schur:
     @property
     def memory(self) -> int:
         """Bytes of the factorisation."""
-        return self.factor.memory
+        return self.condensed.memory
 
     def covers(self, dofs: IntArray) -> bool:
         """Whether all given degrees of freedom are retained."""
@@ -189,15 +206,15 @@ class Schur:
         return np.asarray(self._local(C) @ self._retained(f)[:, 0])
 
     def _retained(self, f: Array) -> Array:
-        return scipy.linalg.cho_solve((self.cholesky, True), self.factor.reduce(f[:, None]), check_finite=False)
+        return scipy.linalg.cho_solve((self.cholesky, True), self.condensed.reduce(f[:, None]), check_finite=False)
 
     def solve(self, f: Array) -> Array:
         """K^-1 f."""
-        return self.factor.expand(self._retained(f), f[:, None])[:, 0]
+        return self.condensed.expand(self._retained(f), f[:, None])[:, 0]
 
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class Carried(Condensation):
     """Condensation received from another process: the inverse of the condensed stiffness, without the factor.
 
     Solutions at other degrees of freedom use a plain factor, made on first use.
@@ -238,9 +255,6 @@ class Carried:
         """Degrees of freedom that are retained."""
         return len(self.inverse)
 
-    def invert(self) -> None:
-        """It came as an inverse."""
-
     def covers(self, dofs: IntArray) -> bool:
         """Whether all given degrees of freedom are retained."""
         return bool((self.position[dofs] >= 0).all())
@@ -248,10 +262,6 @@ class Carried:
     def compliance(self, C: sp.csr_matrix) -> Array:
         """S = C K_hat^-1 C^T."""
         return _by_inverse(_over_retained(C, self.position, self.n_retained), self.inverse)
-
-    def response(self, C: sp.csr_matrix, f: Array) -> Array:
-        """C K^-1 f."""
-        return np.asarray(C @ self.solve(f))
 
     def solve(self, f: Array) -> Array:
         """K^-1 f."""
@@ -272,46 +282,21 @@ def _by_inverse(own: sp.csr_matrix, inverse: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Plain:
+class Plain(Condensation):
     """Factor of the whole stiffness, for any rows; the compliance is dense (`columns`) or an operator."""
 
     factor: Factor
     route: str
     why: str
 
-    @property
-    def memory(self) -> int:
-        """Bytes of the factorisation."""
-        return self.factor.memory
-
-    @property
-    def n_retained(self) -> int:
-        """None."""
-        return 0
-
-    def invert(self) -> None:
-        """Nothing is dense."""
-
-    def covers(self, dofs: IntArray) -> bool:
-        """Always."""
-        return True
-
     def compliance(self, C: sp.csr_matrix) -> Array | LinearOperator:
         """S as an array or an operator."""
         S = Compliance(self.factor, C)
         return S.dense() if self.route == "columns" else S
 
-    def response(self, C: sp.csr_matrix, f: Array) -> Array:
-        """C K^-1 f."""
-        return np.asarray(C @ self.solve(f))
-
-    def solve(self, f: Array) -> Array:
-        """K^-1 f."""
-        return self.factor.solve(f[None])[0]
-
 
 @dataclass(frozen=True, eq=False)
-class Bordered:
+class Bordered(Condensation):
     """Factor of the whole stiffness together with the compliance of given rows.
 
     Attributes
@@ -328,21 +313,9 @@ class Bordered:
     route: str = "columns"
 
     @property
-    def memory(self) -> int:
-        """Bytes of the factorisation."""
-        return self.factor.memory
-
-    @property
     def n_retained(self) -> int:
         """Rows of the border."""
         return int(self.rows.shape[0])
-
-    def invert(self) -> None:
-        """Nothing else is dense."""
-
-    def covers(self, dofs: IntArray) -> bool:
-        """Always, by right-hand sides."""
-        return True
 
     def numbers(self, C: sp.csr_matrix) -> IntArray | None:
         """Numbers (n,) of rows C among the given ones; None if one is not among them."""
@@ -359,10 +332,74 @@ class Bordered:
             return Compliance(self.factor, C).dense()
         return np.asarray(self.factor.compliance[np.ix_(found, found)])
 
-    def response(self, C: sp.csr_matrix, f: Array) -> Array:
-        """C K^-1 f."""
-        return np.asarray(C @ self.solve(f))
+
+@dataclass(frozen=True, eq=False)
+class Separated(Condensation):
+    """Stiffness with its rigid motions separated.
+
+    Attributes
+    ----------
+    K : (n, n) csr_matrix
+        The whole stiffness.
+    S : (n, m) array
+        Orthonormal basis of the elastic displacements.
+    cholesky : (m, m) array
+        Lower factor of S^T K S.
+    """
+
+    K: sp.csr_matrix
+    S: Array
+    cholesky: Array
+    route: str = SEPARATED
+    why: str = "as asked"
+
+    @classmethod
+    def of(cls, upper: sp.csr_matrix, rigid: Array, budget: float) -> Separated:
+        """From the upper triangle of K (n, n), the free rigid motions (n, k), and the bytes for dense matrices.
+
+        Raises
+        ------
+        InputError
+            If the dense matrices exceed the budget.
+        """
+        n = upper.shape[0]
+        needed = N_DENSE * 8.0 * n**2
+        if needed > budget:
+            raise InputError(
+                f"condensation={SEPARATED!r} takes {needed / 1e9:.2g} GB for dense matrices of {n} degrees of freedom, "
+                f"and {budget / 1e9:.2g} GB are at hand. Take a coarser mesh, or condensation='auto', which gives the "
+                "same forces.",
+                code="out-of-memory",
+            )
+        S, K = complement(gram_schmidt(rigid)), (upper + sp.triu(upper, 1).T).tocsr()
+        reduced = S.T @ (K @ S)
+        cholesky, info = scipy.linalg.lapack.dpotrf(reduced.T, lower=1, clean=0, overwrite_a=1)
+        if info != 0:
+            raise FecontactError(SINGULAR, code="singular")
+        return cls(K, S, cholesky)
+
+    @property
+    def memory(self) -> int:
+        """Bytes of S and of the factor."""
+        return int(self.S.nbytes + self.cholesky.nbytes)
+
+    @property
+    def n_retained(self) -> int:
+        """All elastic degrees of freedom."""
+        return len(self.cholesky)
+
+    def compliance(self, C: sp.csr_matrix) -> Array:
+        """C S (S^T K S)^-1 S^T C^T, equation A-12."""
+        half = C @ self.solve(C.T.toarray())
+        return np.asarray(half + half.T) / 2
 
     def solve(self, f: Array) -> Array:
-        """K^-1 f."""
-        return self.factor.solve(f[None])[0]
+        """S (S^T K S)^-1 S^T f, equation A-9, for forces (n,) or (n, m).
+
+        S mixes large entries of K with small ones, hence a step of iterative refinement.
+        """
+        u = self._elastic(f)
+        return u + self._elastic(f - self.K @ u)
+
+    def _elastic(self, f: Array) -> Array:
+        return np.asarray(self.S @ scipy.linalg.cho_solve((self.cholesky, True), self.S.T @ f, check_finite=False))

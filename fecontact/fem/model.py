@@ -19,13 +19,13 @@ from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.amg import AmgFactor
-from fecontact.fem.condensation import Bordered, Carried, Condensation, Plain, Schur
+from fecontact.fem.condensation import SEPARATED, Bordered, Carried, Condensation, Plain, Schur, Separated
 from fecontact.fem.coordinates import Coordinates, restricted
 from fecontact.fem.energy_error import EnergyError, energy_error
 from fecontact.fem.factor import Factor, bordered, condense, factorise, has_bordered
 from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.multigrid import Multigrid
-from fecontact.fem.rigid import SEPARATED, Separated, null_space, rigid_modes
+from fecontact.fem.rigid import null_space, rigid_modes
 from fecontact.fem.route import choose_route, memory_budget
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes

@@ -23,7 +23,7 @@ from scipy.spatial.distance import cdist
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.fem.amg import TIGHT, AmgFactor, Cycle
-from fecontact.fem.condensation import Compliance
+from fecontact.fem.condensation import Compliance, Condensation
 from fecontact.fem.constrained_cg import DependentRowsError, Held, SparseRows, constrained_cg
 from fecontact.fem.factor import Factor
 from fecontact.solvers.problem import ContactProblem, Outcome, Status
@@ -291,7 +291,7 @@ def _first_set(guess: Array, problem: ContactProblem) -> tuple[Mask, Array]:
 
 
 @dataclass(frozen=True, eq=False)
-class Multigrid:
+class Multigrid(Condensation):
     """Condensation by multigrid: an operator for any rows."""
 
     factor: IterativeFactor
@@ -300,31 +300,6 @@ class Multigrid:
     route: str = "operator"
     why: str = "multigrid has products only"
 
-    @property
-    def memory(self) -> int:
-        """Bytes of the stiffness and of its coarser levels."""
-        return self.factor.memory
-
-    @property
-    def n_retained(self) -> int:
-        """None."""
-        return 0
-
-    def invert(self) -> None:
-        """Nothing is dense."""
-
-    def covers(self, dofs: IntArray) -> bool:
-        """Always."""
-        return True
-
     def compliance(self, C: sp.csr_matrix) -> MultigridCompliance:
         """S as an operator with its own solver."""
         return MultigridCompliance(self.factor, C, self.positions, self.system)
-
-    def response(self, C: sp.csr_matrix, f: Array) -> Array:
-        """C K^-1 f."""
-        return np.asarray(C @ self.solve(f))
-
-    def solve(self, f: Array) -> Array:
-        """K^-1 f."""
-        return self.factor.solve(f[None])[0]

@@ -8,8 +8,8 @@ from refusals import refused
 import fecontact as fc
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem import model as model_module
-from fecontact.fem.condensation import Condensation
-from fecontact.fem.rigid import Separated, complement, gram_schmidt
+from fecontact.fem.condensation import Condensation, Separated
+from fecontact.fem.rigid import complement, gram_schmidt
 
 
 @pytest.mark.parametrize("k", [0, 1, 6])
