@@ -234,7 +234,7 @@ def attempt(
     """
     began = time.perf_counter()
     if problem.points.size:
-        raise InputError("The problem has friction: solve it by `solve_friction`.")
+        raise InputError("The problem has friction: solve it by `solve_friction`.", code="has-friction")
     validate_options(solver, options)
     chain = _chain(problem, solver)
     touching = _touching(problem, start)
