@@ -1,7 +1,25 @@
 """Absolute nodal coordinates: elements whose coordinates are positions and position gradients; contacts are results.
 
-The eight-node brick (`hexahedron`) on any mesh of hexahedra. Coordinates are a vector q (n_dofs,), twelve per node:
-``q.reshape(-1, 3)[4 k]`` is the position of node k, the next three rows dr/dX, dr/dY, dr/dZ.
+Four notions carry everything. `bricks/` and `slender/` have the members, `system/` what works on all of them.
+
+`Member`
+    A deformable thing with coordinates q of its own: energy, forces (its gradient), tangent, mass. `bricks/` has
+    `AncfSolid`, eight-node bricks on any mesh of hexahedra; `slender/` has lines, beams and plates. Coordinates are
+    positions and gradients, three numbers each: of bricks ``q.reshape(-1, 3)[4 k]`` is the position of node k, the
+    next three rows dr/dX, dr/dY, dr/dZ. Functions are shared by neighbours, so that q is all there is.
+`Assembly`
+    Members one after the other in one q, with the directions that supports and joints leave free (q = q0 + Z y), and
+    contacts. A contact is a row of gaps g(q) for each multiplier of a side, made anew at every q
+    (`system/moving_contact`), and rows of slip since the last state (`system/slip`).
+`Stage`
+    What acts on an assembly at one load level or time: dead loads, prescribed motions, loads that follow.
+`State`
+    What `equilibrium` finds at a level: q, forces, reactions, friction; its `contacts` are results as a scene's, with
+    pressures per present area. `move` gives the same in time, an `Instant` for each step.
+
+A Newton step (`system/newton`) is one contact problem: a factor of the tangent gives the compliance of all rows, and
+the solvers of scenes the forces. Statics and both time schemes take it; joints are eliminated before, rigid hubs are
+equations in it.
 
 =============================  =======================================================================================
 `AncfSpace(mesh)`              numbering and functions: `q0`, `affine(A, b)`, `rigid_modes`, `points_at`, `gradient_at`,

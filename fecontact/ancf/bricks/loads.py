@@ -40,6 +40,9 @@ from fecontact.mesh.element import quad_quadrature
 
 #: Quadrature degree on faces: four points per direction.
 ORDER = 7
+#: Permutation symbol.
+_EPS = np.zeros((3, 3, 3))
+_EPS[[0, 1, 2], [1, 2, 0], [2, 0, 1]], _EPS[[0, 2, 1], [2, 1, 0], [1, 0, 2]] = 1.0, -1.0
 
 
 def weight(solid: AncfSolid, acceleration: ArrayLike) -> Array:
@@ -154,10 +157,8 @@ def pressure_tangent(space: AncfSpace, q: Array, boundary: str, pressure: float)
     faces, S, dS, W = face_rule(space, boundary)
     functions = space.functions[faces[:, 0]]
     along = np.einsum("fqaj,fai->fqji", dS, space.spread(q)[functions])
-    eps = np.zeros((3, 3, 3))
-    eps[[0, 1, 2], [1, 2, 0], [2, 0, 1]], eps[[0, 2, 1], [2, 1, 0], [1, 0, 2]] = 1.0, -1.0
     # d(r_s x r_t)_i = eps_ikm (dS_s r_t,m - dS_t r_s,m) dq_k
-    cross_t, cross_s = (np.einsum("ikm,fqm->fqik", eps, along[:, :, j]) for j in (1, 0))
+    cross_t, cross_s = (np.einsum("ikm,fqm->fqik", _EPS, along[:, :, j]) for j in (1, 0))
     change = dS[..., 0][..., None, None] * cross_t[:, :, None] - dS[..., 1][..., None, None] * cross_s[:, :, None]
     blocks = np.einsum("fqa,fqbik,q->faibk", S, change, -pressure * W, optimize=True)
     dofs = (3 * functions[:, :, None] + np.arange(3)).reshape(len(faces), -1)
@@ -193,8 +194,6 @@ def _summed(space: AncfSpace, faces: IntArray, own: Array) -> Array:
     return space.gather(total)
 
 
-_EPS = np.zeros((3, 3, 3))
-_EPS[[0, 1, 2], [1, 2, 0], [2, 0, 1]], _EPS[[0, 2, 1], [2, 1, 0], [1, 0, 2]] = 1.0, -1.0
 #: Sum of the two smaller stretches, relative to the largest, below which a rotation is not defined.
 FLAT = 1e-9
 
@@ -333,9 +332,7 @@ def _boundary_weights(space: AncfSpace, boundary: str) -> Array:
     X = S @ e
     X = X - (area[..., None] * X).sum(axis=(0, 1)) / area.sum()
     own = np.swapaxes(S, 1, 2) @ (area[..., None] * X)
-    total = np.zeros((int(space.functions.max()) + 1, 3))
-    np.add.at(total, functions, own)
-    return space.gather(total).reshape(-1, 3) / (area[..., None] * X * X).sum()
+    return _summed(space, faces, own).reshape(-1, 3) / (area[..., None] * X * X).sum()
 
 
 def _nodal_weights(space: AncfSpace, point: int) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -32,8 +32,6 @@ MOST_HALVINGS = 12
 HELD = 1e-8
 #: Steps after which stages are compared with those of a record.
 SAMPLED = (0, 1, 3, 10, 30, 100, 300, 1000)
-#: Stages that are kept: of the ends and the middle of two steps, and of times near their ends.
-KEPT = 8
 
 
 @one_line
@@ -195,8 +193,8 @@ def move(
     file = None if path is None else check_writable(path)
     if file is not None and file.exists() and not file.is_file():
         raise InputError(f"{file} is not a plain file, so no record can be kept in it; choose another path.")
-    at = _Stages(given, load, a)
-    now = _begun(at, begin, velocity, step)
+    at, stage = _checked(given, load, a), _loaded(first, load)
+    now = _begun(at, stage, begin, velocity, step)
     prints = {}
     if file is not None:
         # fingerprints of the input, not of derived quantities, which may be rounded differently on another machine
@@ -217,35 +215,41 @@ def move(
     record = _Record.read(file, prints) if file is not None and file.exists() else None
     if record is None:
         record = _Record.begun(first, now, load, prints)
-    return _march(at, record, chosen, load, until, step, accuracy, every, tolerance, file)
+    return _march(
+        at,
+        stage if record.now.time == now.time else at(record.now.time),
+        record,
+        chosen,
+        load,
+        until,
+        step,
+        accuracy,
+        every,
+        tolerance,
+        file,
+    )
 
 
-@dataclass(frozen=True, eq=False)
-class _Stages:
-    """Stages in time with constant loads, checked to be of the same coordinates and contacts; the last are kept."""
+def _checked(given: StageAt, load: Array, first: Assembly) -> StageAt:
+    """Stages in time with constant loads, refused where they are not of the same coordinates and contacts."""
 
-    given: StageAt
-    load: Array
-    first: Assembly
-    made: dict[float, Stage] = field(default_factory=dict)
-
-    def __call__(self, time: float) -> Stage:
-        if time not in self.made:
-            if len(self.made) == KEPT:
-                del self.made[next(iter(self.made))]
-            self.made[time] = self._made(time)
-        return self.made[time]
-
-    def _made(self, time: float) -> Stage:
-        stage = self.given(time)
-        a, b = stage.assembly, self.first
+    def at(time: float) -> Stage:
+        stage = given(time)
+        a, b = stage.assembly, first
         if a is not b and (a.n_dofs, _multipliers(a)) != (b.n_dofs, _multipliers(b)):
             raise InputError(
                 f"The stage at t = {time:.6g} has {a.n_dofs} coordinates and contacts of {_multipliers(a)} multipliers"
                 f", the first one {b.n_dofs} and {_multipliers(b)}: only supports, loads and poses may vary in time.",
                 code="stage-differs",
             )
-        return replace(stage, forces=self.load if stage.forces is None else self.load + stage.forces)
+        return _loaded(stage, load)
+
+    return at
+
+
+def _loaded(stage: Stage, load: Array) -> Stage:
+    """A stage with constant loads (n_dofs,) beside its own."""
+    return replace(stage, forces=load if stage.forces is None else load + stage.forces)
 
 
 def _multipliers(a: Assembly) -> tuple[int, ...]:
@@ -270,28 +274,25 @@ def _acting(stage: Stage) -> tuple[object, ...]:
     return stage.forces, stage.motion, tuple(stage.follow), [t.pair for t in a.touches], moments
 
 
-def _approach(at: _Stages, then: Instant, now: Instant) -> float:
+def _approach(begin: Stage, end: Stage, then: Instant, now: Instant) -> float:
     """Largest approach of two bodies in a step, see `ContactConstraints.approach`; zero without contacts."""
-    if not at.first.touches:
-        return 0.0
-    stages = (at(instant.time).assembly.touches for instant in (then, now))
-    return max(after.approach(then.q, now.q, before) for before, after in zip(*stages, strict=True))
+    pairs = zip(begin.assembly.touches, end.assembly.touches, strict=True)
+    return max((after.approach(then.q, now.q, before) for before, after in pairs), default=0.0)
 
 
-def _begun(at: _Stages, start: Start | None, velocity: ArrayLike | None, step: float) -> Instant:
+def _begun(at: StageAt, stage: Stage, start: Start | None, velocity: ArrayLike | None, step: float) -> Instant:
     """The first instant, with its acceleration (without contact)."""
     time = 0.0 if start is None else start.time
-    stage = at(time)
     a = stage.assembly
     q = a.q0 + stage.jump(a.q0) if start is None else start.q
-    forces = np.zeros(sum(_multipliers(a)))
+    forces = np.zeros(a.n_multipliers)
     if start is not None:
         forces = start.forces
         off = float(np.abs(a.lengths * stage.jump(q)).max(initial=0.0)) if q.shape == a.q0.shape else np.inf
-        if off > HELD * a.size or forces.shape != (sum(_multipliers(a)),):
+        if off > HELD * a.size or forces.shape != (a.n_multipliers,):
             raise InputError(
                 f"The start has {q.size} coordinates and {forces.size} contact forces, the assembly {a.n_dofs} and "
-                f"{sum(_multipliers(a))}, and the supports at t = {time:.6g} hold it {off:.3g} away from where it is: "
+                f"{a.n_multipliers}, and the supports at t = {time:.6g} hold it {off:.3g} away from where it is: "
                 "start from a state of the same solids and contacts, with Stage(.., motion=state.q - assembly.q0) at "
                 "first.",
                 code="start-differs",
@@ -300,9 +301,10 @@ def _begun(at: _Stages, start: Start | None, velocity: ArrayLike | None, step: f
             raise InputError("A motion that goes on from another has its velocity; give no other.", code="two-starts")
     v = _velocity(a, velocity) if start is None or start.v is None else start.v
     e = RATE * step
-    v = v - a.held(v) + rate(at, time, -e)
     # of the prescribed motion, from velocities one difference apart
-    driven = (4 * rate(at, time + e, -e) - 3 * rate(at, time, -e) - rate(at, time + 2 * e, -e)) / (2 * e)
+    now, *after = rate(at, stage, time, -e), *(rate(at, at(t), t, -e) for t in (time + e, time + 2 * e))
+    driven = (4 * after[0] - 3 * now - after[1]) / (2 * e)
+    v = v - a.held(v) + now
     acceleration = driven + a.accelerated(stage.load(q) - a.forces(q) - a.mass @ driven, q, v)
     memory, stored, none = a.relaxed(q), 0.0, np.zeros((len(forces), 3))
     if start is not None and start.memory is not None:
@@ -321,7 +323,8 @@ def _velocity(a: Assembly, velocity: ArrayLike | None) -> Array:
 
 
 def _march(
-    at: _Stages,
+    at: StageAt,
+    stage: Stage,
     record: _Record,
     scheme: Scheme,
     load: Array,
@@ -339,11 +342,11 @@ def _march(
             length = min(h, until - now.time)
             length = until - now.time if until - now.time < 1.001 * length else length
             try:
-                after = scheme.step(at, now, length, tolerance)
-                at.first.check_inverted(after.q)
+                after, there = scheme.step(at, stage, now, length, tolerance)
+                there.assembly.check_inverted(after.q)
                 wrong = 0.0 if accuracy is None else scheme.error(now, after, length) / accuracy
                 trouble = "" if wrong <= 1 else "The local error stayed too large."
-                if (closer := _approach(at, now, after)) > NEAR:
+                if (closer := _approach(stage, there, now, after)) > NEAR:
                     trouble = f"Bodies meet and approach by {closer:.2g} of their thickness in a step of {length:.2g}."
             except (UnstableError, InvertedError, SolverError) as error:
                 wrong, trouble = np.inf, str(error)
@@ -357,8 +360,8 @@ def _march(
             halvings = max(0, halvings - 1)
             # all these schemes have a local error of the third order in the step
             h = min(step, 2 * length if accuracy is None else length * min(2.0, 0.9 * max(wrong, 1e-3) ** (-1 / 3)))
-            now = after
-            record.add(at(now.time), now, load, (len(record.rows) % every) == 0 or now.time >= until * (1 - 1e-12))
+            now, stage = after, there
+            record.add(stage, now, load, (len(record.rows) % every) == 0 or now.time >= until * (1 - 1e-12))
             bar.update(length)
             if file is not None and len(record.rows) % every == 0:
                 record.write(file)

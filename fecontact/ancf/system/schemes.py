@@ -183,8 +183,8 @@ class Instant:
 class Scheme(Protocol):
     """A time integration scheme."""
 
-    def step(self, at: StageAt, now: Instant, h: float, tolerance: float) -> Instant:
-        """State after a step of length h, of what is there and acts at every time."""
+    def step(self, at: StageAt, begin: Stage, now: Instant, h: float, tolerance: float) -> tuple[Instant, Stage]:
+        """State and stage after a step of length h, from the stage now, of what is there and acts at every time."""
 
     def error(self, before: Instant, after: Instant, h: float) -> float:
         """Estimate of the largest local error of a coordinate."""
@@ -212,9 +212,9 @@ class GeneralisedAlpha:
         am, af = (2 * self.rho - 1) / (self.rho + 1), self.rho / (self.rho + 1)
         return am, af, (1 - am + af) ** 2 / 4, 0.5 - am + af
 
-    def step(self, at: StageAt, now: Instant, h: float, tolerance: float) -> Instant:
+    def step(self, at: StageAt, begin: Stage, now: Instant, h: float, tolerance: float) -> tuple[Instant, Stage]:
         """One step; the prescribed motion of supports is integrated like any other coordinate."""
-        begin, end = at(now.time), at(now.time + h)
+        end = at(now.time + h)
         a = end.assembly
         if not _same_supports(begin.assembly, a):  # accelerations jump
             anew = a.accelerated(end.load(now.q) - a.forces(now.q), now.q, now.v)
@@ -252,10 +252,10 @@ class GeneralisedAlpha:
                 acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
                 v = now.v + h * ((1 - gamma) * now.b + gamma * b) + h * c
                 applied = acting(end, q, acceleration, viscous.forces - kept.by_hubs(ties))
-                work = now.work + float((now.applied + applied) @ (q - now.q)) / 2 + _by_tools(at, now, h, q, forces)
+                work = now.work + float((now.applied + applied) @ (q - now.q)) / 2 + _by_tools(begin, end, q, forces)
                 work += (_by_moments(begin.assembly, a, now.q) + _by_moments(begin.assembly, a, q)) / 2
                 after = now.after(h, viscous, q, v, acceleration, b, forces, applied, work, nit)
-                return _with_friction(a, now, after, slip, slip.slip + slip.T @ change, t, h)
+                return _with_friction(a, now, after, slip, slip.slip + slip.T @ change, t, h), end
         raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
 
     def error(self, before: Instant, after: Instant, h: float) -> float:
@@ -267,12 +267,12 @@ class GeneralisedAlpha:
 class EnergyMomentum:
     """Mid-point rule that conserves energy and momentum."""
 
-    def step(self, at: StageAt, now: Instant, h: float, tolerance: float) -> Instant:
+    def step(self, at: StageAt, begin: Stage, now: Instant, h: float, tolerance: float) -> tuple[Instant, Stage]:
         """One step, with loads of its middle; supported coordinates have the velocity of their prescribed motion."""
-        begin, half, end = at(now.time), at(now.time + h / 2), at(now.time + h)
+        half, end = at(now.time + h / 2), at(now.time + h)
         a = end.assembly
         q = now.q + h * now.v
-        q, driven = q + end.jump(q), rate(at, now.time + h, RATE * h)
+        q, driven = q + end.jump(q), rate(at, end, now.time + h, RATE * h)
         before = begin.assembly.conditions(now.q)
         halfway, kept = half.assembly if _moved(begin, end) else None, ModifiedNewton()
         since, forces, tangential = _since(begin, now), now.forces, now.tangential
@@ -321,7 +321,7 @@ class EnergyMomentum:
                 end_of_step = now.after(
                     h, viscous, q, v, acceleration, acceleration, forces, applied, now.work + float(work), nit
                 )
-                return _with_friction(a, now, end_of_step, slip, slip.slip + slip.T @ change, t, h)
+                return _with_friction(a, now, end_of_step, slip, slip.slip + slip.T @ change, t, h), end
         raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
 
     def error(self, before: Instant, after: Instant, h: float) -> float:
@@ -370,9 +370,8 @@ def _accelerated_by_contact(a: Assembly, now: Instant) -> Array:
     return a.accelerated(parts.G.T @ now.forces + slip.T.T @ slip.of(now.tangential), now.q)
 
 
-def _by_tools(at: StageAt, now: Instant, h: float, q: Array, forces: Array) -> float:
+def _by_tools(begin: Stage, end: Stage, q: Array, forces: Array) -> float:
     """Work of rigid bodies that move in a step: forces times what their motion alone closes the gaps."""
-    begin, end = at(now.time), at(now.time + h)
     if not (_moved(begin, end) and forces.any()):
         return 0.0
     gaps = (stage.assembly.conditions(q).gap for stage in (begin, end))

@@ -145,12 +145,11 @@ class Start:
     stored: float = 0.0
 
 
-def rate(at: StageAt, time: float, step: float) -> Array:
-    """Velocity (n_dofs,) of the prescribed motion, from the stages at `time` and up to two steps before it.
+def rate(at: StageAt, now: Stage, time: float, step: float) -> Array:
+    """Velocity (n_dofs,) of the prescribed motion, from the stage now, at `time`, and those up to two steps before it.
 
     Of second order, exact for motions up to the second power of time; a negative step looks ahead.
     """
-    now = at(time)
     if now.motion is None:
         return np.zeros(now.assembly.n_dofs)
     before, first = at(time - step).motion, at(time - 2 * step).motion
