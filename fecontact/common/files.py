@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -263,6 +263,64 @@ def read_rows(path: str | Path, key: str, what: str) -> dict[str, dict[str, Any]
     if lines and not lines[-1].endswith("\n"):
         write_atomically(path, "".join(lines) + "\n")
     return rows
+
+
+class Resumed:
+    """Rows of a file of finished work: those of an earlier run, and new ones; a context in which others cannot write.
+
+    Parameters
+    ----------
+    path : str, Path or None
+        File of JSON lines, which need not exist yet; None: nothing is read or written.
+    prints : mapping of str to mapping of str to str
+        Fingerprints of each row by its name, by part.
+    what : str
+        What a row is, for messages.
+
+    Attributes
+    ----------
+    rows : dict
+        Finished rows by name.
+
+    Raises
+    ------
+    InputError
+        If a row of one of these names has other fingerprints, or none.
+    """
+
+    def __init__(self, path: str | Path | None, prints: Mapping[str, Mapping[str, str]], what: str) -> None:
+        self.path, self.prints, self._lock = path, prints, ExitStack()
+        found = {} if path is None else read_rows(path, "name", what)
+        self.rows = {name: found[name] for name in prints if name in found}
+        remedy = "Give another path, or delete that line of the file to have the case solved again."
+        for name, row in self.rows.items():
+            then, now = row.get("fingerprint"), prints[name]
+            if not isinstance(then, dict):
+                raise InputError(
+                    f"The row {name!r} in {path} has no fingerprint (it was written by an earlier version or by hand), "
+                    f"so that it cannot be told whether it is of this model and case. {remedy}",
+                    code="no-fingerprint",
+                )
+            if other := sorted(k for k in {*then, *now} if then.get(k) != now.get(k)):
+                raise InputError(
+                    f"The row {name!r} in {path} is of another model or case ({', '.join(other)}). {remedy}",
+                    code="row-of-another",
+                )
+
+    def add(self, name: str, row: Mapping[str, Any]) -> dict[str, Any]:
+        """Keep the row of finished work, and write it."""
+        self.rows[name] = {"name": name, **row, "fingerprint": self.prints[name]}
+        if self.path is not None:
+            append_row(self.path, self.rows[name])
+        return self.rows[name]
+
+    def __enter__(self) -> Resumed:
+        if self.path is not None:
+            self._lock.enter_context(sole_writer(self.path))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.close()
 
 
 def append_row(path: str | Path, row: Mapping[str, Any]) -> None:

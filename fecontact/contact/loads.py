@@ -9,7 +9,7 @@ appendix B: intensities at the nodes of a face, in three directions).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, cast
 
 import numpy as np
@@ -100,24 +100,95 @@ def _checked(what: str, given: Distribution, shape: tuple[int, ...]) -> Array:
     return values
 
 
-def refuse_nodal_values(
-    pressures: Mapping[tuple[Body, str], Distribution] | None, tractions: Mapping[tuple[Body, str], Distribution] | None
-) -> None:
-    """Refuse distributions that are bound to the nodes of meshes which will be divided.
+#: Fields of a `LoadStep` whose keys are bodies or places on them, and all of them.
+KEYED = ("forces", "moments", "motions", "free", "pressures", "tractions")
+LOADS = (*KEYED, "gravity")
 
-    Raises
-    ------
-    InputError
-        With the boundary.
+
+@one_line
+@dataclass(frozen=True, eq=False)
+class LoadStep:
+    """Loads and prescribed motions at the end of a load step, as the arguments of `Scene.solve` of the same names.
+
+    Keys are bodies, or places on them: (body, boundary) or (body, point).
     """
-    for loads, constant in ((pressures, 0), (tractions, 1)):
-        for (body, name), value in (loads or {}).items():
-            if not callable(value) and np.ndim(value) > constant:
-                raise InputError(
-                    f"The load on {name!r} of {body.name!r} is given at the nodes of its mesh, which accuracy= "
-                    "divides; give it as a function of position.",
-                    code="load-at-nodes",
-                )
+
+    forces: Mapping[Any, ArrayLike] = field(default_factory=dict)
+    moments: Mapping[Body, ArrayLike] = field(default_factory=dict)
+    motions: Mapping[Body, Mapping[str, float]] = field(default_factory=dict)
+    free: Mapping[Body, str] = field(default_factory=dict)
+    pressures: Mapping[tuple[Body, str], Distribution] = field(default_factory=dict)
+    tractions: Mapping[tuple[Body, str], Distribution] = field(default_factory=dict)
+    gravity: ArrayLike | None = None
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any]) -> LoadStep:
+        """The loads among arguments of `Scene.solve`.
+
+        Raises
+        ------
+        InputError
+            If one is no mapping.
+        """
+        keyed = {name: mapping(name, given.get(name)) for name in KEYED}
+        return cls(**keyed, gravity=given.get("gravity"))
+
+    def on(self, bodies: Sequence[Body]) -> Loading:
+        """The loads sorted by body; errors as from `make_loading`."""
+        return make_loading(bodies, **vars(self))
+
+    def carried(self, body: Callable[[Any], Any]) -> LoadStep:
+        """The same loads on other bodies."""
+
+        def moved(given: Mapping[Any, Any]) -> dict[Any, Any]:
+            return {(body(k[0]), *k[1:]) if isinstance(k, tuple) else body(k): v for k, v in given.items()}
+
+        return LoadStep(**{name: moved(getattr(self, name)) for name in KEYED}, gravity=self.gravity)
+
+    def halfway(self, end: LoadStep) -> LoadStep:
+        """Loads and motions half way to those of another step; what one of them leaves out is zero there.
+
+        Components are free as at the end.
+        """
+
+        def mean(name: str) -> dict[Any, Any]:
+            one, other = getattr(self, name), getattr(end, name)
+            return {key: _mean(one.get(key), other.get(key)) for key in {**one, **other}}
+
+        means = {name: mean(name) for name in KEYED if name != "free"}
+        return LoadStep(**means, free=end.free, gravity=_mean(self.gravity, end.gravity))
+
+    def refuse_nodal_values(self) -> None:
+        """Refuse distributions that are bound to the nodes of meshes which will be divided.
+
+        Raises
+        ------
+        InputError
+            With the boundary.
+        """
+        for loads, constant in ((self.pressures, 0), (self.tractions, 1)):
+            for (body, name), value in loads.items():
+                if not callable(value) and np.ndim(value) > constant:
+                    raise InputError(
+                        f"The load on {name!r} of {body.name!r} is given at the nodes of its mesh, which accuracy= "
+                        "divides; give it as a function of position.",
+                        code="load-at-nodes",
+                    )
+
+
+def _mean(one: Any, other: Any) -> Any:
+    """Mean of two loads or motions; what is not given is zero."""
+    if one is None and other is None:
+        return None
+    if isinstance(other if one is None else one, Mapping):
+        both = {**(one or {}), **(other or {})}
+        return {c: ((one or {}).get(c, 0.0) + (other or {}).get(c, 0.0)) / 2 for c in both}
+    if callable(one) or callable(other):  # a load that varies over its boundary
+        parts = [load for load in (one, other) if load is not None]
+        return lambda *at: sum(np.asarray(p(*at) if callable(p) else p, float) for p in parts) / 2
+    return (np.zeros(np.shape(other)) if one is None else np.asarray(one, float)) / 2 + (
+        np.zeros(np.shape(one)) if other is None else np.asarray(other, float)
+    ) / 2
 
 
 #: Share of the largest possible opening by a rigid motion, and of the largest possible work of the loads, that counts

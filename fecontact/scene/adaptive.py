@@ -25,6 +25,7 @@ from fecontact.common.checks import positive
 from fecontact.common.error_estimate import ErrorEstimate, ResponseError
 from fecontact.common.errors import InputError
 from fecontact.contact.interface import Interface
+from fecontact.contact.loads import LoadStep
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search.candidates import KnownContact
 from fecontact.fem.route import memory_budget
@@ -254,20 +255,19 @@ class Target:
         return [(n, wanted) for n, wanted in asked(self.accuracy).items() if n in found and np.isfinite(found[n])]
 
 
-Solve = Callable[[SceneModel, Mapping[str, Any], Sequence[KnownContact | None], Sequence[Pose]], ContactResult]
+Solve = Callable[[SceneModel, LoadStep, Sequence[KnownContact | None], Sequence[Pose]], ContactResult]
 
 
-def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: Target, solve: Solve) -> ContactResult:
+def solve_to_accuracy(scene: SceneModel, step: LoadStep, target: Target, solve: Solve) -> ContactResult:
     """Solution whose estimated error of the pressure is within a target, or the best one within its limits.
 
     Parameters
     ----------
     scene : SceneModel
-    arguments : mapping
-        Arguments of one solution, with bodies of the scene as keys.
+    step : LoadStep
     target : Target
     solve : callable
-        Function ``solve(scene, arguments, known, poses)`` for one solution.
+        Function ``solve(scene, step, known, poses)`` for one solution.
     """
     start = time.perf_counter()
     now = CarriedScene(scene, tuple(scene.bodies))
@@ -275,7 +275,7 @@ def solve_to_accuracy(scene: SceneModel, arguments: Mapping[str, Any], target: T
     known: list[KnownContact | None] = []
     poses: list[Pose] = []
     while True:
-        result = solve(now.scene, now.loads(arguments), known, poses)
+        result = solve(now.scene, now.step(step), known, poses)
         steps.append(_step(result, target, time.perf_counter() - start))
         factors = sum({id(c): c.memory for b in result.elastic_bodies if (c := b.model.condensation)}.values())
         reason, finer = _reason_to_end(steps, target, factors), None

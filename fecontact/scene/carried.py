@@ -16,11 +16,8 @@ from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
 from fecontact.common.arguments import mapping
 from fecontact.common.errors import InputError
-from fecontact.contact.loads import check_member
+from fecontact.contact.loads import LoadStep, check_member
 from fecontact.contact.model import SceneModel
-
-#: Arguments of `Scene.solve` whose keys are bodies.
-KEYED = ("forces", "moments", "motions", "free", "pressures", "tractions")
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,15 +42,9 @@ class CarriedScene:
                 return new
         return original
 
-    def loads(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
-        """Arguments of `Scene.solve` with the new bodies as keys."""
-        out = dict(arguments)
-        for name in KEYED:
-            if given := mapping(name, out.get(name)):
-                out[name] = {
-                    (self.body(k[0]), *k[1:]) if isinstance(k, tuple) else self.body(k): v for k, v in given.items()
-                }
-        return out
+    def step(self, given: LoadStep) -> LoadStep:
+        """A load step with the new bodies as keys."""
+        return given.carried(self.body)
 
 
 def with_bodies(scene: SceneModel, bodies: Sequence[Body]) -> CarriedScene:

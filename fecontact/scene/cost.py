@@ -28,7 +28,7 @@ from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch, peak_memory
 from fecontact.contact.contact import Contact
 from fecontact.contact.interface import Interface, UnilateralConstraints
-from fecontact.contact.loads import Loading, make_loading
+from fecontact.contact.loads import Loading, LoadStep
 from fecontact.contact.model import SceneModel
 from fecontact.fem.factor import available_backends, has_bordered
 from fecontact.fem.model import Model
@@ -37,7 +37,6 @@ from fecontact.mesh import shapes
 from fecontact.results.convergence import accuracy_text, asked
 from fecontact.results.report import modelled
 from fecontact.scene.adaptive import GROWTH, SAFETY, Target
-from fecontact.scene.carried import KEYED
 from fecontact.scene.engine import advice
 from fecontact.scene.linear import prepared
 from fecontact.scene.windows import WIDE, window_at_touch
@@ -108,8 +107,6 @@ DENSE_RETAINED, DENSE_CANDIDATES = 4, 5
 #: Error of the pressure times the faces across the contact, of edges inside faces (measured on coarse Hertz contacts);
 #: share of the first candidates that come into contact.
 FIRST_ERROR, CANDIDATES_IN_CONTACT = {"nodal": 0.5, "mortar": 1.0}, 0.7
-#: Arguments of `Scene.solve` that affect the candidates.
-LOADS = (*KEYED, "gravity")
 
 
 @one_line
@@ -237,8 +234,7 @@ def explain(
     >>> told.n_dofs, told.n_candidates
     (242, 17)
     """
-    given = {name: (loads or {}).get(name) for name in LOADS}
-    loading = make_loading(scene.bodies, **given)
+    loading = LoadStep.of(loads or {}).on(scene.bodies)
     conditions, _, chosen = prepared(scene, loading)
     elastic = elastic_among(scene.bodies)
     models = _model_costs(elastic, conditions, chosen)

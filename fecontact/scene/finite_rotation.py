@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -23,6 +22,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, SolverError, SupportError
 from fecontact.common.progress import tell_part
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.loads import Loading, LoadStep
 from fecontact.contact.model import SceneModel
 from fecontact.contact.step_end import StepEnd
 from fecontact.fem.rigid import COMPONENTS
@@ -30,7 +30,8 @@ from fecontact.results.linearisation import BEARABLE, CarriedMotion, driven_moti
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import posed_scene
 from fecontact.scene.linear import solved
-from fecontact.scene.local_search import SearchHistory, solve_local_case, sorted_case
+from fecontact.scene.local_search import SearchHistory, solve_local
+from fecontact.scene.settings import Settings
 
 #: Change of pose, relative to the elastic displacements, at convergence. The last change is included in the linearised
 #: solution, so the remaining error is of its square.
@@ -50,7 +51,8 @@ GROWTH = 3.0
 
 def solve_finite(
     scene: SceneModel,
-    arguments: Mapping[str, Any],
+    step: LoadStep,
+    settings: Settings,
     timer: Stopwatch,
     poses: Sequence[Pose] = (),
     past: StepEnd | None = None,
@@ -60,9 +62,9 @@ def solve_finite(
     Parameters
     ----------
     scene : SceneModel
-    arguments : mapping
-        Arguments of `Scene.solve`. Prescribed motions are finite: rotation vectors about the reference point, then
-        translations.
+    step : LoadStep
+        Prescribed motions are finite: rotation vectors about the reference point, then translations.
+    settings : Settings
     timer : Stopwatch
         Timer of all steps.
     poses : sequence of Pose, optional
@@ -80,7 +82,7 @@ def solve_finite(
     SolverError
         If the poses do not converge.
     """
-    path = _Path(scene, arguments, timer, past)
+    path = _Path(scene, step, settings, timer, past)
     if poses:
         path.begin_at(poses)
     change = np.inf
@@ -100,7 +102,11 @@ def solve_finite(
 
 
 def follow(
-    result: ContactResult, arguments: Mapping[str, Any], timer: Stopwatch, history: SearchHistory | None = None
+    result: ContactResult,
+    step: LoadStep,
+    settings: Settings,
+    timer: Stopwatch,
+    history: SearchHistory | None = None,
 ) -> ContactResult:
     """The result of small motions, or one with updated poses where the error of linearised motions is too large.
 
@@ -110,8 +116,8 @@ def follow(
     ----------
     result : ContactResult
         Result of small motions.
-    arguments : mapping
-        Arguments of `Scene.solve` of that result.
+    step : LoadStep
+    settings : Settings
     timer : Stopwatch
         Timer of the result, also used for further steps.
     history : SearchHistory, optional
@@ -120,7 +126,7 @@ def follow(
     best, least = _judged(result)
     if least <= BEARABLE:
         return best
-    path = _Path(result.scene, arguments, timer, history=history)
+    path = _Path(result.scene, step, settings, timer, history=history)
     if path.at_rest(best):  # it is deflections, which poses do not take up
         return best
     path.begin(best)
@@ -128,20 +134,20 @@ def follow(
 
 
 def follow_from(
-    scene: SceneModel, arguments: Mapping[str, Any], timer: Stopwatch, poses: Sequence[Pose]
+    scene: SceneModel, step: LoadStep, settings: Settings, timer: Stopwatch, poses: Sequence[Pose]
 ) -> ContactResult | None:
     """`follow` from poses other than the first; None where they have no solution.
 
     Parameters
     ----------
     scene : SceneModel
-    arguments : mapping
-        Arguments of `Scene.solve`.
+    step : LoadStep
+    settings : Settings
     timer : Stopwatch
     poses : sequence of Pose
         Such as the final ones on a coarser mesh.
     """
-    path = _Path(scene, arguments, timer)
+    path = _Path(scene, step, settings, timer)
     path.begin_at(poses)
     try:
         best, least = _judged(path.solved())
@@ -188,17 +194,15 @@ def _judged(result: ContactResult) -> tuple[ContactResult, float]:
     return replace(result, linearisation=error), error.worst
 
 
-def carried_poses(
-    scene: SceneModel, before: Mapping[str, Any], now: Mapping[str, Any], poses: Sequence[Pose]
-) -> list[Pose]:
+def carried_poses(scene: SceneModel, before: LoadStep, now: LoadStep, poses: Sequence[Pose]) -> list[Pose]:
     """Poses to begin a load step at: those of the last one, with the change of the prescribed motions.
 
     Parameters
     ----------
     scene : SceneModel
         Scene in the given poses.
-    before, now : mappings
-        Arguments of the last step and of this one.
+    before, now : LoadStep
+        The last step and this one.
     poses : sequence of Pose
         At the end of the last step.
     """
@@ -214,10 +218,10 @@ def _taken_up(scene: SceneModel) -> Array:
     return np.array([0.0 if scene.twists and name == "rz" else 1.0 for name in COMPONENTS])
 
 
-def _posed(scene: SceneModel, arguments: Mapping[str, Any]) -> dict[Body, dict[str, float]]:
+def _posed(scene: SceneModel, step: LoadStep) -> dict[Body, dict[str, float]]:
     """Prescribed motions that poses take up."""
-    given = arguments.get("motions") or {}
-    return {b: {c: v for c, v in motion.items() if not (scene.twists and c == "rz")} for b, motion in given.items()}
+    every = step.motions.items()
+    return {b: {c: v for c, v in motion.items() if not (scene.twists and c == "rz")} for b, motion in every}
 
 
 def _prescribed(body: Body, motions: Mapping[Body, Mapping[str, float]]) -> Pose:
@@ -275,23 +279,21 @@ class _Path:
     def __init__(
         self,
         scene: SceneModel,
-        arguments: Mapping[str, Any],
+        step: LoadStep,
+        settings: Settings,
         timer: Stopwatch,
         past: StepEnd | None = None,
         history: SearchHistory | None = None,
     ) -> None:
-        motions = arguments.get("motions") or {}
-        posed = _posed(scene, arguments)
-        self._scene, self._watch = scene, timer
+        posed = _posed(scene, step)
+        self._scene, self._settings, self._watch = scene, settings, timer
         self._guide = SearchHistory(() if history is None else history.search_radii)
         self._guide.settle()  # the poses are moved by the predicted motion
         # the unloaded state of bodies with friction is that of the poses given
         self._past = past or (StepEnd(tuple(b.pose for b in scene.bodies)) if scene.has_friction else None)
         self._start = [_prescribed(body, posed) for body in scene.bodies]
-        self._whole = arguments.get("search", "global") == "global"
-        small = {name: given for name, given in arguments.items() if name not in ("search", "finite_motion")}
-        left = {b: {**given, **dict.fromkeys(posed[b], 0.0)} for b, given in motions.items()}
-        self._held = {**small, "motions": left}
+        left = {b: {**given, **dict.fromkeys(posed[b], 0.0)} for b, given in step.motions.items()}
+        self._held = replace(step, motions=left)
         self._sizes = scene.sizes
         self._scale = np.where(np.arange(6) < 3, 1.0, scene.sizes[:, None])
         self._place = np.zeros(self._scale.shape)
@@ -310,19 +312,20 @@ class _Path:
         bodies = self._scene.bodies
         poses = {b: _placed(s, b, p) for b, s, p in zip(bodies, self._start, self._place, strict=True)}
         self._now = posed_scene(self._scene, poses)
-        loads = self._now.loads(self._held)
+        scene, loading = self._now.scene, self._loading()
         if self._past is None:
-            return solve_local_case(self._now.scene, loads, self._guide, self._watch)
-        loading, settings = sorted_case(self._now.scene, loads)
-        return solved(self._now.scene, loading, None, settings, self._watch, (), self._past)
+            return solve_local(scene, loading, self._settings, self._watch, self._guide)
+        return solved(scene, loading, None, self._settings, self._watch, (), self._past)
+
+    def _loading(self) -> Loading:
+        """Loads on the bodies in the present poses."""
+        return self._now.step(self._held).on(self._now.scene.bodies)
 
     def finished(self, result: ContactResult) -> ContactResult:
         """The result for the original bodies, on whole surfaces if requested."""
         carried = result.carried
-        if self._whole and any(i.region is not None for i in result.interfaces):
-            now = self._now.scene
-            loading, settings = sorted_case(now, self._now.loads(self._held))
-            result = solved(now, loading, None, settings, self._watch)
+        if self._settings.search == "global" and any(i.region is not None for i in result.interfaces):
+            result = solved(self._now.scene, self._loading(), None, self._settings, self._watch)
         return replace(result, originals=self.originals, carried=carried)
 
     def begin(self, result: ContactResult) -> None:

@@ -9,10 +9,9 @@ In a file a path has a row of JSON for each step, from which an interrupted one 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,13 +24,15 @@ from fecontact.common.arguments import file_path, instance, items
 from fecontact.common.arrays import Array
 from fecontact.common.checks import number_array, positive, whole
 from fecontact.common.errors import InputError, SolverError, SupportError
-from fecontact.common.files import append_row, sole_writer
+from fecontact.common.files import Resumed
 from fecontact.common.fingerprint import fingerprint
+from fecontact.common.halving import in_parts
 from fecontact.common.one_line import one_line
 from fecontact.common.progress import progress_line
 from fecontact.common.renamed import renamed
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.table import Column, Table
+from fecontact.contact.loads import LOADS, LoadStep
 from fecontact.contact.model import SceneModel
 from fecontact.contact.step_end import Moved, StepEnd
 from fecontact.fem.rigid import COMPONENTS
@@ -41,11 +42,11 @@ from fecontact.results.friction_fields import EarlierParts, at_nodes, with_parts
 from fecontact.results.result import ContactResult
 from fecontact.results.resultants import DividingPlane, resultant
 from fecontact.scene.adaptive import Target, solve_to_accuracy
-from fecontact.scene.carried import KEYED, CarriedScene
+from fecontact.scene.carried import CarriedScene
 from fecontact.scene.finite_rotation import carried_poses, check_rest, solve_finite
 from fecontact.scene.linear import solved
-from fecontact.scene.local_search import sorted_case
-from fecontact.scene.sweep_case import fingerprints, finished, loads_of, numbered
+from fecontact.scene.settings import Settings
+from fecontact.scene.sweep_case import fingerprints, loads_of, numbered
 from fecontact.solvers import TOLERANCE
 
 
@@ -184,61 +185,56 @@ class LoadPath:
         return str(Table(columns, rows))
 
 
-def step_prints(
-    model: SceneModel, steps: Sequence[Mapping[str, Any]], settings: Mapping[str, Any]
-) -> list[dict[str, str]]:
-    """Fingerprints of each step: of the model, the settings, its loads, and those of all steps before it."""
-    named = {str(k): {**step, **settings} for k, step in enumerate(steps, start=1)}
-    out: list[dict[str, str]] = []
-    for found in fingerprints(model, named).values():
-        out.append({**found, "the steps before": fingerprint(out[-1] if out else None)})
+def step_prints(model: SceneModel, steps: Sequence[LoadStep], settings: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """Fingerprints of each step by its number: of the model, the settings, its loads, and those of all steps before."""
+    named = {str(k): {**vars(step), **settings} for k, step in enumerate(steps, start=1)}
+    out: dict[str, dict[str, str]] = {}
+    last: dict[str, str] | None = None
+    for name, found in fingerprints(model, named).items():
+        out[name] = last = {**found, "the steps before": fingerprint(last)}
     return out
 
 
-def rows_before(path: str | Path, prints: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
+def rows_before(file: Resumed) -> list[dict[str, Any]]:
     """Rows of an earlier run, from the first step to the last one without a gap.
 
     Raises
     ------
     InputError
-        If a row is of another model, step or settings.
+        If a row is none of a step.
     """
-    named = {str(k): each for k, each in enumerate(prints, start=1)}
-    found = finished(path, named, "a step of a load path")
     rows: list[dict[str, Any]] = []
-    for name in named:
-        if name not in found:
+    for name in file.prints:
+        if name not in file.rows:
             break
-        if not {"end", "since", "parts", "cuts"} <= set(found[name]):
-            raise InputError(f"The row {name!r} in {path} is not a step of a load path; choose another file.")
-        rows.append(found[name])
+        if not {"end", "since", "parts", "cuts"} <= set(file.rows[name]):
+            raise InputError(
+                f"The row {name!r} in {file.path} is not a step of a load path; choose another file.", code="not-a-step"
+            )
+        rows.append(file.rows[name])
     return rows
 
 
-def append_step(
-    path: str | Path,
-    name: str,
-    prints: Mapping[str, str],
-    result: ContactResult,
-    cuts: int,
-    since: StepEnd | None,
-) -> None:
-    """Add the row of a step: its summary, what the next one goes on from, and what its last part followed."""
-    assert result.step_end is not None
-    row = {
-        "name": name,
-        **result.summary(),
-        "parts": [parts and parts.as_dict() for parts in (c.friction and c.friction.earlier for c in result.contacts)],
-        "cuts": cuts,
-        "end": result.step_end.as_dict(),
-        "since": None if since is None else since.as_dict(),
-        "fingerprint": prints,
-    }
-    append_row(path, row)
+class _Done(NamedTuple):
+    """A finished step: its result, number of parts and the start of the last one."""
+
+    result: ContactResult
+    cuts: int
+    since: StepEnd | None
+
+    def row(self) -> dict[str, Any]:
+        """Row of a file: the summary, what the next step goes on from, and what the last part followed."""
+        assert self.result.step_end is not None
+        earlier = [c.friction and c.friction.earlier for c in self.result.contacts]
+        return {
+            **self.result.summary(),
+            "parts": [parts and parts.as_dict() for parts in earlier],
+            "cuts": self.cuts,
+            "end": self.result.step_end.as_dict(),
+            "since": None if self.since is None else self.since.as_dict(),
+        }
 
 
-#: Halvings of a step that has no certified solution.
-HALVINGS = 5
 #: Excess of the path of a point over its chord from which a step is cut: a turn on the spot by 0.22 rad.
 CURVED = 2e-3
 #: Change of a prescribed rotation (radians) from which a step is cut at once: poses do not tell whole turns.
@@ -325,53 +321,51 @@ def solve_path(
     if not steps:
         raise InputError("A load path needs at least one step.", code="no-steps")
     for k, step in enumerate(steps):
-        if unknown := sorted(map(str, set(step) - {*KEYED, "gravity"})):
-            raise InputError(f"Step {k + 1} has {', '.join(map(repr, unknown))}; expected {', '.join(KEYED)}, gravity.")
+        if unknown := sorted(map(str, set(step) - set(LOADS))):
+            raise InputError(f"Step {k + 1} has {', '.join(map(repr, unknown))}; expected {', '.join(LOADS)}.")
     if finite_motion not in (True, False):
         raise InputError(f"finite_motion of a load path must be True or False; found {finite_motion!r}.", code="motion")
     if not model.has_friction:
         raise InputError("No contact has friction: the order of loads does not matter; use Scene.solve or Scene.sweep.")
-    way = _Way(model, finite_motion, tolerance)
+    way, steps_given = _Way(model, finite_motion, tolerance), [LoadStep.of(step) for step in steps]
     if accuracy is None:
         if max_dofs is not None or max_seconds is not None:
             raise InputError(
                 "max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.",
                 code="limit-without-accuracy",
             )
-        return _followed(way, steps, path, progress)
+        return _followed(way, steps_given, path, progress)
     if path is not None:
         raise InputError("A path that is solved to an accuracy has no file: its rows would be of changing meshes.")
-    return _followed_to(way, steps, Target(accuracy, max_dofs, max_seconds), progress)
+    return _followed_to(way, steps_given, Target(accuracy, max_dofs, max_seconds), progress)
 
 
-def _followed_to(way: _Way, steps: Sequence[Mapping[str, Any]], target: Target, progress: bool | None) -> LoadPath:
+def _followed_to(way: _Way, steps: Sequence[LoadStep], target: Target, progress: bool | None) -> LoadPath:
     """The path on meshes divided until the pressure of its last step is within a target."""
     originals = tuple(way.model.bodies)
     rounds: list[LoadPath] = []
 
     def solve(model: SceneModel, *_: object) -> ContactResult:
         carried = CarriedScene(model, originals)
-        path = _followed(replace(way, model=model), [carried.loads(step) for step in steps], None, progress)
+        path = _followed(replace(way, model=model), [carried.step(step) for step in steps], None, progress)
         rounds.append(path)
         return path[-1]
 
-    last = solve_to_accuracy(way.model, {}, target, solve)
+    last = solve_to_accuracy(way.model, LoadStep(), target, solve)
     found = rounds[-1]
     results = [replace(result, unrefined=originals) for result in found.steps[:-1]]
     return replace(found, steps=(*results, last))
 
 
-def _followed(
-    way: _Way, steps: Sequence[Mapping[str, Any]], path: str | Path | None, progress: bool | None
-) -> LoadPath:
+def _followed(way: _Way, steps: Sequence[LoadStep], path: str | Path | None, progress: bool | None) -> LoadPath:
     """The path on the meshes given."""
     settings = {"finite_motion": way.finite_motion, "tolerance": way.tolerance, "format": ROW_FORMAT}
-    prints = [] if path is None else step_prints(way.model, steps, settings)
-    rows = [] if path is None else rows_before(path, prints)
+    prints = {} if path is None else step_prints(way.model, steps, settings)
+    file = Resumed(path, prints, "a step of a load path")
+    rows = rows_before(file)
     done: list[_Done] = []
-    given: Mapping[str, Any] = {}
-    line_of_steps = progress_line("path", progress, total=len(steps), unit="step")
-    with nullcontext() if path is None else sole_writer(path), line_of_steps as line:
+    given = LoadStep()
+    with file, progress_line("path", progress, total=len(steps), unit="step") as line:
         for k, step in enumerate(steps):
             try:
                 last = done[-1] if done else None
@@ -379,18 +373,11 @@ def _followed(
             except (InputError, SupportError, SolverError) as error:
                 raise type(error)(f"Step {k + 1} of {len(steps)}: {error}", *error.args[1:], code=error.code) from error
             if path is not None and k >= len(rows):
-                append_step(path, str(k + 1), prints[k], *done[-1])
+                file.add(str(k + 1), done[-1].row())
             given = step
             line.update()
-    return LoadPath(tuple(d.result for d in done), tuple(d.cuts for d in done), tuple(map(loads_of, steps)))
-
-
-class _Done(NamedTuple):
-    """A finished step: its result, number of parts and the start of the last one."""
-
-    result: ContactResult
-    cuts: int
-    since: StepEnd | None
+    loads = tuple(loads_of(vars(step)) for step in steps)
+    return LoadPath(tuple(d.result for d in done), tuple(d.cuts for d in done), loads)
 
 
 @dataclass(frozen=True, eq=False)
@@ -401,13 +388,12 @@ class _Way:
     finite_motion: bool
     tolerance: float
 
-    def solved(self, step: Mapping[str, Any], past: StepEnd | None, poses: Sequence[Pose]) -> ContactResult:
+    def solved(self, step: LoadStep, past: StepEnd | None, poses: Sequence[Pose]) -> ContactResult:
         """Result of a step or a part of it; poses, if finite, are sought from those given."""
-        arguments, model = {**step, "tolerance": self.tolerance}, self.model
+        settings, model = Settings(tolerance=self.tolerance), self.model
         if self.finite_motion:
-            return solve_finite(model, arguments, Stopwatch(), poses, past)
-        loading, settings = sorted_case(model, arguments)
-        return check_rest(solved(model, loading, None, settings, Stopwatch(), (), past))
+            return solve_finite(model, step, settings, Stopwatch(), poses, past)
+        return check_rest(solved(model, step.on(model.bodies), None, settings, Stopwatch(), (), past))
 
     def coupled_as(self, result: ContactResult) -> _Way:
         """The same with the contacts coupled as in a result: by the same sides and points."""
@@ -422,15 +408,15 @@ class _Way:
         return replace(self, model=replace(self.model, contacts=contacts))
 
 
-def _step(way: _Way, given: Mapping[str, Any], step: Mapping[str, Any], last: _Done | None) -> _Done:
+def _step(way: _Way, given: LoadStep, step: LoadStep, last: _Done | None) -> _Done:
     """A step solved after the last one."""
     before = None if last is None else last.result
-    if before is not None and (step is given or _same(way.model, given, step)):
+    if before is not None and _same(way.model, given, step):
         assert last is not None
         assert before.step_end is not None
         result = before if last.since is before.step_end else unchanged(before, way.tolerance)
         return _Done(result, 1, before.step_end)
-    parts = list(_solved_step(way, given, step, before, 0))
+    parts = list(in_parts(partial(_part, way), given, step, before, LoadStep.halfway))
     since = parts[-2] if len(parts) > 1 else before
     halved = None if len(parts) > 1 else _halved(way, given, step, before, parts[0])
     result = _with_changes(_joined(parts), before, halved)
@@ -438,7 +424,7 @@ def _step(way: _Way, given: Mapping[str, Any], step: Mapping[str, Any], last: _D
 
 
 def _halved(
-    way: _Way, given: Mapping[str, Any], step: Mapping[str, Any], before: ContactResult | None, found: ContactResult
+    way: _Way, given: LoadStep, step: LoadStep, before: ContactResult | None, found: ContactResult
 ) -> ContactResult | None:
     """The result of a step in two halves; None where points that it presses anew carry little friction.
 
@@ -452,7 +438,7 @@ def _halved(
     start = start if before is None or before.step_end is None else before.step_end
     if not any(_presses_anew(found, k, start.moved[k], way.finite_motion) for k in unloaded):
         return None
-    way, middle = way.coupled_as(found), between(given, step)
+    way, middle = way.coupled_as(found), given.halfway(step)
     try:
         for first, last in ((given, middle), (middle, step)):
             start = replace(start, forces=np.zeros(0))
@@ -516,13 +502,13 @@ def _joined(parts: Sequence[ContactResult]) -> ContactResult:
     return replace(last, contacts=tuple(contacts))
 
 
-def _same(model: SceneModel, given: Mapping[str, Any], step: Mapping[str, Any]) -> bool:
+def _same(model: SceneModel, given: LoadStep, step: LoadStep) -> bool:
     """Whether two steps have the same loads."""
-    one, other = (fingerprint(numbered(loads, model.bodies)) for loads in (given, step))
+    one, other = (fingerprint(numbered(vars(loads), model.bodies)) for loads in (given, step))
     return one == other
 
 
-def _rebuilt(way: _Way, step: Mapping[str, Any], row: Mapping[str, Any]) -> _Done:
+def _rebuilt(way: _Way, step: LoadStep, row: Mapping[str, Any]) -> _Done:
     """A step of an earlier run, from the forces in its row; certified anew."""
     end = StepEnd.from_dict(row["end"])
     since = None if row["since"] is None else StepEnd.from_dict(row["since"])
@@ -567,39 +553,32 @@ def unchanged(result: ContactResult, tolerance: float) -> ContactResult:
     return replace(result, contacts=tuple(still), solution=solution.normal, friction=solution)
 
 
-def _solved_step(
-    way: _Way, given: Mapping[str, Any], step: Mapping[str, Any], before: ContactResult | None, depth: int
-) -> Iterator[ContactResult]:
-    """Results of a step: one, or those of its halves."""
+def _part(way: _Way, given: LoadStep, step: LoadStep, before: ContactResult | None) -> ContactResult:
+    """Result of a step or of a part of it.
+
+    Raises
+    ------
+    SolverError
+        Also where it is solved, but points or bodies turn too far.
+    """
     # the frictionless solution is a better start than the forces of the last step
     past = None if before is None or before.step_end is None else replace(before.step_end, forces=np.zeros(0))
     poses = () if past is None else carried_poses(way.model, given, step, past.poses)
-    try:
-        if way.finite_motion and not way.model.twists and _largest_turn(given, step) > LARGEST_TURN:
-            raise SolverError(f"A body turns by more than {LARGEST_TURN:g} rad. {SMALLER}")
-        found = way.solved(step, past, poses)
-        if before is not None and _coupling(found) != _coupling(before):
-            # loads may suggest another coupling, whose points have no past
-            found = way.coupled_as(before).solved(step, past, poses)
-        detour = max((c.friction.detour for c in found.contacts if c.friction is not None), default=0.0)
-        if detour > CURVED:
-            raise SolverError(f"Points slide along paths that are {detour:.1%} longer than their chords. {SMALLER}")
-    except SolverError as error:
-        if isinstance(error, SupportError) or depth == HALVINGS:
-            raise
-    else:
-        yield replace(found, follows_step=True)
-        return
-    middle = between(given, step)
-    for start, end in ((given, middle), (middle, step)):
-        for part in _solved_step(way, start, end, before, depth + 1):
-            before = part
-            yield part
+    if way.finite_motion and not way.model.twists and _largest_turn(given, step) > LARGEST_TURN:
+        raise SolverError(f"A body turns by more than {LARGEST_TURN:g} rad. {SMALLER}")
+    found = way.solved(step, past, poses)
+    if before is not None and _coupling(found) != _coupling(before):
+        # loads may suggest another coupling, whose points have no past
+        found = way.coupled_as(before).solved(step, past, poses)
+    detour = max((c.friction.detour for c in found.contacts if c.friction is not None), default=0.0)
+    if detour > CURVED:
+        raise SolverError(f"Points slide along paths that are {detour:.1%} longer than their chords. {SMALLER}")
+    return replace(found, follows_step=True)
 
 
-def _largest_turn(given: Mapping[str, Any], step: Mapping[str, Any]) -> float:
+def _largest_turn(given: LoadStep, step: LoadStep) -> float:
     """Largest change (radians) of a prescribed rotation vector from one step to the next."""
-    one, other = (loads.get("motions") or {} for loads in (given, step))
+    one, other = given.motions, step.motions
     turns = [
         np.linalg.norm([other.get(b, {}).get(c, 0.0) - one.get(b, {}).get(c, 0.0) for c in COMPONENTS[3:]])
         for b in {**one, **other}
@@ -610,40 +589,3 @@ def _largest_turn(given: Mapping[str, Any], step: Mapping[str, Any]) -> float:
 def _coupling(result: ContactResult) -> list[tuple[str, str]]:
     """Slave and coupling of each contact."""
     return [(interface.slave.name, interface.pairing.coupling) for interface in result.interfaces]
-
-
-def between(start: Mapping[str, Any], end: Mapping[str, Any]) -> dict[str, Any]:
-    """Loads and motions half way between those of two steps; what one of them leaves out is zero there.
-
-    Components are free as at the end.
-    """
-    out: dict[str, Any] = {}
-    for name in {*start, *end}:
-        one, other = start.get(name), end.get(name)
-        if name == "free":
-            out[name] = other
-        elif name == "gravity":
-            out[name] = _mean(one, other)
-        elif name == "motions":
-            keys = {**(one or {}), **(other or {})}
-            out[name] = {body: _mean_motion((one or {}).get(body), (other or {}).get(body)) for body in keys}
-        else:
-            keys = {**(one or {}), **(other or {})}
-            out[name] = {key: _mean((one or {}).get(key), (other or {}).get(key)) for key in keys}
-    return {name: value for name, value in out.items() if value is not None}
-
-
-def _mean(one: Any, other: Any) -> Any:
-    if one is None and other is None:
-        return None
-    if callable(one) or callable(other):  # a load that varies over its boundary
-        parts = [load for load in (one, other) if load is not None]
-        return lambda *at: sum(np.asarray(p(*at) if callable(p) else p, float) for p in parts) / 2
-    return (np.zeros(np.shape(other)) if one is None else np.asarray(one, float)) / 2 + (
-        np.zeros(np.shape(one)) if other is None else np.asarray(other, float)
-    ) / 2
-
-
-def _mean_motion(one: Mapping[str, float] | None, other: Mapping[str, float] | None) -> dict[str, float]:
-    every = {**(one or {}), **(other or {})}
-    return {c: ((one or {}).get(c, 0.0) + (other or {}).get(c, 0.0)) / 2 for c in every}

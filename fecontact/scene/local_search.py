@@ -6,9 +6,8 @@ prediction affects the time but not the solution, by the check of `fecontact.con
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -20,7 +19,7 @@ from fecontact.common.errors import FecontactError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.contact import Contact
 from fecontact.contact.interface import Interface
-from fecontact.contact.loads import Loading, make_loading
+from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search.bounding import bounds_of, facet_displacements, part_displacements
 from fecontact.contact.search.candidates import MARGIN, approach_for_load
@@ -34,10 +33,8 @@ from fecontact.contact.search.region import (
     with_rings,
 )
 from fecontact.results.result import ContactResult
-from fecontact.scene.carried import KEYED
 from fecontact.scene.linear import solved
 from fecontact.scene.settings import Settings
-from fecontact.solvers import TOLERANCE
 from fecontact.surfaces.facet_surface import FacetSurface, with_nodes
 
 #: Rings of facets added round those that may touch: a few extra nodes cost less than another condensation.
@@ -208,30 +205,6 @@ class SearchHistory:
     def settle(self) -> None:
         """Reset the predicted motion."""
         self.search_radii = [None if r is None else replace(r, increment=STILL) for r in self.search_radii]
-
-
-def solve_local_case(
-    scene: SceneModel, arguments: Mapping[str, Any], history: SearchHistory, timer: Stopwatch
-) -> ContactResult:
-    """`Scene.solve` with local search for one of a series of similar cases; small motions.
-
-    Parameters
-    ----------
-    scene : SceneModel
-    arguments : mapping
-        Arguments of `Scene.solve`, except `finite_motion` and `search`.
-    history : SearchHistory
-    """
-    return solve_local(scene, *sorted_case(scene, arguments), timer, history)
-
-
-def sorted_case(scene: SceneModel, arguments: Mapping[str, Any]) -> tuple[Loading, Settings]:
-    """Loads and settings of a case, from the arguments of `Scene.solve` except `finite_motion` and `search`."""
-    rest = dict(arguments)
-    loads = {name: rest.pop(name, None) for name in (*KEYED, "gravity")}
-    settings = Settings(rest.pop("solver", "auto"), rest.pop("tolerance", TOLERANCE), rest)
-    settings.check()
-    return make_loading(scene.bodies, **loads), settings
 
 
 def solve_local(

@@ -3,38 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from fecontact.common.checks import among, share
-from fecontact.solvers import CustomSolver, validate_options
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Settings of a solve: `solver`, `tolerance` of the certificate, and the solver's `options`."""
-
-    solver: str | CustomSolver
-    tolerance: float
-    options: Mapping[str, Any]
-
-    def check(self, arguments: Iterable[str] = ()) -> None:
-        """Refuse an unknown solver or option before any work; it may be one of some arguments, misspelt."""
-        share("the tolerance", self.tolerance)
-        validate_options(self.solver, self.options, arguments)
-
+from fecontact.common.errors import InputError, shown
+from fecontact.solvers import TOLERANCE, CustomSolver, validate_options
 
 SEARCHES = ("global", "local")
 
 
-def checked_search(arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Arguments of `Scene.solve` or of a case with a checked ``search``.
+@dataclass(frozen=True)
+class Settings:
+    """Settings of a solve, as the arguments of `Scene.solve` of the same names; `options` are the solver's."""
 
-    Raises
-    ------
-    InputError
-        For an unknown search.
-    """
-    if "search" in arguments:
-        among("search", arguments["search"], SEARCHES)
-    return dict(arguments)
+    solver: str | CustomSolver = "auto"
+    tolerance: float = TOLERANCE
+    options: Mapping[str, Any] = field(default_factory=dict)
+    search: str = "global"
+    finite_motion: bool | str = "auto"
+
+    def check(self, arguments: Iterable[str] = ()) -> None:
+        """Refuse what is out of range before any work; an unknown option may be one of some arguments, misspelt.
+
+        Raises
+        ------
+        InputError
+        """
+        among("search", self.search, SEARCHES)
+        share("the tolerance", self.tolerance)
+        validate_options(self.solver, self.options, arguments)
+        finite = self.finite_motion
+        if not isinstance(finite, bool) and not (isinstance(finite, str) and finite == "auto"):
+            raise InputError(f"finite_motion must be 'auto', True or False; found {shown(finite)}.", code="motion")

@@ -6,17 +6,16 @@ import inspect
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from functools import partial
 
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.protocol import Body
-from fecontact.common.checks import among
-from fecontact.common.errors import InputError, shown
+from fecontact.common.errors import InputError
 from fecontact.common.progress import progress_line, tell_part
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.contact.loads import Distribution, refuse_nodal_values
+from fecontact.contact.loads import Distribution, LoadStep
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search.candidates import KnownContact
 from fecontact.results.cell_contact import is_half_space
@@ -25,8 +24,8 @@ from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.engine import check_engine, on_processes
 from fecontact.scene.finite_rotation import check_rest, follow, follow_from, solve_finite
 from fecontact.scene.linear import solved
-from fecontact.scene.local_search import solve_local, sorted_case
-from fecontact.scene.settings import SEARCHES, Settings, checked_search
+from fecontact.scene.local_search import solve_local
+from fecontact.scene.settings import Settings
 from fecontact.scene.windows import has_open_windows, solve_with_windows
 from fecontact.solvers import TOLERANCE, CustomSolver
 from fecontact.surfaces.facet_surface import has_cells
@@ -122,25 +121,18 @@ def solve_scene(
     InputError, SupportError, SolverError
         The message says what was found, what was expected and what to do.
     """
-    among("search", search, SEARCHES)
-    options = checked_search(options if search == "global" else {**options, "search": search})
-    search = str(options.pop("search", search))
-    settings = Settings(solver, tolerance, options)
+    step = LoadStep.of(
+        {
+            "forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures,
+            "tractions": tractions, "gravity": gravity,
+        }
+    )  # fmt: skip
+    settings = Settings(solver, tolerance, options, search, finite_motion)
     settings.check(inspect.signature(solve_scene).parameters)
     processes = check_engine(model, engine, ranks, accuracy, solver)
-    if not isinstance(finite_motion, bool) and not (isinstance(finite_motion, str) and finite_motion == "auto"):
-        raise InputError(f"finite_motion must be 'auto', True or False; found {shown(finite_motion)}.", code="motion")
-    loads = {
-        "forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures,
-        "tractions": tractions,
-    }  # fmt: skip
     if model.has_friction:
         refuse_with_friction(model, solver)
-        finite_motion, search = finite_motion is True, "global"
-    arguments = {
-        **loads, "gravity": gravity, "solver": solver, "tolerance": tolerance, "search": search, **options,
-    }  # fmt: skip
-    given = {**arguments, "finite_motion": finite_motion}
+        settings = replace(settings, finite_motion=finite_motion is True, search="global")
     if accuracy is None and (max_dofs is not None or max_seconds is not None):
         raise InputError(
             "max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.",
@@ -149,10 +141,11 @@ def solve_scene(
     started = time.perf_counter()
     with progress_line("solve", progress), on_processes(model, processes):
         if accuracy is None:
-            result = _solve_known(model, given, ())
+            result = _solve_known(settings, model, step, ())
         else:
-            refuse_nodal_values(pressures, tractions)
-            result = solve_to_accuracy(model, given, Target(accuracy, max_dofs, max_seconds), _solve_known)
+            step.refuse_nodal_values()
+            target = Target(accuracy, max_dofs, max_seconds)
+            result = solve_to_accuracy(model, step, target, partial(_solve_known, settings))
     return _timed(result, time.perf_counter() - started)
 
 
@@ -187,25 +180,24 @@ def refuse_with_friction(model: SceneModel, solver: str | CustomSolver) -> None:
 
 
 def _solve_known(
+    settings: Settings,
     model: SceneModel,
-    given: Mapping[str, Any],
+    step: LoadStep,
     known: Sequence[KnownContact | None],
     poses: Sequence[Pose] = (),
 ) -> ContactResult:
-    """One solution from checked arguments of `Scene.solve`, and contacts and final poses of a similar case."""
+    """One solution, from contacts and final poses of a similar case."""
     if has_open_windows(model):
-        return solve_with_windows(model, given, _solve_known)
-    arguments = dict(given)
-    finite_motion, search = arguments.pop("finite_motion"), arguments["search"]
-    timer = Stopwatch()
+        return solve_with_windows(model, step, partial(_solve_known, settings))
+    finite, timer = settings.finite_motion, Stopwatch()
     tell_part(f"{sum(body.n_dofs for body in model.bodies)} dofs")
-    if finite_motion is True:
-        return solve_finite(model, arguments, timer, poses)
-    if finite_motion == "auto" and poses and (found := follow_from(model, arguments, timer, poses)) is not None:
+    if finite is True:
+        return solve_finite(model, step, settings, timer, poses)
+    if finite == "auto" and poses and (found := follow_from(model, step, settings, timer, poses)) is not None:
         return check_rest(found)
-    loading, settings = sorted_case(model, {name: v for name, v in arguments.items() if name != "search"})
-    if search == "global":
+    loading = step.on(model.bodies)
+    if settings.search == "global":
         result = solved(model, loading, None, settings, timer, known)
     else:
         result = solve_local(model, loading, settings, timer)
-    return check_rest(follow(result, arguments, timer) if finite_motion == "auto" else result)
+    return check_rest(follow(result, step, settings, timer) if finite == "auto" else result)

@@ -6,7 +6,6 @@ import os
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor, wait
-from contextlib import nullcontext
 from dataclasses import fields as fields_of
 from itertools import islice
 from pathlib import Path
@@ -19,9 +18,9 @@ from numpy.typing import ArrayLike
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.arguments import file_path, instance, items
 from fecontact.common.arrays import IntArray
-from fecontact.common.checks import whole
+from fecontact.common.checks import among, whole
 from fecontact.common.errors import InputError, shown
-from fecontact.common.files import append_row, sole_writer
+from fecontact.common.files import Resumed
 from fecontact.common.progress import progress_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.loads import Loading
@@ -33,7 +32,7 @@ from fecontact.results.case_table import CaseTable, Kept, fields_to_keep, plane_
 from fecontact.results.resultants import DividingPlane
 from fecontact.scene.linear import prepared
 from fecontact.scene.local_search import SearchHistory, near_nodes
-from fecontact.scene.settings import checked_search
+from fecontact.scene.settings import SEARCHES
 from fecontact.scene.sweep_case import (
     Case,
     Posed,
@@ -42,7 +41,6 @@ from fecontact.scene.sweep_case import (
     collection_of,
     files_of,
     fingerprints,
-    finished,
     loads_of,
     naming,
     parameters_of,
@@ -123,7 +121,7 @@ def run_sweep(
         raise InputError("Two cases of the sweep have the same name; names tell the rows apart.", code="same-name")
     for name, case in named.items():
         with naming(name):
-            named[name] = checked_search(case)
+            among("search", case.get("search", "local"), SEARCHES)
             if case.get("engine", "own") != "own":
                 raise InputError(
                     "A sweep has the engine 'own' only: give processes= or executor=, or use Scene.solve for each case."
@@ -141,22 +139,19 @@ def run_sweep(
     def given(name: str) -> dict[str, Any]:
         return {"parameters": parameters[name], "loads": loads_of(named[name])}
 
-    done = finished(path, prints)
+    file = Resumed(path, prints, "a row of a sweep")
     if (collection := collection_of(save)) is not None:
-        check_finished(done, named, path)
+        check_finished(file.rows, named, path)
     maps: dict[str, Kept] = {}
-    left = {name: case for name, case in named.items() if name not in done}
+    left = {name: case for name, case in named.items() if name not in file.rows}
     rows = _solved(scene, left, processes, executor) if left else ()
-    line_of_cases = progress_line("sweep", progress, total=len(left), unit="case")
-    with nullcontext() if path is None else sole_writer(path), line_of_cases as line:
+    with file, progress_line("sweep", progress, total=len(left), unit="case") as line:
         for name, (row, maps[name]) in rows:
             line.update()
-            done[name] = {"name": name, **row, **given(name), "fingerprint": prints[name]}
-            if path is not None:
-                append_row(path, done[name])
+            file.add(name, {**row, **given(name)})
     contacts = tuple((contact.slave.name, contact.master.name) for contact in scene.contacts)
     table = CaseTable(
-        tuple({**done[name], **given(name)} for name in named),
+        tuple({**file.rows[name], **given(name)} for name in named),
         contacts,
         scene.unit_names,
         tuple(maps.get(name, {}) for name in named),
@@ -251,8 +246,8 @@ def _carried(scene: bytes, packed: Mapping[str, bytes], executor: Executor, lane
                 if row is None:
                     under_way[executor.submit(solved_there, token, packed[name], scene)] = name
                     continue
-                for predict_radius in islice(waiting, 1):
-                    under_way[executor.submit(solved_there, token, packed[predict_radius], None)] = predict_radius
+                for later in islice(waiting, 1):
+                    under_way[executor.submit(solved_there, token, packed[later], None)] = later
                 yield name, row
     finally:
         for future in under_way:

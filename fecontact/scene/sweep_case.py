@@ -24,25 +24,24 @@ from fecontact.common.arguments import file_path, items, mapping, text
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, finite
 from fecontact.common.errors import FecontactError, InputError
-from fecontact.common.files import check_writable, read_rows
+from fecontact.common.files import check_writable
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.version import VERSION
-from fecontact.contact.loads import Loading, make_loading
+from fecontact.contact.loads import LOADS, Loading, LoadStep
 from fecontact.contact.model import SceneModel
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.case_table import FIGURES, GIVEN, WHOLE, Kept, kept_of, row_of
 from fecontact.results.files import WRITERS
 from fecontact.results.result import ContactResult
 from fecontact.results.resultants import DividingPlane
-from fecontact.scene.carried import KEYED, posed_scene
+from fecontact.scene.carried import posed_scene
 from fecontact.scene.finite_rotation import check_rest, follow
-from fecontact.scene.local_search import SearchHistory, solve_local_case
+from fecontact.scene.local_search import SearchHistory, solve_local
 from fecontact.scene.settings import Settings
 from fecontact.scene.solve import refuse_with_friction, solve_scene
 from fecontact.scene.windows import has_open_windows
-from fecontact.solvers import TOLERANCE
 
 #: Suffixes of pictures among the files of a case, and of the collection that lists a file of each case.
 PICTURES, COLLECTION = (".png", ".pdf", ".svg"), ".pvd"
@@ -153,8 +152,8 @@ def check_finished(done: Mapping[str, Mapping[str, Any]], cases: Mapping[str, Ma
 Case = Mapping[str, Any]
 #: What a case has besides poses and the arguments of `Scene.solve`; its result does not depend on it.
 OF_CASES = ("name", "parameters", "save", "keep")
-#: Arguments of `Scene.solve` that are not loads, and those that are not settings of the solver.
-_OTHER = ("search", "finite_motion", "accuracy", "max_dofs", "max_seconds")
+#: Arguments of `Scene.solve` that are neither loads nor settings of one solution.
+OF_ACCURACY = ("accuracy", "max_dofs", "max_seconds", "engine")
 
 
 @one_line
@@ -166,25 +165,34 @@ class Posed:
     ----------
     scene : SceneModel
         Scene of the moved bodies.
-    arguments : dict
-        Arguments of `Scene.solve` for the moved bodies.
+    step : LoadStep
+        Loads on the moved bodies.
+    others : dict
+        Other arguments of `Scene.solve`.
     """
 
     scene: SceneModel
-    arguments: dict[str, Any]
+    step: LoadStep
+    others: dict[str, Any]
 
     @classmethod
     def of(cls, scene: SceneModel, case: Case) -> Posed:
         """The posed scene of a case."""
         now = posed_scene(scene, case.get("poses"))
-        return cls(now.scene, now.loads({k: v for k, v in case.items() if k not in (*OF_CASES, "poses", "split")}))
+        others = {k: v for k, v in case.items() if k not in (*OF_CASES, "poses", "split", *LOADS)}
+        return cls(now.scene, now.step(LoadStep.of(case)), {"search": "local", **others})
+
+    @property
+    def settings(self) -> Settings:
+        """Settings of its solution."""
+        names = ("solver", "tolerance", "search", "finite_motion")
+        options = {k: v for k, v in self.others.items() if k not in (*names, *OF_ACCURACY)}
+        return Settings(**{n: self.others[n] for n in names if n in self.others}, options=options)
 
     def loading(self) -> Loading:
         """Its loads, sorted and checked, and its settings checked with them."""
-        rest = {k: v for k, v in self.arguments.items() if k not in (*KEYED, "gravity", *_OTHER)}
-        if rest:
-            Settings(rest.pop("solver", "auto"), rest.pop("tolerance", TOLERANCE), rest).check()
-        return make_loading(self.scene.bodies, **{k: self.arguments.get(k) for k in (*KEYED, "gravity")})
+        self.settings.check()
+        return self.step.on(self.scene.bodies)
 
 
 #: Row of a case, and its fields that are kept.
@@ -209,18 +217,16 @@ def solved_case(scene: SceneModel, case: Case, history: SearchHistory) -> Solved
 
 def _solved(scene: SceneModel, case: Case, history: SearchHistory) -> ContactResult:
     posed = Posed.of(scene, case)
-    arguments = {"search": "local", **posed.arguments}
-    finite = arguments.get("finite_motion", "auto")
-    apart = arguments["search"] == "global" or finite is True or arguments.get("accuracy") is not None
+    settings = posed.settings
+    apart = settings.search == "global" or settings.finite_motion is True or case.get("accuracy") is not None
     if apart or has_open_windows(posed.scene):
-        return solve_scene(posed.scene, **arguments)
+        return solve_scene(posed.scene, **vars(posed.step), **posed.others)
     if scene.has_friction:
-        refuse_with_friction(scene, arguments.get("solver", "auto"))
-    small = {k: v for k, v in arguments.items() if k not in _OTHER}
+        refuse_with_friction(scene, settings.solver)
     timer = Stopwatch()
-    result = solve_local_case(posed.scene, small, history, timer)
-    if finite == "auto" and not scene.has_friction:
-        result = follow(result, {**small, "search": "local"}, timer, history)
+    result = solve_local(posed.scene, posed.loading(), settings, timer, history)
+    if settings.finite_motion == "auto" and not scene.has_friction:
+        result = follow(result, posed.step, settings, timer, history)
     return check_rest(result)
 
 
@@ -267,45 +273,6 @@ def numbered(thing: Any, bodies: Sequence[Body]) -> Any:
     if isinstance(thing, (tuple, list)):
         return tuple(numbered(v, bodies) for v in thing)
     return thing
-
-
-def finished(
-    path: str | Path | None, prints: Mapping[str, Mapping[str, str]], what: str = "a row of a sweep"
-) -> dict[str, dict[str, Any]]:
-    """Rows of an earlier run of these cases.
-
-    Parameters
-    ----------
-    path : str, Path or None
-    prints : mapping
-        `fingerprints` of the cases.
-    what : str
-        What a row is, for the message.
-
-    Raises
-    ------
-    InputError
-        If a row with the name of a case is of another model or case, or has no fingerprint.
-    """
-    rows = {} if path is None else read_rows(path, "name", what)
-    remedy = "Give another path, or delete that line of the file to have the case solved again."
-    for name, now in prints.items():
-        if name not in rows:
-            continue
-        then = rows[name].get("fingerprint")
-        if not isinstance(then, dict):
-            raise InputError(
-                f"The row {name!r} in {path} has no fingerprint (it was written by an earlier version or by hand), so "
-                f"that it cannot be told whether it is of this model and case. {remedy}",
-                code="no-fingerprint",
-            )
-        other = sorted(k for k in {*then, *now} if then.get(k) != now.get(k))
-        if other:
-            raise InputError(
-                f"The row {name!r} in {path} is of another model or case ({', '.join(other)}). {remedy}",
-                code="row-of-another",
-            )
-    return {name: rows[name] for name in prints if name in rows}
 
 
 AXES = ("x", "y", "z")

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
@@ -17,12 +17,11 @@ from fecontact.bodies.pose import Pose, turned
 from fecontact.bodies.protocol import Body
 from fecontact.bodies.rigid import Plane
 from fecontact.common.errors import InputError
-from fecontact.contact.loads import Loading
+from fecontact.contact.loads import Loading, LoadStep
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search.candidates import KnownContact
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import with_bodies
-from fecontact.scene.local_search import sorted_case
 from fecontact.surfaces.facet_surface import FacetSurface
 
 WIDE = 1.15
@@ -43,7 +42,7 @@ ON_PLANE = 1.0
 MOST_WINDOWS = 8
 """Windows tried in turn."""
 
-Solve = Callable[[SceneModel, Mapping[str, Any], Sequence[KnownContact | None]], ContactResult]
+Solve = Callable[[SceneModel, LoadStep, Sequence[KnownContact | None]], ContactResult]
 
 
 def has_open_windows(model: SceneModel) -> bool:
@@ -55,16 +54,15 @@ def has_open_windows(model: SceneModel) -> bool:
     )
 
 
-def solve_with_windows(model: SceneModel, given: Mapping[str, Any], solve: Solve) -> ContactResult:
+def solve_with_windows(model: SceneModel, step: LoadStep, solve: Solve) -> ContactResult:
     """Solution with windows where the bodies touch, as large as the contacts found.
 
     Parameters
     ----------
     model : SceneModel
-    given : mapping
-        Arguments of `Scene.solve`.
+    step : LoadStep
     solve : callable
-        Function ``solve(scene, arguments, known)`` for one solution.
+        Function ``solve(scene, step, known)`` for one solution.
 
     Raises
     ------
@@ -72,7 +70,7 @@ def solve_with_windows(model: SceneModel, given: Mapping[str, Any], solve: Solve
         If a contact still reaches the rim of its window after `MOST_WINDOWS` windows.
     """
     # the bodies move by their prescribed motions before they touch
-    loading, _ = sorted_case(model, {k: v for k, v in given.items() if k not in ("search", "finite_motion")})
+    loading = step.on(model.bodies)
     bodies = list(model.bodies)
     number = {id(b): k for k, b in enumerate(bodies)}
     leading = []
@@ -88,7 +86,7 @@ def solve_with_windows(model: SceneModel, given: Mapping[str, Any], solve: Solve
     for _ in range(MOST_WINDOWS):
         carried = with_bodies(model, bodies)
         _check_facing(carried.scene)
-        result = solve(carried.scene, carried.loads(given), ())
+        result = solve(carried.scene, carried.step(step), ())
         fitted = list(bodies)
         for k in leading:
             fitted[k] = _fitted(cast(LocalBody, bodies[k]), result)

@@ -25,7 +25,7 @@ from fecontact.common.directions import Directions
 from fecontact.common.files import check_writable
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
-from fecontact.contact.loads import make_loading
+from fecontact.contact.loads import LoadStep
 from fecontact.contact.springs import Spring
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.scene.adaptive import Target
@@ -355,9 +355,7 @@ def _has_boundary(table: Table, key: str, body: AnyBody | None, boundary: str | 
 
 def _check_loads(root: Table, bodies: Mapping[str, AnyBody], loads: Mapping[str, Any]) -> None:
     """Check the loads together: components both loaded and prescribed, gravity without density."""
-    names = ("forces", "moments", "motions", "free", "pressures", "gravity", "tractions")
-    given = {name: loads.get(name) for name in names}
-    root.attempt(lambda: make_loading(list(bodies.values()), **given), "loads" if "loads" in root else None)
+    root.attempt(lambda: LoadStep.of(loads).on(list(bodies.values())), "loads" if "loads" in root else None)
 
 
 def _solve_options(table: Table) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from fecontact.contact.search import bounding as bounds
 from fecontact.contact.search import region as search
 from fecontact.mesh.element import QUAD_CORNERS
 from fecontact.mesh.facets import facet_shapes
-from fecontact.scene import local_search, search_radius
+from fecontact.scene import local_search
 from fecontact.surfaces.closest_point import BULGE
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.normals import normals_of, project_along
@@ -391,4 +391,4 @@ def test_rigid_and_plane_partners_are_paired_whole():
     ball = fc.RigidBody(fc.Sphere(radius=5.0)).placed((0.5, 0.5, 1.0))
     contact = fc.Contact(lower, ball)
     loading = make_loading([lower, ball], {ball: (0, 0, -1.0)}, None, None, None, None, None)
-    assert search_radius.first_radius(contact, loading) is None
+    assert local_search.first_radius(contact, loading) is None

@@ -10,9 +10,11 @@ from refusals import refused
 import fecontact as fc
 from fecontact import SolverError
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.loads import LoadStep
 from fecontact.results.linearisation import BEARABLE, CarriedMotion
 from fecontact.scene import finite_rotation as finite
 from fecontact.scene.finite_rotation import CARRIED
+from fecontact.scene.settings import Settings
 
 SIZE = 2.0
 
@@ -51,7 +53,10 @@ def path(monkeypatch):
     monkeypatch.setattr(finite, "linearisation_error", lambda r: SimpleNamespace(worst=r.error, gap=r.error))
     monkeypatch.setattr(finite, "driven_motions", lambda r: r.motions)
     return finite._Path(
-        SimpleNamespace(bodies=[Block()], sizes=np.array([SIZE]), has_friction=False, twists=False), {}, Stopwatch()
+        SimpleNamespace(bodies=[Block()], sizes=np.array([SIZE]), has_friction=False, twists=False),
+        LoadStep(),
+        Settings(),
+        Stopwatch(),
     )
 
 
@@ -130,7 +135,7 @@ def followed(monkeypatch, first, errors, away=(), rest=(), goes_on=(0.0,)):
     class Path:
         originals = ("the body",)
 
-        def __init__(self, scene, arguments, timer, history=None):
+        def __init__(self, scene, step, settings, timer, history=None):
             pass
 
         def begin(self, result):
@@ -160,7 +165,7 @@ def followed(monkeypatch, first, errors, away=(), rest=(), goes_on=(0.0,)):
 
     monkeypatch.setattr(finite, "_Path", Path)
     monkeypatch.setattr(finite, "linearisation_error", lambda r: SimpleNamespace(worst=r.error, gap=r.error))
-    return finite.follow(Found(first), {}, Stopwatch()), len(asked)
+    return finite.follow(Found(first), LoadStep(), Settings(), Stopwatch()), len(asked)
 
 
 def test_what_is_bearable_is_not_followed(monkeypatch):

@@ -12,6 +12,7 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
+from fecontact.contact.loads import LoadStep
 from fecontact.scene import load_path
 from fecontact.scene.export import export_problem
 from fecontact.scene.load_path import LoadPath
@@ -321,17 +322,15 @@ def test_a_step_is_of_another_path_if_one_before_it_changed(tmp_path) -> None:
 
 
 def test_loads_half_way_between_two_steps() -> None:
-    from fecontact.scene.load_path import between
-
     body, at = object(), np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
-    one = {"tractions": {body: lambda x: 2 * x}, "forces": {body: (1.0, 0.0, 0.0)}, "motions": {body: {"x": 1.0}}}
-    other = {"tractions": {body: (0.0, 0.0, 4.0)}, "gravity": (0.0, 0.0, -2.0), "motions": {body: {"z": 2.0}}}
-    half = between(one, other)
-    np.testing.assert_array_equal(half["tractions"][body](at), np.add(at, [0.0, 0.0, 2.0]))
-    np.testing.assert_array_equal(between(one, {})["tractions"][body](at), at)
-    np.testing.assert_array_equal(half["forces"][body], [0.5, 0.0, 0.0])
-    np.testing.assert_array_equal(half["gravity"], [0.0, 0.0, -1.0])
-    assert half["motions"][body] == {"x": 0.5, "z": 1.0}
+    one = LoadStep({body: (1.0, 0.0, 0.0)}, tractions={body: lambda x: 2 * x}, motions={body: {"x": 1.0}})
+    other = LoadStep(tractions={body: (0.0, 0.0, 4.0)}, gravity=(0.0, 0.0, -2.0), motions={body: {"z": 2.0}})
+    half = one.halfway(other)
+    np.testing.assert_array_equal(half.tractions[body](at), np.add(at, [0.0, 0.0, 2.0]))
+    np.testing.assert_array_equal(one.halfway(LoadStep()).tractions[body](at), at)
+    np.testing.assert_array_equal(half.forces[body], [0.5, 0.0, 0.0])
+    np.testing.assert_array_equal(half.gravity, [0.0, 0.0, -1.0])
+    assert half.motions[body] == {"x": 0.5, "z": 1.0}
 
 
 def pressed_pad(n: int) -> tuple[fc.Scene, fc.RigidBody]:
