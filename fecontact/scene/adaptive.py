@@ -98,9 +98,10 @@ def marked_cells(contact: ContactFields, tolerance: float) -> tuple[IntArray, In
     Those with most of the squared error in the energy norm, if the elements below keep the estimate above the
     tolerance whatever the faces are; fewer where it is nearly met.
     """
-    if contact.error_estimate.interior < WORTH * tolerance:
-        return np.zeros(0, np.int64), np.zeros(0, np.int64)
     error = np.concatenate([e.error for e in contact.energy_errors])
+    # half-spaces and rigid bodies have no cells
+    if contact.error_estimate.interior < WORTH * tolerance or not len(error):
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
     chosen = np.zeros(len(error), bool)
     chosen[_most(error, _share(contact.error_estimate.pressure, tolerance))] = True
     ours, theirs = contact.energy_errors
