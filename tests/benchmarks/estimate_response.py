@@ -18,12 +18,12 @@ import numpy as np
 from estimate_cases import HALF_TURN, SOFT, Judged, grid, of_pressure
 
 import fecontact as fc
+from fecontact import Mesh, merge
 from fecontact.analytic import axisymmetric, hertz, layer
 from fecontact.bodies import AxisymmetricBody, PlaneBody
 from fecontact.mesh import pick, section_shapes
 from fecontact.mesh.grading import RingGrading, geometric
 from fecontact.mesh.kinds import KINDS
-from fecontact.mesh.mesh import Mesh, merge
 from fecontact.mesh.shapes import disc, right_handed
 from fecontact.surfaces import Cylinder, Paraboloid
 

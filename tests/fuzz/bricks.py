@@ -11,8 +11,8 @@ from judging import Answer
 from scenes import answer, random_shape
 
 import fecontact as fc
-from fecontact.ancf import AncfSolid, AncfSpace, Assembly, NeoHookean, Stage, equilibrium
-from fecontact.ancf.slender import Joints, line, straight, touching
+from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Joints, NeoHookean, Stage, equilibrium
+from fecontact.ancf.slender import line, straight, touching
 
 
 def brick_body(number: int, frame: Frame) -> Callable[[], Answer]:

@@ -12,7 +12,7 @@ from scenes import answer
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
-from fecontact.mesh.surface_mesh import SurfaceMesh
+from fecontact import SurfaceMesh
 
 
 def _bone(size: Any, n: int, radii: Any, upwards: bool) -> SurfaceMesh:

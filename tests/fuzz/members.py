@@ -10,8 +10,8 @@ from frame import Frame
 from judging import Answer
 
 import fecontact as fc
-from fecontact.ancf import Assembly, Stage, equilibrium
-from fecontact.ancf.slender import Joints, beam, line, plate, straight, touching, touching_members
+from fecontact.ancf import Assembly, Joints, Stage, equilibrium
+from fecontact.ancf.slender import beam, line, plate, straight, touching, touching_members
 
 
 def members_touching(number: int, frame: Frame) -> Callable[[], Answer]:

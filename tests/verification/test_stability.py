@@ -369,7 +369,7 @@ def test_a_pole_of_collapsed_elements(row):
     Source: Hertz. The polar mesh that the shapes avoid: prisms on the axis, pressed by plain nodal forces on a block of
     12 a: the radius is right to a few percent.
     """
-    from fecontact.mesh.mesh import merge
+    from fecontact import merge
     from fecontact.mesh.shapes import lattice, sagitta
 
     radii = HERTZ.a * np.array([0, 0.4, 0.75, 1.0, 1.3, 2.0, 4.0, 10.0])

@@ -15,12 +15,13 @@ from fecontact.ancf import (
     EnergyMomentum,
     FollowerPressure,
     GeneralisedAlpha,
+    Joints,
     Moment,
     Stage,
     equilibrium,
     move,
 )
-from fecontact.ancf.slender import Joints, line, straight
+from fecontact.ancf.slender import line, straight
 
 SCHEMES = pytest.mark.parametrize("scheme", [GeneralisedAlpha(), EnergyMomentum()], ids=["alpha", "energy"])
 

@@ -8,7 +8,7 @@ import fecontact as fc
 from fecontact.bodies.local.pressed import Pressed
 from fecontact.bodies.local.window import Window
 from fecontact.fem.stress import components
-from fecontact.halfspace.grid import Grid
+from fecontact.halfspace import Grid
 
 SOLID = fc.Material(E=2.0, nu=0.3)
 FORCE = 0.006

@@ -4,7 +4,7 @@ import pytest
 from fecontact import Material
 from fecontact.bodies.local.relief import fit
 from fecontact.bodies.local.window import Window, own_part, sources
-from fecontact.halfspace.grid import Grid
+from fecontact.halfspace import Grid
 
 
 def _on_a_ball(half):

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import fecontact as fc
-from fecontact.common.errors import FecontactError
+from fecontact import FecontactError
 
 
 def test_default_and_given():

@@ -5,9 +5,9 @@ import pytest
 from refusals import refused
 
 from fecontact import InputError
-from fecontact.halfspace import kernels
+from fecontact.halfspace import Grid, kernels
 from fecontact.halfspace.fft import ROUGHNESS, Convolution, Tally, VectorConvolution, kernel_spectrum, padded
-from fecontact.halfspace.grid import Grid, even_axes, part_of, unfold
+from fecontact.halfspace.grid import even_axes, part_of, unfold
 from fecontact.halfspace.nested import GridLevel, around, finer, start_on
 
 
