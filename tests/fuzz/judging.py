@@ -67,6 +67,8 @@ class Door:
     certificate: float = 1e-8
     #: one scene in so many is written otherwise
     every: int = 1
+    #: scenes that one test takes
+    at_once: int = 5
 
 
 @dataclass

@@ -235,15 +235,15 @@ def test_a_ball_rolls(row):
 
 
 @pytest.mark.by_day("1")
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(20))
 def test_random_paths_dissipate(seed, row):
-    """Ten paths of four random steps each: forces, shifts, twists, unlike and equal bodies, mu from 0.1 to 2.
+    """Five paths of four random steps each: forces, shifts, twists, unlike and equal bodies, mu from 0.1 to 2.
 
     Source: friction takes energy in every step; every step is certified to 1e-10.
     """
     rng = np.random.default_rng(seed)
     least, worst = math.inf, 0.0
-    for _ in range(10):
+    for _ in range(5):
         mu = float(rng.choice([0.1, 0.3, 0.8, 2.0]))
         against = [None, STEEL, fc.Material(E=5.0, nu=0.1)][rng.integers(3)]
         half = fc.HalfSpace(STEEL, (2.6, 2.6), (12, 12), against=against)

@@ -53,7 +53,7 @@ FINE = Level(core=60, rings=40, edge=0.05, layer=0.1, growth=1.2)
 
 # Found: 0.007 % in the approach and 0.02 % in the centre, by a mesh that is the same for all three; Hertz is 2.2, 4.6
 # and 9.5 % off in the approach. The bounds are those asked of the method.
-@pytest.mark.by_day("0.2")
+@pytest.mark.full  # by day: test_local_body_kernel.py
 @pytest.mark.parametrize("ratio", [0.05, 0.1, 0.2])
 def test_half_sphere_on_a_plane(ratio, row):
     """A half-sphere with its flat face clamped, on a rigid plane, contact radius a: 2500 dofs, 256 cells.
