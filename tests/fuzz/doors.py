@@ -27,7 +27,7 @@ DOORS = {
         Door("dragged half-spaces", half_space_dragged, (*UNITS, "mirrored")),
         Door("local bodies", local_body, (*UNITS, "turned about z", "renumbered"), every=2),
         Door("brick bodies", brick_body, SPACE),
-        Door("large bricks", brick_indented, (*UNITS, "mirrored"), every=3, at_once=2),
+        Door("large bricks", brick_indented, (*UNITS, "mirrored"), every=3, at_once=1),
         Door("cables", cable_on_posts, UNITS, every=2),
         Door("slender members", members_touching, (*UNITS, "turned", "mirrored", "turned about z"), every=3),
         Door("solids by gmsh", meshed_solid, SPACE, every=2, at_once=2),

@@ -236,6 +236,7 @@ def test_workers_share_the_cores_unless_the_environment_says_otherwise(monkeypat
             assert int(pool.submit(os.getenv, "OMP_NUM_THREADS").result(timeout=60)) == expected
 
 
+@pytest.mark.full  # three processes import the package anew
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
 def test_a_killed_parent_leaves_no_worker_behind():
     program = (
