@@ -12,12 +12,10 @@ from generated_pages import FOLDER, write
 from matplotlib.figure import Figure
 
 import fecontact as fc
-from fecontact.app.friction.figures import draw_tractions
-from fecontact.app.friction.studies import run
+from fecontact.app.friction_studies import run
 from fecontact.app.indentation.closed_forms import Wave
 from fecontact.app.indentation.indentation import Ground, Indentation, IndentationLoad, indent
 from fecontact.common.units import Units
-from fecontact.halfspace.pictures import draw_stick_slip
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid
 
 HERE = Path(__file__).parent
@@ -105,9 +103,8 @@ def friction_picture() -> None:
     ball, roller = run("mindlin", options), run("carter", {**options, "cells": 48})
     figure = Figure(figsize=(14.0, 4.4), layout="constrained")
     panels, names = figure.subplots(1, 3), Units("mm", "N", "MPa")
-    draw_stick_slip(panels[0], ball.path.last, names)
-    draw_tractions(panels[1], ball, names)
-    draw_tractions(panels[2], roller, names)
+    ball.draw(panels[1], panels[0], names)
+    roller.draw(panels[2], Figure().subplots(), names)
     for axes, title in zip(panels, ("ball: stick and slip", "ball: tractions", "roller, to the right"), strict=True):
         axes.set_title(title)
     figure.savefig(HERE / "images" / "friction_half_space.png", dpi=90)

@@ -10,10 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 
-from fecontact.app.friction.options import STUDIES
-from fecontact.app.indentation.options import SHAPES
-from fecontact.app.slender.options import PROBLEMS
-from fecontact.app.spheres.options import CASES, ELEMENTS, MODELS, PRESSURES, ROUTES
+from fecontact.app.options import CASES, ELEMENTS, MODELS, PRESSURES, PROBLEMS, ROUTES, SHAPES, STUDIES
 from fecontact.common.errors import FecontactError
 from fecontact.common.version import VERSION
 

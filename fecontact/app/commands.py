@@ -121,7 +121,7 @@ def halfspace(options: argparse.Namespace) -> int:
 
 def friction(options: argparse.Namespace) -> int:
     """Run a study of friction on a half-space."""
-    from fecontact.app.friction.studies import run
+    from fecontact.app.friction_studies import run
 
     return _report(options, lambda: run(options.study, vars(options)))
 

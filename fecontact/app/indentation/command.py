@@ -11,7 +11,7 @@ import numpy as np
 
 from fecontact.app.indentation.closed_forms import Wave
 from fecontact.app.indentation.indentation import Curve, Ground, Indentation, IndentationLoad, curve, indent
-from fecontact.app.indentation.options import OWN
+from fecontact.app.options import SHAPES
 from fecontact.bodies import Sphere
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -172,9 +172,9 @@ MADE: dict[str, Callable[[Options], Made]] = {
 
 def _refuse_foreign(shape: str, given: Options) -> None:
     """Refuse options that do not apply to the shape."""
-    every = {name for names in OWN.values() for name in names}
-    if foreign := sorted((every - set(OWN[shape])) & set(given)):
-        known = ", ".join("--" + name.replace("_", "-") for name in OWN[shape])
+    every = {name for names in SHAPES.values() for name in names}
+    if foreign := sorted((every - set(SHAPES[shape])) & set(given)):
+        known = ", ".join("--" + name.replace("_", "-") for name in SHAPES[shape])
         raise InputError(f"--{foreign[0].replace('_', '-')} says nothing about the shape {shape!r}, which has {known}.")
     own = given.get("trend", "none") != "none" or given.get("peaks_up") or "height_unit" in given
     if own and shape != "heights":

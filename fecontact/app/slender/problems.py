@@ -18,13 +18,16 @@ import scipy.sparse as sp
 from fecontact.ancf import Assembly, EnergyMomentum, Stage, equilibrium, move
 from fecontact.ancf.slender import Joints, Structure, line, straight
 from fecontact.app.slender import elastica, fourbar
-from fecontact.app.slender.options import ELEMENTS, EVEN
 from fecontact.app.slender.result import SlenderProblem
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError, SolverError
 
 LENGTH = 1.2
+#: Elements unless given.
+ELEMENTS = {"elastica": 10, "circle": 10, "pendulum": 12, "fourbar": 2}
+#: Problems that measure a bar's middle, which must be a node.
+EVEN = ("pendulum", "fourbar")
 #: Deflection of the pendulum's middle from its chord at 0.1, 0.2, 0.3 and 0.4 s, by gravity: a hundred elements and a
 #: Runge-Kutta integrator of the eighth order. Later motions under the larger one are chaotic.
 FALLING = {9.81: (-0.024567, -0.100074, -0.234799, -0.217471), 50.0: (-0.126258, -0.315841, 0.188716, 0.021995)}

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from fecontact.analytic import hertz
-from fecontact.app.spheres import options
+from fecontact.app import options
 from fecontact.common.material import Material
 
 

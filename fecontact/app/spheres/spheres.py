@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from fecontact.ancf.bricks.body import AncfBody
+from fecontact.app.options import ELEMENTS, MODELS, PRESSURES
 from fecontact.app.spheres.case import CASES, Spheres
 from fecontact.app.spheres.figures import SpheresFigures, moment_radius
-from fecontact.app.spheres.options import ELEMENTS, MODELS, PRESSURES
 from fecontact.bodies import AxisymmetricBody, ElasticBody, Plane, RigidBody, rotation_about
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError

@@ -8,7 +8,7 @@ from refusals import refused
 
 from fecontact import InputError
 from fecontact.app.cli import main
-from fecontact.app.friction.studies import run
+from fecontact.app.friction_studies import run
 from fecontact.halfspace.pictures import plot_dragged
 
 PLAIN = {"radius": 10.0, "E": 2.0, "nu": 0.0, "force": 1e-3, "friction": 0.3}
@@ -88,7 +88,7 @@ def test_refusals(change, told):
 
 def test_a_block_is_refused_what_friction_cannot_hold():
     found = run("block", {**PLAIN, "cells": 2})
-    assert "at least mu = 0.315" in found.refusal
+    assert "at least mu = 0.315" in found.more["refusal"]
     assert "along (" in str(found)
     with refused(InputError, "slides-as-a-whole"):
         run("block", {**PLAIN, "cells": 2, "tangential": 1.0})

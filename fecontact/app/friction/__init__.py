@@ -1,1 +1,0 @@
-"""Ready studies of friction on half-spaces."""
