@@ -16,7 +16,8 @@ from generated_pages import write
 from tqdm import tqdm
 
 from fecontact.app.spheres.case import CASES
-from fecontact.app.spheres.spheres import SpheresResult, _press, radius_by_sections, solve_spheres
+from fecontact.app.spheres.figures import SpheresResult
+from fecontact.app.spheres.spheres import _press, radius_by_sections, solve_spheres
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "examples"))

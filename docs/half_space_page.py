@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 import fecontact as fc
 from fecontact.app.friction_studies import run
 from fecontact.app.indentation.closed_forms import Wave
-from fecontact.app.indentation.indentation import Ground, Indentation, IndentationLoad, indent
+from fecontact.app.indentation.figures import Indentation
+from fecontact.app.indentation.indentation import Ground, IndentationLoad, indent
 from fecontact.common.units import Units
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid
 

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from fecontact.app.indentation.closed_forms import Wave
-from fecontact.app.indentation.indentation import Curve, Ground, Indentation, IndentationLoad, curve, indent
+from fecontact.app.indentation.figures import Curve, Indentation
+from fecontact.app.indentation.indentation import Ground, IndentationLoad, curve, indent
 from fecontact.app.options import SHAPES
 from fecontact.bodies import Sphere
 from fecontact.common.errors import InputError

@@ -18,6 +18,7 @@ from fecontact.app.indentation.closed_forms import Exact
 from fecontact.bodies import HalfSpace
 from fecontact.common.arrays import Array
 from fecontact.common.files import save_figure
+from fecontact.common.table import Table
 from fecontact.common.units import Units
 from fecontact.halfspace import HalfSpaceContact
 from fecontact.halfspace.pictures import plot_over_force, plot_pressed
@@ -44,7 +45,7 @@ CURVE = ("force", "approach", "area", "mean gap", "maximum pressure", "stiffness
 
 
 @dataclass(frozen=True, eq=False)
-class CurveFigures:
+class Curve:
     """Figures of a shape on a half-space over a list of loads; made by `curve`.
 
     Attributes
@@ -52,7 +53,7 @@ class CurveFigures:
     steps : tuple of Indentation
     """
 
-    steps: tuple[IndentationFigures, ...]
+    steps: tuple[Indentation, ...]
 
     def column(self, name: str) -> Array:
         """One figure at all loads."""
@@ -81,9 +82,30 @@ class CurveFigures:
         ends += [f"Warning: {text}" for text in self.warnings]
         return "\n".join([f"{self.steps[0].name}, {len(self.steps)} loads", head, *lines, *ends])
 
+    def save(self, path: str | Path) -> Path:
+        """Write a CSV file, one row per load."""
+        columns = [name.replace(", ", " ").replace(" ", "_") for name in (*CURVE, "regions")]
+        return Table(columns, [tuple(row.values()) for row in self.rows()]).save(path)
+
+    def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Figure:
+        """Approach, area, stiffness and mean gap over the force, with the closed form where there is one."""
+        names = Units(length, force, stress)
+        panels = {
+            "approach": names.after("approach", "length"),
+            "area": "area" + (f" [{names.length}²]" if names.length else ""),
+            "stiffness": "stiffness" + (f" [{names.force}/{names.length}]" if names.force and names.length else ""),
+            "mean gap": names.after("mean gap", "length"),
+        }
+        curves = {}
+        for name, label in panels.items():
+            known = [step.exact.figures.get(name, np.nan) if step.exact else np.nan for step in self.steps]
+            curves[label] = {"found": self.column(name), "exact": np.array(known, float)}
+        title = f"{self.steps[0].name}, {len(self.steps)} loads"
+        return plot_over_force(self.column("force"), curves, title, names, path)
+
 
 @dataclass(frozen=True, eq=False)
-class IndentationFigures:
+class Indentation:
     """A contact with its half-space and shape; made by `indent`.
 
     Attributes
@@ -184,25 +206,19 @@ class IndentationFigures:
         lines.append(f"{c.solver.nit} iterations, {c.solver.transforms:.1f} transforms, {c.solver.seconds:.3f} s")
         return "\n".join(lines)
 
+    def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Figure:
+        """Pressure, gap, displacement, and the von Mises stress in the plane y = constant below the peak."""
+        figure = plot_pressed(self.contact, None, Units(length, force, stress), self.name)
+        if self.exact is not None and self.exact.pressure is not None:
+            _draw_outline(figure.axes[0], self)
+        return save_figure(figure, path)
 
-def plot_indentation(found: IndentationFigures, path: str | Path | None = None, units: Units | None = None) -> Figure:
-    """Pressure, gap, displacement of the surface, and the von Mises stress in the plane y = constant below the peak.
-
-    Parameters
-    ----------
-    found : IndentationFigures
-    path : str or Path, optional
-        File to write; the suffix decides the format.
-    units : Units, optional
-        Units for labels.
-    """
-    figure = plot_pressed(found.contact, None, units, found.name)
-    if found.exact is not None and found.exact.pressure is not None:
-        _draw_outline(figure.axes[0], found)
-    return save_figure(figure, path)
+    def save(self, path: str | Path) -> Path:
+        """Write a CSV file of one row."""
+        return Curve((self,)).save(path)
 
 
-def _draw_outline(axes: Any, found: IndentationFigures) -> None:
+def _draw_outline(axes: Any, found: Indentation) -> None:
     """The edge of the closed form's contact."""
     assert found.exact is not None
     if found.contact.periodic:
@@ -211,20 +227,3 @@ def _draw_outline(axes: Any, found: IndentationFigures) -> None:
     a, b = found.exact.half_widths
     axes.plot(a * np.cos(angle), b * np.sin(angle), "--", color="tab:cyan", linewidth=1.2, label="exact edge")
     axes.legend(loc="upper right", fontsize="small")
-
-
-def plot_curve(found: CurveFigures, path: str | Path | None = None, units: Units | None = None) -> Figure:
-    """Plot approach, area, stiffness and mean gap over the force, with the closed form where there is one."""
-    names = units or Units()
-    panels = {
-        "approach": names.after("approach", "length"),
-        "area": "area" + (f" [{names.length}²]" if names.length else ""),
-        "stiffness": "stiffness" + (f" [{names.force}/{names.length}]" if names.force and names.length else ""),
-        "mean gap": names.after("mean gap", "length"),
-    }
-    curves = {}
-    for name, label in panels.items():
-        known = [step.exact.figures.get(name, np.nan) if step.exact else np.nan for step in found.steps]
-        curves[label] = {"found": found.column(name), "exact": np.array(known, float)}
-    title = f"{found.steps[0].name}, {len(found.steps)} loads"
-    return plot_over_force(found.column("force"), curves, title, names, path)

@@ -8,16 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fecontact.app.indentation.closed_forms import asked, closed_form
-from fecontact.app.indentation.figures import CURVE, CurveFigures, IndentationFigures
+from fecontact.app.indentation.figures import Curve, Indentation
 from fecontact.bodies import HalfSpace
 from fecontact.common.errors import InputError
-from fecontact.common.files import save_rows
 from fecontact.common.material import Material
 from fecontact.halfspace import HalfSpaceContact, Layer
 
@@ -101,39 +99,6 @@ SMALLEST_BOX = 2.2
 
 STEEP = 5.0
 """Jump of heights across the border of a period, in rms differences of neighbours, above which they do not repeat."""
-
-
-@dataclass(frozen=True, eq=False)
-class Indentation(IndentationFigures):
-    """One indentation, with methods to draw and save it."""
-
-    def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Any:
-        """Pressure, gap, displacement and stress inside, see `pictures.plot_indentation`."""
-        from fecontact.app.indentation.figures import plot_indentation
-        from fecontact.common.units import Units
-
-        return plot_indentation(self, path, Units(length, force, stress))
-
-    def save(self, path: str | Path) -> Path:
-        """Write a CSV file of one row."""
-        return Curve((self,)).save(path)
-
-
-@dataclass(frozen=True, eq=False)
-class Curve(CurveFigures):
-    """Indentations by several loads, with methods to draw and save them."""
-
-    def save(self, path: str | Path) -> Path:
-        """Write a CSV file, one row per load."""
-        columns = [name.replace(", ", " ").replace(" ", "_") for name in (*CURVE, "regions")]
-        return save_rows(path, columns, (row.values() for row in self.rows()))
-
-    def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Any:
-        """Draw the curves, see `pictures.plot_curve`."""
-        from fecontact.app.indentation.figures import plot_curve
-        from fecontact.common.units import Units
-
-        return plot_curve(self, path, Units(length, force, stress))
 
 
 def indent(

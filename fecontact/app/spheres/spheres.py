@@ -10,20 +10,17 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Any
+from dataclasses import asdict
 
 import numpy as np
 
 from fecontact.ancf.bricks.body import AncfBody
 from fecontact.app.options import ELEMENTS, MODELS, PRESSURES
 from fecontact.app.spheres.case import CASES, Spheres
-from fecontact.app.spheres.figures import SpheresFigures, moment_radius
+from fecontact.app.spheres.figures import SpheresResult, moment_radius
 from fecontact.bodies import AxisymmetricBody, ElasticBody, Plane, RigidBody, rotation_about
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError
-from fecontact.common.one_line import one_line
 from fecontact.contact.contact import Contact
 from fecontact.mesh import section_shapes as sections
 from fecontact.mesh import shapes
@@ -40,23 +37,6 @@ FIRST_PASSES = (
     Level(core=2, rings=2, edge=0.2, layer=0.2, growth=2.0),
     Level(core=3, rings=6, edge=0.02, layer=0.035, growth=2.0),
 )
-
-
-@one_line
-@dataclass(frozen=True, eq=False)
-class SpheresResult(SpheresFigures):
-    """Solution of two spheres, with methods to print and draw it."""
-
-    def __str__(self) -> str:
-        from fecontact.app.spheres.table import table
-
-        return table(self)
-
-    def plot(self, path: str | Path | None = None) -> Any:
-        """Plot pressure against radius with Hertz, and the pressure map; written to `path` if given."""
-        from fecontact.app.spheres.pictures import plot_spheres
-
-        return plot_spheres(self, path)
 
 
 def solve_spheres(

@@ -18,7 +18,8 @@ from compare.bodies import foundation, indented, section_of_cylinder, start
 from compare.problems import Problem
 from fecontact import Contact, ContactResult, InputError, Layer, Material, Scene, mesh_solid
 from fecontact.app.spheres.case import CASES, Spheres
-from fecontact.app.spheres.spheres import SpheresResult, solve_spheres
+from fecontact.app.spheres.figures import SpheresResult
+from fecontact.app.spheres.spheres import solve_spheres
 from fecontact.bodies import ElasticBody, HalfSpace, LocalBody, Plane, Pose, RigidBody, Sphere
 from fecontact.mesh import pick
 from fecontact.mesh.shapes import Level, block, quarter_sphere
