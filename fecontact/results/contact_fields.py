@@ -242,10 +242,10 @@ class ContactFields:
     def regions(self) -> tuple[Region, ...]:
         """Connected parts of the contact area, the most loaded first; points are connected by facets they share."""
         numbers = range(1, self.region.max(initial=0) + 1)
-        return tuple(part_of(self, self.region == k, self._facet_region == k) for k in numbers)
+        return tuple(part_of(self, self.region == k, self.facet_region == k) for k in numbers)
 
     @cached_property
-    def _facet_region(self) -> IntArray:
+    def facet_region(self) -> IntArray:
         """Connected region (n_facets,) of each facet, 0 without force."""
         at_nodes = self.at_nodes.copy()
         at_nodes.data = self.region[at_nodes.indices].astype(float)
@@ -268,11 +268,11 @@ class ContactFields:
         if self.readings is None or not self.readings.across >= FACES_ACROSS:
             return of_facets, of_points
         n = self.region.max() + 1
-        found = np.bincount(self._facet_region, self.outline.areas, n)
+        found = np.bincount(self.facet_region, self.outline.areas, n)
         peaks = np.zeros(n)
         np.maximum.at(peaks, self.region, self.pressure)
         located = ABOVE_PEAK * found * peaks >= np.bincount(self.region, self.forces, n)
-        return np.where(located[self._facet_region], self.outline.areas, 0.0), of_points * ~located[self.region]
+        return np.where(located[self.facet_region], self.outline.areas, 0.0), of_points * ~located[self.region]
 
     @cached_property
     def singular_edge(self) -> SingularEdge | None:
@@ -371,7 +371,7 @@ class ContactFields:
         out = np.zeros(self.sharing.shape[1])
         if self.readings is not None:
             found = self.readings
-            out[self.facet_numbers[found.facets]] = np.sqrt(found.misfit / found.areas.sum(axis=1))
+            out[self.facet_numbers[found.facets]] = np.sqrt(found.misfit / found.whole)
         return out
 
     @cached_property

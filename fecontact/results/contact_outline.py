@@ -43,7 +43,7 @@ from fecontact.contact.coupling.covered_area import covered_shares
 from fecontact.mesh.facets import facet_integrals, facet_shapes, sides_of, triangular
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.results.edge_level import edge_level, facet_sizes
-from fecontact.results.facet_samples import facet_samples
+from fecontact.results.facet_samples import facet_samples, past_rim
 from fecontact.surfaces.facet_surface import FacetSurface
 
 if TYPE_CHECKING:
@@ -450,7 +450,7 @@ def _beyond(contact: ContactFields, level: Array) -> Mask:
     beside = np.zeros(len(level), bool)
     beside[contact.facets[(level > 0)[contact.facets].any(axis=1)]] = True
     shown = np.flatnonzero(beside & ~beyond)
-    beyond[shown] = _past_rim(contact, contact.nodes[shown])
+    beyond[shown] = past_rim(contact, contact.nodes[shown])
     return beyond
 
 
@@ -490,7 +490,7 @@ def _cut(contact: ContactFields, level: Array, beyond: Mask) -> _Cut:
     level = np.append(level, np.where(facing.all(axis=1), level[quads] @ N, mean))
     beyond = np.append(beyond, ~facing.any(axis=1))
     some = len(contact.nodes) + np.flatnonzero(facing.any(axis=1) & ~facing.all(axis=1))
-    beyond[some] = _past_rim(contact, points[some])
+    beyond[some] = past_rim(contact, points[some])
     least = OFF_NODE * np.abs(level).max()
     level = np.where(np.abs(level) < least, least, level)
     inside = (level > 0) & ~beyond
@@ -531,19 +531,12 @@ def _hanging(contact: ContactFields) -> IntArray:
     return np.asarray(here[(here >= 0).all(axis=1)])
 
 
-def _past_rim(contact: ContactFields, points: Array) -> Mask:
-    """Whether points (n, 3) of the slave lie beyond the rim of the master."""
-    if not len(points):
-        return np.zeros(0, bool)
-    return contact.master.surface(contact.surfaces[1]).project(contact.master.pose.to_body(points)).outside
-
-
 def _to_rim(contact: ContactFields, start: Array, end: Array) -> Array:
     """Place (n,) of the rim of the other body on ways from points (n, 3) to others, by halving."""
     way, low, high = end - start, np.zeros(len(start)), np.ones(len(start))
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        past = _past_rim(contact, start + middle[:, None] * way)
+        past = past_rim(contact, start + middle[:, None] * way)
         low, high = np.where(past, low, middle), np.where(past, middle, high)
     return (low + high) / 2
 

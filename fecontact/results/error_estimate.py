@@ -9,6 +9,9 @@ with an error as large as that of the pressure itself elsewhere;
   (Zienkiewicz & Zhu 1992).
 
 Nothing is fitted to problems with a known solution; docs/error_estimates.md compares the estimate with true errors.
+All count what the master covers of a face. Where its rim lies within faces, nodal coupling has the forces of what is
+covered act at the nodes inside: by their second moments the error of the pressure inside is added (`AT_RIM`).
+
 Neither shows faces that deviate from a smooth shape; the error of these (`results.geometry_error`) is independent and
 its square is added. The estimate covers the mesh only, not errors of the model, its loads or its materials.
 """
@@ -26,7 +29,8 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.error_estimate import NO_CONTACT, ErrorEstimate
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.mesh.facets import triangular
-from fecontact.results.facet_samples import facet_samples, hats
+from fecontact.results.contact_outline import planes_of_symmetry
+from fecontact.results.facet_samples import facet_samples, hats, past_rim, without
 from fecontact.results.geometry_error import geometry_error
 from fecontact.results.recovery import RecoveredPressure, recovered
 
@@ -53,6 +57,11 @@ AT_KINKS = 2.0
 #: Error of the pressure over that of the compliance: 1 for a modulus that is off everywhere, up to 2 in thin layers of
 #: linear elements, whose recovered strains are too smooth.
 STIFFNESS = 1.5
+#: Relative change of the pressure inside over that of the second moment of the forces, where these act at the nodes
+#: inside of faces at the master's rim: the area under a punch that seems smaller is pressed more.
+AT_RIM = 2.0
+#: Samples along each side of these faces.
+RIM_SAMPLES = 12
 #: Faces across a contact down to whose width elements below it are looked at.
 NARROWEST = 2.0
 #: Share of a contact's force above which a region counts.
@@ -68,7 +77,9 @@ class PressureReadings:
     facets : (n,) int array
         Numbers of these facets.
     points, areas : (n, n_q, 3) and (n, n_q) arrays
-        Samples on them, see `results.facet_samples`.
+        Samples on them, see `results.facet_samples`; beyond the master's rim they have no area.
+    whole : (n,) array
+        Areas of the facets.
     interpolated, root, smooth : (n, n_q) arrays
         The pressure of the coupling, the root of its interpolated squares, and the recovered one.
     bounded : (n,) bool array
@@ -88,6 +99,7 @@ class PressureReadings:
     facets: IntArray
     points: Array
     areas: Array
+    whole: Array
     interpolated: Array
     root: Array
     smooth: Array
@@ -97,11 +109,13 @@ class PressureReadings:
     peak_depth: float
     across: float
     samples: int
+    rim: Array
 
     @cached_property
     def misfit(self) -> Array:
-        """Integral (n,) over each facet of the squared difference, the larger of the two."""
-        return np.where(self.bounded, larger_misfit(self.areas, self.interpolated, (self.root, self.smooth)), 0.0)
+        """Integral (n,) over each facet of the squared difference, the larger of the two, and what the rim adds."""
+        found = larger_misfit(self.areas, self.interpolated, (self.root, self.smooth))
+        return np.where(self.bounded, found, 0.0) + self.rim * self.norm
 
     @cached_property
     def error(self) -> float:
@@ -132,8 +146,9 @@ def readings_of(contact: ContactFields, samples: int | None = None) -> PressureR
     chosen = np.flatnonzero(field.loaded)
     n = samples or int(np.clip(np.sqrt(MOST_SAMPLES / len(chosen)), *SAMPLES))
     highest = int(np.argmax(np.nan_to_num(field.known)))
-    blocks = [_read(contact, field, chosen[k : k + BLOCK], n, highest) for k in range(0, len(chosen), BLOCK)]
-    points, areas, interpolated, root, smooth, at_peak = (np.concatenate(part) for part in zip(*blocks, strict=True))
+    past = _past_rim(contact, chosen)
+    blocks = [_read(contact, field, past, chosen[k : k + BLOCK], n, highest) for k in range(0, len(chosen), BLOCK)]
+    *read, at_peak = (np.concatenate(part) for part in zip(*blocks, strict=True))
     peak, offset = float(field.pressure.max()), np.inf
     if contact.singular_edge is None:
         peak = float(field.pressure[highest])
@@ -141,11 +156,15 @@ def readings_of(contact: ContactFields, samples: int | None = None) -> PressureR
     bounded = field.bounded[chosen]
     outside = contact.facets[chosen].ravel()
     outside = outside[field.pressure[outside] == 0]
-    size = np.sqrt(areas.sum(axis=1).mean()) if contact.facets.shape[1] > 3 else _lengths(contact, chosen).mean()
+    points, covered, whole, interpolated, root, smooth = read
+    # a contact so small that no sample sees it counts as if it filled its facets
+    areas = np.where(covered, whole, 0.0) if covered.any() else whole
+    size = np.sqrt(whole.sum(axis=1).mean()) if contact.facets.shape[1] > 3 else _lengths(contact, chosen).mean()
     depth = np.linalg.norm(contact.nodes[outside] - contact.nodes[highest], axis=1).min(initial=np.inf) / size
     found = PressureReadings(
-        chosen, points, areas, interpolated, root, smooth, bounded, peak, offset, float(depth), np.nan, n
-    )
+        chosen, points, areas, whole.sum(axis=1), interpolated, root, smooth,
+        bounded, peak, offset, float(depth), np.nan, n, _rim_error(contact, field, past, chosen),
+    )  # fmt: skip
     return replace(found, across=faces_across(contact, found))
 
 
@@ -179,19 +198,94 @@ def nodal_pressure(contact: ContactFields) -> NodalPressure | None:
     return NodalPressure(nodal, known, loaded, loaded & ~at_edge[contact.facets].any(axis=1))
 
 
-def _read(contact: ContactFields, field: NodalPressure, chosen: IntArray, n: int, highest: int) -> tuple[Array, ...]:
-    """Points, areas and the three pressures on some facets, n samples along each side, and the smooth at a node."""
+def _past_rim(contact: ContactFields, chosen: IntArray) -> Mask:
+    """Nodes (m,) of chosen facets that lie beyond the master's rim.
+
+    With nodal coupling they have no value; in a mortar coupling those of facets at the rim do.
+    """
+    mine, past = np.zeros((2, len(contact.nodes)), bool)
+    mine[contact.facets[chosen]] = True
+    if contact.coupling != "mortar":
+        mine &= np.diff(contact.at_nodes.indptr) == 0
+    past[mine] = past_rim(contact, contact.nodes[mine])
+    return past
+
+
+def _read(
+    contact: ContactFields, field: NodalPressure, past: Mask, chosen: IntArray, n: int, highest: int
+) -> tuple[Array, ...]:
+    """Samples on some facets, n along each side, with the three pressures, and the smooth at a node.
+
+    Points, whether the master covers them, areas, and the pressures: that of a node is force over covered area, and on
+    facets at the master's rim that of the nodes inside goes on up to the rim.
+    """
     facets, mortar = contact.facets[chosen], contact.coupling == "mortar"
     samples = facet_samples(contact.nodes, facets, mortar, contact.extent, n)
-    squares = np.einsum("fqa,fa->fq", hats(facets, samples.local, mortar), field.pressure[facets] ** 2)
-    interpolated = np.einsum("fqa,fa->fq", samples.shapes, field.pressure[facets])
+    shapes, straight = samples.shapes, hats(facets, samples.local, mortar)
+    covered = np.ones(samples.areas.shape, bool)
+    rim = past[facets].any(axis=1)
+    if rim.any():
+        covered[rim] = ~past_rim(contact, samples.points[rim])
+        if not mortar:
+            shapes, straight = shapes.copy(), straight.copy()
+            shapes[rim] = straight[rim] = without(straight[rim], past[facets[rim]])
+    squares = np.einsum("fqa,fa->fq", straight, field.pressure[facets] ** 2)
+    interpolated = np.einsum("fqa,fa->fq", shapes, field.pressure[facets])
     smooth, some, at_node = interpolated.copy(), field.bounded[chosen], np.zeros((0, 1))
     if some.any():
         recovery = recovered_on(contact, field, chosen[some])
         smooth[some] = recovery.at(samples.points[some])
         there = (facets[some] == highest).any(axis=1)
         at_node = recovery.at(np.broadcast_to(contact.nodes[highest], (len(there), 1, 3)))[there]
-    return samples.points, samples.areas, interpolated, np.sqrt(np.maximum(squares, 0.0)), smooth, at_node
+    root = np.sqrt(np.maximum(squares, 0.0))
+    return samples.points, covered, samples.areas, interpolated, root, smooth, at_node
+
+
+def _rim_error(contact: ContactFields, field: NodalPressure, past: Mask, chosen: IntArray) -> Array:
+    """Squared relative error (n,) of the pressure due to chosen facets at the master's rim.
+
+    With nodal coupling the force on what is covered of them acts at nodes inside. So its second moment about the middle
+    of a region is too small, and the pressure, which goes as its inverse at a given force, is too large.
+    """
+    out = np.zeros(len(chosen))
+    rim = np.flatnonzero(past[contact.facets[chosen]].any(axis=1))
+    if contact.coupling == "mortar" or not len(rim):
+        return out
+    facets = contact.facets[chosen[rim]]
+    samples = facet_samples(contact.nodes, facets, False, contact.extent, RIM_SAMPLES)
+    straight = hats(facets, samples.local, False)
+    shares = np.einsum("fq,fqa->fa", samples.areas, straight) * ~past[facets]
+    at = np.einsum("fa,fai->fi", shares, contact.nodes[facets]) / shares.sum(axis=1, keepdims=True)
+    pressure = np.einsum("fqa,fa->fq", without(straight, past[facets]), field.pressure[facets])
+    forces = np.where(past_rim(contact, samples.points), 0.0, samples.areas * pressure)
+    region, off, moment = contact.facet_region[chosen[rim]], np.zeros(len(rim)), 0.0
+    for k in np.unique(region):  # of many contacts few
+        points, middle = contact.region == k, _middle(contact, k)
+        moment += contact.forces[points] @ ((contact.points[points] - middle) ** 2).sum(axis=1)
+        own = region == k
+        far = ((samples.points[own] - middle) ** 2).sum(axis=2) - ((at[own] - middle) ** 2).sum(axis=1)[:, None]
+        off[own] = np.abs((forces[own] * far).sum(axis=1))
+    share = float(contact.forces[np.isin(contact.region, region)].sum() / contact.forces.sum())
+    out[rim] = off * off.sum() * share * (AT_RIM / moment) ** 2 if moment > 0 else 0.0
+    return out
+
+
+def _middle(contact: ContactFields, region: int) -> Array:
+    """Mean position (3,) of the forces of a region and their mirror images."""
+    mine, pose = contact.region == region, contact.slave.pose
+    force = contact.forces[mine] / contact.forces[mine].sum()
+    middle = force @ contact.points[mine]
+    nodes = contact.node_numbers[contact.at_nodes @ mine.astype(float) > 0]
+    for mirror in planes_of_symmetry(contact.surface, pose, nodes):
+        middle = middle - ((middle - mirror.point) @ mirror.normal) * mirror.normal
+    if contact.is_ring and _reaches_axis(radius := pose.to_body(contact.points[mine])[:, 0]):
+        middle = middle - (radius @ force) * pose.rotation[:, 0]
+    return np.asarray(middle)
+
+
+def _reaches_axis(radius: Array) -> bool:
+    """Whether a ring of such radii (n,) reaches the axis and continues beyond it."""
+    return bool(radius.min() < np.ptp(radius) / 6)
 
 
 def recovered_on(contact: ContactFields, field: NodalPressure, chosen: IntArray) -> RecoveredPressure:
@@ -261,11 +355,11 @@ def faces_across(contact: ContactFields, readings: PressureReadings) -> float:
 
     The number on the shorter diameter of an ellipse with the same number of faces, including mirror images.
     """
-    share = readings.in_contact / readings.areas.sum(axis=1)
+    share = readings.in_contact / readings.whole
     at_nodes = contact.at_nodes.copy()
     at_nodes.data = contact.region[at_nodes.indices].astype(float)
     region = at_nodes.max(axis=1).toarray().ravel().astype(np.int64)
-    of_facet = region[contact.facets[readings.facets]].max(axis=1)
+    of_facet = contact.facet_region[readings.facets]
     load = np.bincount(contact.region, contact.forces)
     least = min(LEAST_REGION * load.sum(), load.max())  # of many regions none may carry so much
     chosen = [k for k in np.flatnonzero(load >= least) if k > 0]
@@ -278,8 +372,7 @@ def _across(contact: ContactFields, readings: PressureReadings, chosen: Mask, sh
     points, weights = readings.points[chosen].reshape(-1, 3), readings.areas[chosen]
     if contact.facets.shape[1] == 3:
         radius = contact.slave.pose.to_body(points)[:, 0]
-        # a ring that reaches the axis continues beyond it
-        return float(2 * n if contact.is_ring and radius.min() < np.ptp(radius) / 6 else n)
+        return float(2 * n if contact.is_ring and _reaches_axis(radius) else n)
     weights = np.where(readings.smooth[chosen] > 0, weights, 0.0).ravel()
     if not weights.any():
         return float(n)

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.coupling.mortar_basis import multiplier_shapes, multipliers_on_square
 from fecontact.mesh.facets import TRIANGLE_COLUMNS, shapes_on_square, triangular
 from fecontact.mesh.section_mesh import line_shapes
+
+if TYPE_CHECKING:
+    from fecontact.results.contact_fields import ContactFields
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +117,23 @@ def _fan(n_columns: int, L: Array) -> Array:
     else:
         out[:, middles] += third[:, None]
     return out
+
+
+def without(shapes: Array, left_out: Mask) -> Array:
+    """Functions (n_facets, n_q, k) of the other nodes, over their sum, for nodes (n_facets, k) left out.
+
+    A pressure is constant towards them, a uniform one is kept, and it is the mean where the others' functions vanish.
+    """
+    others = (shapes + np.finfo(float).eps) * ~left_out[:, None, :]
+    return np.asarray(others / others.sum(axis=2, keepdims=True))
+
+
+def past_rim(contact: ContactFields, points: Array) -> Mask:
+    """Whether points (..., 3) of the slave lie beyond the rim of the master."""
+    if not points.size:
+        return np.zeros(points.shape[:-1], bool)
+    places = contact.master.pose.to_body(points.reshape(-1, 3))
+    return contact.master.surface(contact.surfaces[1]).project(places).outside.reshape(points.shape[:-1])
 
 
 def beside_plane(samples: FacetSamples, point: Array, normal: Array) -> Array:

@@ -267,16 +267,12 @@ def _at_edges(contact: ContactFields, active: IntArray) -> tuple[Mask, Mask]:
     if not master.is_rigid:
         theirs = master.surface(names[1]).project(theirs).points
         at, near = _near_sharp_rim(master, names[1], theirs, spacing, size)
-    elif master.is_cut_off:
-        return none, none
-    elif contact.friction is not None:
-        at = near = none
     else:
         lines = contact.normals[active] @ master.pose.rotation
         length = np.linalg.norm(lines, axis=1, keepdims=True)
         lines = np.divide(lines, length, out=np.zeros_like(lines), where=length > 0)
         near = ends_near(master, names[1], theirs, lines, size)
-        if not near.any():  # its own edges are bounded on a rigid body
+        if contact.friction is None and not near.any():  # its own edges are bounded on a rigid body
             return none, none
         at = ends_near(master, names[1], theirs, lines, spacing)
     ours, near_ours = _near_sharp_rim(slave, names[0], slave.pose.to_body(place), ON_RIM * size, size)

@@ -5,14 +5,15 @@ import re
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import fecontact as fc
 from fecontact.analytic import hertz
 from fecontact.mesh.facets import TRIANGLE_COLUMNS, facet_nodes, shapes_on_square
 from fecontact.mesh.refine import refined, touching
-from fecontact.results.facet_samples import facet_samples, hats
+from fecontact.results.facet_samples import facet_samples, hats, without
 from fecontact.results.recovery import recovered
-from fecontact.surfaces import Paraboloid
+from fecontact.surfaces import FlatPunch, Paraboloid
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
 SQUARE = np.stack(np.meshgrid(*[(np.arange(7) + 0.5) / 7] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -216,3 +217,54 @@ def test_elements_that_are_coarse_below_fine_faces_are_told_of():
     estimate = contact.error_estimate
     assert np.sqrt(estimate.pressure**2 - estimate.interior**2) < 0.5 * error
     assert 0.8 < estimate.pressure / error < 1.5
+
+
+@pytest.mark.parametrize("columns", [3, 4, 8, 9])
+def test_a_pressure_goes_on_beyond_the_nodes_that_have_one(columns):
+    """Source: a uniform pressure, and nodes left out that take part in nothing."""
+    local = SQUARE if columns > 3 else SQUARE[:7, 1:]
+    left_out = np.arange(columns)[None] % 3 == 1
+    found = without(hats(np.arange(columns)[None], local, False), left_out)
+    assert np.abs(found.sum(axis=2) - 1).max() < 1e-14
+    assert not found[:, :, left_out[0]].any()
+    assert found.min() >= 0
+
+
+def under_a_punch(x, half_side, element="hex20", friction=0.0):
+    """A quarter of a block below a flat square punch, by the positions of its nodes along x and y."""
+    z = 1 - np.array([1.0, 0.6, 0.3, 0.12, 0.04, 0.0]) if len(x) > 7 else len(x) - 1
+    mesh = fc.shapes.block((0.5, 0.5, 1.0), (x, x, z), element=element)
+    body = fc.ElasticBody(mesh, SOLID, "top", {"bottom": "xyz", "x_min": "x", "y_min": "y"})
+    punch = fc.RigidBody(FlatPunch(sides=(2 * half_side, 2 * half_side))).placed((0, 0, 1.0))
+    scene = fc.Scene([body, punch], [fc.Contact(body, punch, friction=friction)])
+    return scene.solve(motions={punch: {"z": -0.03}}, finite_motion=False).contacts[0]
+
+
+@pytest.mark.parametrize(
+    ("n", "element", "friction"), [(3, "hex20", 0.0), (4, "hex20", 0.0), (2, "hex8", 0.0), (4, "hex20", 0.3)]
+)
+def test_below_a_punch_whose_rim_lies_within_faces(n, element, friction):
+    """Source: a mesh graded towards the rim, whose sides follow it; compared half a face away, at the force found."""
+    fine = under_a_punch(np.array([0, 0.1, 0.2, 0.25, 0.28, 0.293, 0.3, 0.307, 0.33, 0.4, 0.5]), 0.3 + 1e-9)
+    at, known, _ = fine.sampled(fine.pressure, 8)
+    found = under_a_punch(np.linspace(0, 0.5, n + 1), 0.3, element, friction)
+    x, pressure, areas = found.sampled(found.pressure, 12)
+    inside = (x[:, :2] < 0.3 - 0.25 / n).all(axis=1)
+    true = known[cKDTree(at).query(x[inside])[1]] * found.total_force / fine.total_force
+    error = np.sqrt(areas[inside] @ (pressure[inside] - true) ** 2 / (areas[inside] @ true**2))
+    assert 0.5 <= found.error_estimate.pressure / error <= 3
+    assert found.error_estimate.area < 0.5
+    assert abs(found.readings.areas.sum() / found.whole.area - 1) < 0.35  # six samples along a face
+
+
+def test_forces_at_a_rim_along_the_sides_of_faces_act_where_they_are():
+    contact = under_a_punch(np.linspace(0, 0.5, 5), 0.25 + 1e-9)
+    assert contact.readings.rim.max() < 1e-12
+    quarter = under_a_punch(np.linspace(0, 0.5, 5), 0.3)
+    assert quarter.readings.rim.sum() > 0.01
+    x = np.linspace(0, 1, 9)
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (x, x, 4)).translated((-0.5, -0.5, 0.0))
+    body, punch = fc.ElasticBody(mesh, SOLID, "top", {"bottom": "xyz"}), fc.RigidBody(FlatPunch(sides=(0.6, 0.6)))
+    punch = punch.placed((0, 0, 1.0))
+    whole = fc.Scene([body, punch], [fc.Contact(body, punch)]).solve(motions={punch: {"z": -0.03}}).contacts[0]
+    assert abs(whole.readings.rim.sum() - quarter.readings.rim.sum()) < 1e-9
