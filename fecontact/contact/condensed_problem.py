@@ -23,6 +23,7 @@ from fecontact.contact.rigid_motion import RigidMotionConstraints
 from fecontact.fem.condensation import Compliance
 from fecontact.fem.multigrid import JointCompliance
 from fecontact.solvers import ContactProblem
+from fecontact.solvers.problem import formed
 
 #: Share of the largest compliance, with pairs scaled to equal size, that counts as rounding: normals are accurate to
 #: 1e-10.
@@ -265,6 +266,8 @@ def uncondensed(
 def _total(own: Array, shares: Sequence[tuple[IntArray, Array | LinearOperator]]) -> Array | LinearOperator:
     """Sum of the bodies' compliances on their rows: a matrix, or an operator where one of them is."""
     n = len(own)
+    if len(shares) > 1 or own.any():
+        shares = [(index, formed(compliance)) for index, compliance in shares]
     if not any(isinstance(compliance, LinearOperator) for _, compliance in shares):
         S = np.diag(own)
         for index, compliance in shares:

@@ -275,6 +275,8 @@ def friction_problem(
         mu.append(np.full(count, each.mu))
         start += k * count
     rows = np.concatenate(tangents)
+    if not condensed.is_dense:  # an operator that solves problems of friction itself
+        return replace(condensed, points=np.concatenate(points), tangents=rows, mu=np.concatenate(mu))
     S = with_held_directions(condensed.matrix, rows, condensed.B)
     for each, pairs in zip(friction, tangents, strict=True):
         if each.lay is not None:

@@ -274,7 +274,7 @@ class HalfSpaceContact:
         return float(self.gap[np.isfinite(self.gap)].mean())
 
     @cached_property
-    def regions(self) -> IntArray:
+    def region(self) -> IntArray:
         """Number (nx, ny) of the connected part of the contact that a cell belongs to, from 1; 0 without contact."""
         label, count = scipy.ndimage.label(self.active, TOUCHING)
         if self.periodic and count:
@@ -290,7 +290,9 @@ class HalfSpaceContact:
     @property
     def n_regions(self) -> int:
         """Number of connected parts of the contact."""
-        return int(self.regions.max())
+        return int(self.region.max())
+
+    regions = renamed("regions", "region")
 
     def moment_radius(self) -> float:
         """Contact radius of a Hertz pressure from its second moment, a^2 = (5/2) sum(p r^2)/sum(p)."""

@@ -14,9 +14,9 @@ from fecontact.common import checks
 from fecontact.common.arguments import instance, items
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, InputError
-from fecontact.common.files import save_rows
 from fecontact.common.one_line import one_line
 from fecontact.common.renamed import RenamedKeys, renamed, warn
+from fecontact.common.table import Table
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.friction import Friction, PressStep, press_step
 from fecontact.halfspace.friction_contact import FrictionContact
@@ -146,7 +146,7 @@ class FrictionPath:
 
     def save(self, path: str | Path) -> Path:
         """Write a CSV file, one row per step."""
-        return save_rows(path, COLUMNS, map(_row, self.contacts))
+        return Table(COLUMNS, [_row(contact) for contact in self.contacts]).save(path)
 
     def __str__(self) -> str:
         shown = ("force", "tangential_x", "tangential_y", "shift_x", "shift_y", "stick_area", "friction_work")

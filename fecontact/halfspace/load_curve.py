@@ -11,9 +11,9 @@ import numpy as np
 
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among
-from fecontact.common.files import replacing
 from fecontact.common.one_line import one_line
 from fecontact.common.progress import progress_line
+from fecontact.common.table import Table
 from fecontact.common.units import Units
 from fecontact.halfspace.contact import HalfSpaceContact
 from fecontact.halfspace.pressing import Load
@@ -83,10 +83,7 @@ class LoadCurve:
         InputError
             If the file cannot be written.
         """
-        table = np.column_stack(list(self.figures.values()))
-        with replacing(path) as file:
-            np.savetxt(file, table, "%.17g", ",", header=",".join(self.figures), comments="")
-        return Path(path)
+        return self._table.save(path)
 
     def plot(self, path: str | Path | None = None, *, length: str = "", force: str = "", stress: str = "") -> Any:
         """Draw approach, area, pressures and mean gap over the force, a matplotlib figure.
@@ -115,9 +112,12 @@ class LoadCurve:
         return plot_over_force(self.force, panels, f"{len(self)} loads", names, path)
 
     def __str__(self) -> str:
-        lines = ["".join(f"{name:>16}" for name in self.figures)]
-        lines += ["".join(f"{v:>16.6g}" for v in row) for row in zip(*self.figures.values(), strict=True)]
-        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
+        return str(self._table)
+
+    @property
+    def _table(self) -> Table:
+        rows = list(zip(*(values.tolist() for values in self.figures.values()), strict=True))
+        return Table(list(self.figures), rows, [f"Warning: {text}" for text in self.warnings])
 
 
 def load_curve(loads: Sequence[Load], pressed: Callable[[Load], HalfSpaceContact], progress: bool | None) -> LoadCurve:

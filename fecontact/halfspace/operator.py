@@ -13,11 +13,14 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.halfspace.compliance import JointCompliance, SurfaceCompliance
 from fecontact.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
+from fecontact.halfspace.friction import FIRST_TURN, MOST_TURNS, PER_TURN, SLIDING, Friction
 from fecontact.halfspace.grid import Even, even_axes, part_of, unfold
 from fecontact.halfspace.nested import GridIterate, GridLevel, solve_coarser, solve_nested
 from fecontact.halfspace.smooth import Corrected, Product, Term
 from fecontact.halfspace.tangential import TangentialCompliance, check_thickness, tangential_compliance
-from fecontact.solvers import ContactProblem, Status
+from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
+from fecontact.solvers import ContactProblem, Solution, Status
+from fecontact.solvers.coulomb import friction_limit, sizes
 from fecontact.solvers.problem import Outcome
 
 Part = tuple[slice, slice]
@@ -27,6 +30,9 @@ MOST_CELLS = 3000
 
 DENSE_LIMIT = 1500
 """Rows of a scene up to which the compliance is a matrix."""
+
+APART = 1e-9
+"""Opening by a motion, relative to the largest, that is rounding."""
 
 MOST_SHARES = 20
 """Largest number of reassignments of cells under several bodies."""
@@ -88,7 +94,21 @@ class CellModel:
         along = self.tangential.apply(q[:2]) + self.tangential.of_pressure(-q[2])
         return np.stack([*along, normal], axis=2).reshape(-1, 3)
 
-    def in_space(self, rows: sp.csr_matrix) -> Array:
+    @cached_property
+    def friction(self) -> Friction:
+        """Compliances among the cells of parts of the grid, made so far."""
+        assert isinstance(self.body, SurfaceCompliance)
+        check_thickness(self.body)
+        return Friction(self.body, 0.0, 0.0)
+
+    def in_space(self, rows: sp.csr_matrix) -> Array | FrictionCompliance:
+        """Compliance along rows (n, 3 n_cells), z outwards: a matrix, or an operator as in `along`."""
+        single = rows.nnz == rows.shape[0] and bool((np.diff(rows.indptr) == 1).all())
+        if rows.shape[0] > DENSE_LIMIT and single and bool((np.abs(np.abs(rows.data) - 1) < 1e-12).all()):
+            return FrictionCompliance(self, rows)
+        return self.dense_in_space(rows)
+
+    def dense_in_space(self, rows: sp.csr_matrix) -> Array:
         """Displacements along rows (n, 3 n_cells), z outwards, by unit forces along them, (n, n)."""
         used = np.unique(rows.indices // 3)
         by, n = self.tangential, len(used)
@@ -226,6 +246,122 @@ class GridCompliance(LinearOperator):
         order = np.lexsort((gap, self.cells))
         first = np.concatenate([[True], np.diff(self.cells[order]) > 0])
         return order[first]
+
+
+class FrictionCompliance(LinearOperator):
+    """Compliance operator along rows of one component of a cell each, with a solver of friction on the grid.
+
+    Parameters
+    ----------
+    model : CellModel
+    rows : (n, 3 n_cells) csr_matrix
+    """
+
+    def __init__(self, model: CellModel, rows: sp.csr_matrix) -> None:
+        super().__init__(dtype=np.dtype(float), shape=(rows.shape[0], rows.shape[0]))
+        self.model, self.rows = model, rows
+        self.place, self.sign = np.asarray(rows.indices, dtype=np.int64), np.sign(rows.data)
+
+    def _matvec(self, x: Array) -> Array:
+        forces = np.bincount(self.place, weights=self.sign * np.ravel(x), minlength=3 * self.model.n_cells)
+        displaced = self.model.displaced(np.asarray(forces, dtype=float).reshape(-1, 3))
+        return np.asarray(self.sign * displaced.ravel()[self.place])
+
+    def _adjoint(self) -> FrictionCompliance:
+        return self
+
+    def array(self) -> Array:
+        """The compliance as an array."""
+        return self.model.dense_in_space(self.rows)
+
+    def normal(self, rows: IntArray) -> GridCompliance:
+        """Compliance among normal rows."""
+        return GridCompliance(self.model, self.place[rows] // 3)
+
+    def solve_friction(self, problem: ContactProblem, tolerance: float) -> Solution | None:
+        """Pressures and tractions in turn, as `friction.press_step`.
+
+        None where motions both open and slide, cells belong to several points, or no certified solution is found.
+        """
+        normals, tangents, grid = problem.normals, problem.tangents, self.model.body.grid
+        cells, split = self.place[normals] // 3, _apart(problem)
+        several = len(np.unique(cells)) < len(cells) or (self.sign[normals] > 0).any()
+        if split is None or several or tangents.shape[1] != 2:
+            return None
+        friction, shape = self.model.friction, self.model.shape
+        (Tn, Tt), coupled = split, friction.coupled
+
+        def on_grid(values: Array) -> Array:
+            """Values (..., N) of tangential rows as fields (..., 2, nx, ny)."""
+            rows = tangents.ravel()
+            out = np.zeros((*values.shape[:-1], 3 * self.model.n_cells))
+            out[..., self.place[rows]] = self.sign[rows] * values[..., rows]
+            return np.moveaxis(out.reshape(*values.shape[:-1], *shape, 3)[..., :2], -1, -3)
+
+        def of_cells(values: Array, at: IntArray) -> Array:
+            out = np.zeros(self.model.n_cells)
+            out[at] = values
+            return out.reshape(shape)
+
+        mu = of_cells(problem.mu, self.place[problem.points] // 3)
+        slip, B, F = on_grid(problem.g), on_grid(Tt.T @ problem.B), Tt.T @ problem.F / grid.area
+        x, m, q = np.zeros(problem.n), np.zeros(len(F)), None
+        within = max(FIRST_TURN, tolerance) if coupled else tolerance
+        for turn in range(MOST_TURNS):
+            x[normals] = 0.0
+            g = (problem.g + self @ x)[normals] if coupled and turn else problem.g[normals]
+            pressed = ContactProblem(self.normal(normals), g, Tn.T @ problem.B[:, normals], Tn.T @ problem.F)
+            found = self.normal(normals).solve_contact(pressed, within)
+            if found.status is not Status.SOLVED or not found.x.any():
+                return None
+            p = of_cells(found.x / grid.area, cells)
+            box = friction.box(p)
+            compliance = friction.compliance(0, (box[0].stop - box[0].start, box[1].stop - box[1].start))
+            c = slip[:, *box] + compliance.of_pressure(p[box])
+            tresca = TrescaProblem(compliance, friction_limit(mu[box], p[box]), c, B[:, :, *box], F)
+            if _slides(tresca):
+                return None
+            if q is None:
+                at = solve_nested_tresca(tresca, friction.compliance, np.zeros(c.shape), m, 0.1 * within)
+            else:
+                at = solve_tresca(tresca, q[:, *box], m, 0.1 * within)
+            if at.defect > within:
+                return None
+            q, m = np.zeros((2, *shape)), at.m
+            q[:, *box] = at.q
+            along = np.concatenate([np.moveaxis(q, 0, -1), np.zeros((*shape, 1))], axis=-1).ravel()[self.place]
+            x = self.sign * along * grid.area
+            x[normals] = found.x
+            motion = Tn @ found.p - Tt @ m
+            residuals = problem.residuals(x, motion)
+            if residuals.within(tolerance):
+                return Solution(problem, x, motion, Status.SOLVED, "solved", turn + 1, "grid")
+            if not coupled or residuals.worst > 1:
+                return None
+            within = max(tolerance, min(within, PER_TURN * residuals.worst))
+        return None
+
+
+def _slides(problem: TrescaProblem) -> bool:
+    """Whether a load alone, or all together along themselves, exceed what the limits hold."""
+    directions = [*np.eye(len(problem.F)), problem.F]
+    held = [(problem.limit * sizes(np.tensordot(along, problem.B, 1))).sum() for along in directions if problem.F.any()]
+    return any(abs(along @ problem.F) >= SLIDING * most for along, most in zip(directions, held, strict=False))
+
+
+def _apart(problem: ContactProblem) -> tuple[Array, Array] | None:
+    """Combinations (m, k) of rows of equilibrium: of normal forces alone, and of tangential ones; None with others.
+
+    Both are null spaces, by singular values.
+    """
+    out = []
+    for others in (problem.tangents.ravel(), problem.normals):
+        axes, size, _ = np.linalg.svd(problem.B[:, others], full_matrices=False)
+        out.append(axes[:, int((size > APART * size.max(initial=0.0)).sum()) :])
+    both = np.concatenate(out, axis=1)
+    if both.shape[0] != both.shape[1] or (len(both) and np.linalg.cond(both) > 1 / APART):
+        return None
+    return out[0], out[1]
 
 
 def _solve(

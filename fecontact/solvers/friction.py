@@ -23,7 +23,7 @@ import numpy as np
 
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import SolverError
-from fecontact.solvers.coulomb import friction_limit, sticks
+from fecontact.solvers.coulomb import friction_limit, sticks, with_held_directions
 from fecontact.solvers.friction_newton import FrictionRows, friction_newton, friction_sweeps, tied
 from fecontact.solvers.friction_slide import (
     SlidingLoadError,
@@ -34,7 +34,7 @@ from fecontact.solvers.friction_slide import (
     sliding_modes,
     unbalanced_motion,
 )
-from fecontact.solvers.problem import ContactProblem, InfeasibleLoadError, Solution, Status
+from fecontact.solvers.problem import ContactProblem, FrictionOperator, InfeasibleLoadError, Solution, Status
 from fecontact.solvers.registry import TOLERANCE, attempt
 from fecontact.solvers.scaling import ScaledProblem, scale
 
@@ -86,6 +86,10 @@ def solve_friction(
         If no certified solution was found.
     """
     began = time.perf_counter()
+    if isinstance(problem.S, FrictionOperator):
+        if (own := problem.S.solve_friction(problem, tolerance)) is not None:
+            return replace(own, seconds=time.perf_counter() - began)
+        problem = replace(problem, S=with_held_directions(problem.S.array(), problem.tangents, problem.B))
     rows = FrictionRows(problem.points, problem.tangents, problem.normals, problem.mu, np.zeros(len(problem.mu), bool))
     together = np.concatenate([problem.points[:, None], problem.tangents], axis=1)
     scaled = scale(problem.S, problem.g, problem.B, problem.F, together)

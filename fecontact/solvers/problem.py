@@ -26,10 +26,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
+from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.one_line import one_line
 from fecontact.common.renamed import renamed
@@ -199,8 +201,13 @@ class ContactProblem:
     def normal_problem(self, forces: np.ndarray) -> ContactProblem:
         """Problem of the normal forces, under the tangential part of given forces (N,)."""
         n, t = self.normals, self.tangents.ravel()
+        F = self.F - self.B[:, t] @ forces[t]
+        if isinstance(self.S, FrictionOperator):
+            along = np.zeros(self.n)
+            along[t] = forces[t]
+            return ContactProblem(self.S.normal(n), self.g[n] + (self.S @ along)[n], self.B[:, n], F)
         g = self.g[n] + self.matrix[np.ix_(n, t)] @ forces[t]
-        return ContactProblem(self.matrix[np.ix_(n, n)], g, self.B[:, n], self.F - self.B[:, t] @ forces[t])
+        return ContactProblem(self.matrix[np.ix_(n, n)], g, self.B[:, n], F)
 
     def slip(self, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
         """Slip of the points during the step, shape (f, k)."""
@@ -313,6 +320,28 @@ class ContactProblem:
         ([1.0, 1.0], [-1.0, 1.0])
         """
         return scale(self.S, self.g, self.B, self.F)
+
+
+@runtime_checkable
+class FrictionOperator(Protocol):
+    """A compliance operator with a solver of friction of its own."""
+
+    def __matmul__(self, x: np.ndarray) -> np.ndarray:
+        """Displacements along the rows."""
+
+    def normal(self, rows: np.ndarray) -> LinearOperator:
+        """Compliance among normal rows."""
+
+    def array(self) -> np.ndarray:
+        """The compliance as an array."""
+
+    def solve_friction(self, problem: ContactProblem, tolerance: float) -> Solution | None:
+        """Certified solution; None if none is found, or the problem is not of its kind."""
+
+
+def formed(compliance: Array | LinearOperator) -> Array | LinearOperator:
+    """A compliance that is to be added to others: one that solves friction alone as an array, others as they are."""
+    return compliance.array() if isinstance(compliance, FrictionOperator) else compliance
 
 
 @one_line
@@ -432,7 +461,7 @@ def _array(name: str, value: object, ndim: int) -> np.ndarray:
 
 def _check_friction(S: object, n: int, points: np.ndarray, tangents: np.ndarray, mu: np.ndarray) -> None:
     """Refuse points with friction, their tangential rows or coefficients that do not fit a problem of n rows."""
-    if not isinstance(S, np.ndarray):
+    if not isinstance(S, np.ndarray | FrictionOperator):
         raise InputError("Friction needs the compliance as an array; found an operator. Form the array.")
     if points.ndim != 1 or tangents.ndim != 2 or tangents.shape[1] not in (1, 2) or len(points) != len(tangents):
         raise InputError(

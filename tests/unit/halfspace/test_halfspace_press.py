@@ -44,6 +44,8 @@ def test_a_cell_that_coarser_grids_do_not_see_touches():
     contact = half.press(z, force=0.01, tolerance=1e-11)
     assert contact.pressure[33, 25] > 0
     assert contact.n_regions == 2
+    with pytest.warns(DeprecationWarning, match="regions is now region"):
+        assert contact.regions is contact.region
     forces = reference(half, z, force=0.01).forces
     assert np.abs(contact.pressure.ravel() * half.grid.area - forces).max() < 1e-8 * forces.max()
 

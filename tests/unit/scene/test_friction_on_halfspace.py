@@ -90,3 +90,32 @@ def test_what_has_no_compliance_along_the_surface_is_refused():
     ):
         with pytest.raises(InputError, match=message):
             fc.Scene([half, ball], [fc.Contact(half, ball, friction=MU)]).solve(motions={ball: {"z": -0.1}})
+
+
+@pytest.mark.parametrize("options", [{}, {"against": PLAIN}], ids=["coupled", "uncoupled"])
+def test_the_grid_solves_what_the_matrix_does(options, monkeypatch):
+    _, by_matrix = ball_on(half_space(**options))
+    monkeypatch.setattr("fecontact.halfspace.operator.DENSE_LIMIT", 10)
+    _, on_grid = ball_on(half_space(**options))
+    for one, other in zip(by_matrix, on_grid, strict=True):
+        assert (one.friction.solver, other.friction.solver) == ("newton", "grid")
+        assert other.friction.residuals.within(1e-10)
+        scale = one.contacts[0].forces.max()
+        assert np.abs(one.contacts[0].forces - other.contacts[0].forces).max() < 1e-8 * scale
+        assert np.abs(one.contacts[0].friction.forces - other.contacts[0].friction.forces).max() < 1e-8 * scale
+
+
+def test_what_the_grid_does_not_solve_goes_to_the_matrix(monkeypatch):
+    """A body that tilts about a point above the surface, one that slides, and an elastic one."""
+    monkeypatch.setattr("fecontact.halfspace.operator.DENSE_LIMIT", 10)
+    half, ball = half_space(), fc.RigidBody(Paraboloid(1.0), name="ball")
+    scene = fc.Scene([half, ball], [fc.Contact(half, ball, friction=MU)])
+    tilted = scene.solve(forces={ball: (0.02, 0.0, -FORCE)}, free={ball: "x z ry"}, moments={ball: (0, 0.01, 0)})
+    assert tilted.friction.solver != "grid"
+    assert tilted.friction.residuals.within(1e-10)
+    with pytest.raises(fc.SupportError, match="balance the load"):
+        scene.solve(forces={ball: (1.1 * MU * FORCE, 0.0, -FORCE)}, free={ball: "x z"})
+    mesh = fc.shapes.block((0.5, 0.5, 0.2), (2, 2, 1)).translated((-0.25, -0.25, 0.0))
+    block = fc.ElasticBody(mesh, PLAIN, "bottom", {"top": "xyz"}, name="block")
+    result = fc.Scene([half, block], [fc.Contact(half, block, friction=MU)]).solve(motions={block: {"z": -0.01}})
+    assert result.friction.residuals.within(1e-10)
