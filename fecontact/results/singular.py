@@ -117,6 +117,8 @@ GROWS = 1.01
 KINK, LEAST_KINK = 1.1, 0.1
 #: Distance from its own rim, relative to a face, at which a node counts as on it.
 ON_RIM = 1e-3
+#: Distance between the edges of two elastic bodies, relative to a face, up to which they end together.
+FLUSH = 0.02
 #: Cosine between a side and a plane's normal up to which it lies in the plane.
 IN_PLANE = 1e-5
 
@@ -255,7 +257,11 @@ def wedge_eigenvalue(angle: float, stiffness: float) -> float:
 
 
 def _at_edges(contact: ContactFields, active: IntArray) -> tuple[Mask, Mask]:
-    """Whether active points lie at an edge of the slave that has none of the master within a face, and the converse."""
+    """Whether active points lie at an edge of the slave inside the master's surface, and the converse.
+
+    Two elastic bodies whose edges lie beside each other end together where they are flush only: else the pressure grows
+    towards the inner one, though faces larger than the step between them do not show it.
+    """
     slave, master, names = contact.slave, contact.master, contact.surfaces
     surface = facets_of(slave.surface(names[0]))
     assert surface is not None
@@ -263,20 +269,23 @@ def _at_edges(contact: ContactFields, active: IntArray) -> tuple[Mask, Mask]:
     size = (shared @ surface.mean_facet_size) / np.maximum(np.asarray(shared.sum(axis=1)).ravel(), 1)
     spacing = size if surface.facets.shape[1] == 4 else size / 2
     place, none = contact.points[active], np.zeros(len(active), bool)
-    theirs = master.pose.to_body(place)
+    theirs, beyond = master.pose.to_body(place), none
+    lines = contact.normals[active] @ master.pose.rotation
+    length = np.linalg.norm(lines, axis=1, keepdims=True)
+    lines = np.divide(lines, length, out=np.zeros_like(lines), where=length > 0)
     if not master.is_rigid:
-        theirs = master.surface(names[1]).project(theirs).points
-        at, near = _near_sharp_rim(master, names[1], theirs, spacing, size)
+        offset = theirs - master.surface(names[1]).project(theirs).points
+        theirs = theirs - offset
+        along = (offset * lines).sum(axis=1, keepdims=True)
+        at, near = _near_sharp_rim(master, names[1], theirs, spacing, FLUSH * size)
+        beyond = near & (np.linalg.norm(offset - along * lines, axis=1) > FLUSH * size)
     else:
-        lines = contact.normals[active] @ master.pose.rotation
-        length = np.linalg.norm(lines, axis=1, keepdims=True)
-        lines = np.divide(lines, length, out=np.zeros_like(lines), where=length > 0)
         near = ends_near(master, names[1], theirs, lines, size)
         if contact.friction is None and not near.any():  # its own edges are bounded on a rigid body
             return none, none
         at = ends_near(master, names[1], theirs, lines, spacing)
     ours, near_ours = _near_sharp_rim(slave, names[0], slave.pose.to_body(place), ON_RIM * size, size)
-    return ours & ~near, at & ~near_ours
+    return ours & ~near, at & (beyond | ~near_ours)
 
 
 def _near_sharp_rim(body: Body, name: str, points: Array, reach: Array, size: Array) -> tuple[Mask, Mask]:
@@ -286,7 +295,7 @@ def _near_sharp_rim(body: Body, name: str, points: Array, reach: Array, size: Ar
     if rim is None or surface is None:
         return none, none
     chosen = ~_in_planes(surface, rim)
-    if not rim.within(points, size, chosen).any():
+    if not rim.within(points, np.maximum(reach, size), chosen).any():
         return none, none
     chosen &= ~rim.smooth
     return rim.within(points, reach, chosen), rim.within(points, size, chosen)

@@ -105,6 +105,16 @@ def test_blocks_of_one_side_end_together_and_are_bounded():
     assert on_block(1.0).contacts[0].error_estimate.unbounded is None
 
 
+@pytest.mark.parametrize("swap", [False, True])
+def test_an_edge_beside_another_one_is_unbounded_from_a_small_step_between_them(swap):
+    """Faces of 0.26 to 0.33: steps of 0.03 are a tenth of a face, of 0.002 hardly a hundredth."""
+    peak = on_block(1.06, swap=swap).contacts[0].error_estimate.unbounded
+    assert peak.body == "upper"
+    peak = on_block(0.94, swap=swap).contacts[0].error_estimate.unbounded
+    assert peak.body == "lower"
+    assert on_block(1.004, swap=swap).contacts[0].error_estimate.unbounded is None
+
+
 def test_planes_of_symmetry_are_no_edges_of_a_quarter():
     """Only points at the two real edges carry the pressure without bound, whose sides are 0.5 long."""
     sides = {"x_min": "x", "y_min": "y"}
