@@ -95,7 +95,7 @@ def ball(folder: Path, n: int = 4, steps: int = 6) -> dict[str, float]:
     drawn = draw_side(section, solid, path.last.q, "y_min")
     figure.colorbar(drawn, ax=section, label="equivalent stress", shrink=0.8)
     points, triangles, pressure = multiplier_pressure(
-        a.touches[0].slave, path.last.q, path.last.forces[0], averaged=True
+        a.contacts[0].slave, path.last.q, path.last.forces[0], averaged=True
     )
     row = np.flatnonzero(np.abs(points[:, 1]) < 1e-9)
     row = row[np.argsort(points[row, 0])]

@@ -52,7 +52,7 @@ def creep_in_shakes(shakes):
         assert path.success
         last = path.last
         at.append(last.q)
-    feet = np.array([a.touches[0].positions(q) for q in at[3:]])
+    feet = np.array([a.contacts[0].positions(q) for q in at[3:]])
     feet = feet[: len(feet) // 2 * 2].reshape(-1, 2, *feet.shape[1:])
     return np.abs(feet - feet[0]).max() / np.abs(at[-1] - at[-2]).max()
 
@@ -65,7 +65,7 @@ def creep_in_motion(steps, scheme, step=0.01):
     motion = move(a, until=steps * step, step=step, scheme=scheme, start=rest, forces=weight, every=every)
     assert motion.success
     assert len(motion.time) == steps + 1
-    at = np.array([a.touches[0].positions(q) for q in motion.frames])
+    at = np.array([a.contacts[0].positions(q) for q in motion.frames])
     return np.abs(at - at[0]).max() / np.abs(rest.friction.slip[0]).max()
 
 
@@ -99,7 +99,7 @@ def random_walk(seed, steps=8):
     turns = [fc.rotation_about(rng.normal(size=3) * [0.1, 0.1, 1.0], rng.uniform(-0.2, 0.2)) for _ in range(steps)]
     goals = [moved(a, rng.uniform([-0.1, -0.1, -0.06], [0.1, 0.1, 0.01]), turn) for turn in turns]
     states = steps_through(a, goals)
-    touch, largest = a.touches[0], max(s.forces[0].max() for s in states)
+    touch, largest = a.contacts[0], max(s.forces[0].max() for s in states)
     A = touch.slave.quadrature[1]
     worst = dict.fromkeys(("cone", "gap", "dissipation", "force", "moment", "slides", "open"), 0.0)
     work, before = [], touch.positions(a.q0)

@@ -222,7 +222,8 @@ def test_soft_brick_bounces_ten_times_without_losing_energy(row):
     landings = int((pressed[1:] & ~pressed[:-1]).sum())
     assert landings >= 10
     row("bouncing brick", f"energy drift over {landings} bounces", 0.0, motion.drift, 1e-3, a.n_dofs)
-    row("bouncing brick", "deepest penetration / side", 0.0, motion.penetration.max(), 1.5 * 0.01, a.n_dofs)
+    # the motion of a corner in one step: it falls at 1.41 and swings; a corner's multiplier has a 16th of its face
+    row("bouncing brick", "deepest penetration / side", 0.0, motion.penetration.max(), 2 * 0.01, a.n_dofs)
 
 
 def pendulum(n, E, step, until, scheme):

@@ -388,8 +388,10 @@ class MemberContact(ContactConstraints):
         row = np.arange(len(B)).repeat(values[0].size)
         return sp.csr_matrix((values.ravel(), (row, dofs.ravel())), shape=(len(B), self.n_dofs))
 
-    def slid(self, part: ContactGaps, then: Array, now: Array, pose: Pose) -> tuple[sp.csr_matrix, Array]:
-        """Displacement of points of the two skins against each other, see `ContactConstraints.slid`."""
+    def relative_displacement(
+        self, part: ContactGaps, then: Array, now: Array, pose: Pose
+    ) -> tuple[sp.csr_matrix, Array]:
+        """Displacement of points of the two skins against each other, and its gradient."""
         pairs, n = cast(MemberGaps, part).pairs, part.projection.normals
         reach = -self.slave.offset, self.master.offset
         (own, x0, x), (other, y0, y) = (

@@ -188,12 +188,14 @@ class SlenderContact(ContactConstraints):
     slave: Trace
     master: RigidMaster
 
-    def slid(self, part: ContactGaps, then: Array, now: Array, pose: Pose) -> tuple[sp.csr_matrix, Array]:
-        """Displacement of points of the skin against the rigid body, see `ContactConstraints.slid`."""
+    def relative_displacement(
+        self, part: ContactGaps, then: Array, now: Array, pose: Pose
+    ) -> tuple[sp.csr_matrix, Array]:
+        """Displacement of points of the skin against the rigid body, see `ContactConstraints.relative_displacement`."""
         fibre = -self.slave.offset * part.projection.normals
         middle = Middle(self.slave.structure, self.slave_start)
         rows, before, after = skin(middle, (then, now), *self.slave.points, fibre)
-        return rows, after - before - self.master.carried(before, pose)
+        return rows, after - before - self.master.rigid_displacement(before, pose)
 
 
 def touching(

@@ -25,6 +25,7 @@ from fecontact.ancf.system.tangent import Reduction, Tangent
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, shown
+from fecontact.common.renamed import renamed
 from fecontact.fem.support import Support
 
 #: A contact: slave solid and boundary, rigid body or master solid and boundary, and perhaps the friction.
@@ -143,7 +144,7 @@ class Assembly:
         Solids of bricks, or structures of slender elements.
     free : (n_dofs, n_free) csr_matrix
         Orthonormal directions of the coordinates that the supports leave free.
-    touches : sequence of ContactConstraints
+    contacts : sequence of ContactConstraints
     rigid : sequence of int
         Numbers of the solids that are rigid hubs, which need the condition `Joints.affine`, see `hubs`.
 
@@ -155,8 +156,10 @@ class Assembly:
 
     solids: Sequence[Member]
     free: sp.csr_matrix
-    touches: Sequence[ContactConstraints] = field(default_factory=tuple)
+    contacts: Sequence[ContactConstraints] = field(default_factory=tuple)
     rigid: Sequence[int] = ()
+
+    touches = renamed("touches", "contacts")
 
     def __post_init__(self) -> None:
         for k in self.rigid:
@@ -197,7 +200,7 @@ class Assembly:
         >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
         >>> cube = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3))
         >>> floor = fc.RigidBody(fc.Plane())
-        >>> Assembly.of([cube], [{"top": "xyz"}], [(0, "bottom", floor)]).touches[0].n_multipliers
+        >>> Assembly.of([cube], [{"top": "xyz"}], [(0, "bottom", floor)]).contacts[0].n_multipliers
         8
         """
         held = [{}] * len(solids) if supports is None else list(supports)
@@ -211,7 +214,7 @@ class Assembly:
                 raise InputError(f"A contact names solid {k}; there are {len(solids)}, counted from 0.", code="unknown")
             return solids[k].side(boundary), int(start[k])
 
-        touches = []
+        bound = []
         for given in contacts:
             match given:
                 case (int(k), str(boundary), (int(), str()) as other, *friction) if len(friction) < 2:
@@ -226,8 +229,8 @@ class Assembly:
                         f"friction if there is any; found {shown(given)}.",
                         code="contact-entry",
                     )
-            touches.append(ContactConstraints(*side(k, boundary), master, int(start[-1]), *friction))
-        return cls(tuple(solids), sp.csr_matrix(free), tuple(touches))
+            bound.append(ContactConstraints(*side(k, boundary), master, int(start[-1]), *friction))
+        return cls(tuple(solids), sp.csr_matrix(free), tuple(bound))
 
     def with_rigid(self, *bodies: RigidBody) -> Assembly:
         """The same assembly with other poses of the rigid bodies, one for each contact with a rigid body.
@@ -237,15 +240,15 @@ class Assembly:
         InputError
             If their number is not that of the contacts with a rigid body.
         """
-        rigid = [k for k, t in enumerate(self.touches) if t.master.is_rigid]
+        rigid = [k for k, t in enumerate(self.contacts) if t.master.is_rigid]
         if len(rigid) != len(bodies):
             raise InputError(f"The assembly touches {len(rigid)} rigid bodies; found {len(bodies)}.")
-        touches = list(self.touches)
+        moved = list(self.contacts)
         for k, body in zip(rigid, bodies, strict=True):
-            touches[k] = replace(touches[k], master=RigidMaster(body))
-        moved = replace(self, touches=tuple(touches))
-        moved.__dict__["constants"] = self.constants
-        return moved
+            moved[k] = replace(moved[k], master=RigidMaster(body))
+        other = replace(self, contacts=tuple(moved))
+        other.__dict__["constants"] = self.constants
+        return other
 
     @cached_property
     def constants(self) -> Constants:
@@ -292,12 +295,12 @@ class Assembly:
     @property
     def n_multipliers(self) -> int:
         """Contact conditions of all contacts."""
-        return sum(t.n_multipliers for t in self.touches)
+        return sum(t.n_multipliers for t in self.contacts)
 
     @cached_property
     def widths(self) -> Array:
         """Lengths (n_multipliers,) on which they act."""
-        return np.concatenate([np.zeros(0), *(t.widths for t in self.touches)])
+        return np.concatenate([np.zeros(0), *(t.widths for t in self.contacts)])
 
     def held(self, x: Array) -> Array:
         """Part of a change of coordinates, or of forces, (n_dofs,) that the supports take."""
@@ -404,18 +407,20 @@ class Assembly:
 
     def conditions(self, q: Array) -> Conditions:
         """Contact conditions at coordinates q."""
-        parts = tuple(t.at(q) for t in self.touches)
+        parts = tuple(t.at(q) for t in self.contacts)
         gap = np.concatenate([p.gap for p in parts]) if parts else np.zeros(0)
         G = sp.vstack([p.G for p in parts], format="csr") if parts else self.constants.no_rows
         return Conditions(parts, gap, G)
 
     def split(self, forces: Array) -> list[Array]:
         """Forces of each contact, split from those of all."""
-        return list(np.split(forces, np.cumsum([t.n_multipliers for t in self.touches])[:-1])) if self.touches else []
+        return list(np.split(forces, np.cumsum([t.n_multipliers for t in self.contacts])[:-1])) if self.contacts else []
 
     def curvature(self, conditions: Conditions, forces: Array) -> sp.csr_matrix | None:
         """Second derivative of forces . gap; None where it vanishes."""
-        blocks = [t.curvature(p, f) for t, p, f in zip(self.touches, conditions.parts, self.split(forces), strict=True)]
+        blocks = [
+            t.curvature(p, f) for t, p, f in zip(self.contacts, conditions.parts, self.split(forces), strict=True)
+        ]
         found = [b for b in blocks if b is not None]
         return sum(found[1:], found[0]) if found else None
 

@@ -137,7 +137,7 @@ class Master(ABC):
         """Where it stands; its coordinates have the rest."""
         return Pose()
 
-    def carried(self, points: Array, then: Pose) -> Array:
+    def rigid_displacement(self, points: Array, then: Pose) -> Array:
         """Displacement (n, 3) of points (n, 3) that moved with it since it stood at another pose."""
         now, own = self.pose, then.to_body(points)
         return np.asarray(own @ (now.rotation - then.rotation).T + (now.translation - then.translation))
@@ -293,7 +293,9 @@ class ContactConstraints:
         """Rows (3 n_points, n_dofs): displacements of the quadrature points along the world's axes."""
         return _components(self.slave.quadrature[0], self.slave_start, self.n_dofs)
 
-    def slid(self, part: ContactGaps, then: Array, now: Array, pose: Pose) -> tuple[sp.csr_matrix, Array]:
+    def relative_displacement(
+        self, part: ContactGaps, then: Array, now: Array, pose: Pose
+    ) -> tuple[sp.csr_matrix, Array]:
         """Displacement of the points against what they touch, and its gradient.
 
         Parameters
@@ -311,7 +313,7 @@ class ContactConstraints:
         moved : (n_points, 3) array
         """
         start = self.positions(then)
-        moved = self.positions(now) - start - self.master.carried(start, pose)
+        moved = self.positions(now) - start - self.master.rigid_displacement(start, pose)
         opposite = self.master.components(part.projection, self.n_dofs)
         if opposite is None:
             return self.components, moved
@@ -335,13 +337,15 @@ class ContactConstraints:
         if not np.isfinite(self.thickness):
             return 0.0
         start = self.positions(then)
-        own = np.linalg.norm(self.positions(now) - start - self.master.carried(start, before.master.pose), axis=1)
+        own = np.linalg.norm(
+            self.positions(now) - start - self.master.rigid_displacement(start, before.master.pose), axis=1
+        )
         fastest = own.max() + (0.0 if self.master.is_rigid else np.abs(now - then).max())
         if fastest <= NEAR * self.thickness:
             return 0.0
         part = before.at(then)
         n, gap = part.projection.normals, part.projection.gap - self.slave.offset
-        nearer = -np.einsum("ni,ni->n", n, self.slid(part, then, now, before.master.pose)[1])
+        nearer = -np.einsum("ni,ni->n", n, self.relative_displacement(part, then, now, before.master.pose)[1])
         return float(np.max(nearer, initial=0.0, where=nearer > gap)) / self.thickness
 
     def overlap(self, part: ContactGaps, forces: Array) -> float:

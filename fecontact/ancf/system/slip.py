@@ -102,12 +102,12 @@ class FrictionEnd:
         return slips.of(np.concatenate([np.zeros((0, 3)), *self.forces]))
 
 
-def initial_friction(touches: Sequence[ContactConstraints], q: Array) -> FrictionEnd:
+def initial_friction(contacts: Sequence[ContactConstraints], q: Array) -> FrictionEnd:
     """No forces and no slip, at coordinates q (n_dofs,)."""
-    none = tuple(np.zeros((t.n_multipliers, 3)) for t in touches)
+    none = tuple(np.zeros((t.n_multipliers, 3)) for t in contacts)
     owed = np.concatenate([np.zeros((0, 3)), *none])
     return FrictionEnd(
-        none, none, Residuals(0.0, 0.0, 0.0, 0.0), 0.0, SlipStart(q, tuple(t.master.pose for t in touches), owed)
+        none, none, Residuals(0.0, 0.0, 0.0, 0.0), 0.0, SlipStart(q, tuple(t.master.pose for t in contacts), owed)
     )
 
 
@@ -195,13 +195,13 @@ class Slips:
         return found.with_friction(t, s, self.limit(normal), ResidualScales(total, size, most))
 
     def end(
-        self, touches: Sequence[ContactConstraints], q: Array, normal: Array, tangential: Array, residuals: Residuals
+        self, contacts: Sequence[ContactConstraints], q: Array, normal: Array, tangential: Array, residuals: Residuals
     ) -> FrictionEnd:
         """End of a step at coordinates q (n_dofs,) under forces of all conditions and of these rows."""
-        split = np.cumsum([t.n_multipliers for t in touches])[:-1]
+        split = np.cumsum([t.n_multipliers for t in contacts])[:-1]
         forces, slip = (self.everywhere(x, len(normal)) for x in (tangential, self.slip))
         slip[normal <= 0] = 0.0
-        start = SlipStart(q, tuple(t.master.pose for t in touches), self.owed(normal, tangential, self.slip))
+        start = SlipStart(q, tuple(t.master.pose for t in contacts), self.owed(normal, tangential, self.slip))
         return FrictionEnd(
             tuple(np.split(forces, split)), tuple(np.split(slip, split)), residuals,
             -float(tangential @ self.slip), start,
@@ -213,25 +213,25 @@ class Slips:
         return self.everywhere(slip * np.tile(held, 2), len(normal))
 
 
-def slips(touches: Sequence[ContactConstraints], parts: Sequence[ContactGaps], q: Array, start: SlipStart) -> Slips:
+def slips(contacts: Sequence[ContactConstraints], parts: Sequence[ContactGaps], q: Array, start: SlipStart) -> Slips:
     """Slip at coordinates q (n_dofs,) since the end of the last step.
 
     Parameters
     ----------
-    touches : sequence of ContactConstraints
+    contacts : sequence of ContactConstraints
     parts : sequence of ContactGaps
         Their conditions, which have the tangents and the points opposite.
     q : (n_dofs,) array
     start : SlipStart
     """
-    first = np.cumsum([0] + [t.n_multipliers for t in touches])
+    first = np.cumsum([0] + [t.n_multipliers for t in contacts])
     points, mu, frames, slip, T = [], [], [], [], []
-    for touch, part, pose, begin in zip(touches, parts, start.poses, first, strict=False):
+    for touch, part, pose, begin in zip(contacts, parts, start.poses, first, strict=False):
         if touch.friction == 0:
             continue
         n = touch.n_multipliers
         P, frame = _tangents(part)
-        against, moved = touch.slid(part, start.q, q, pose)
+        against, moved = touch.relative_displacement(part, start.q, q, pose)
         turned = start.owed[begin : begin + n] @ (touch.master.pose.rotation @ pose.rotation.T).T
         points.append(begin + np.arange(n))
         mu.append(np.full(n, touch.friction))

@@ -45,10 +45,12 @@ def test_slip_and_its_gradient_by_differences(other, at):
     a = Assembly.of(solids, None, [contact])
     rng = np.random.default_rng(1)
     q = a.q0 + 1e-3 * rng.standard_normal(a.n_dofs)
-    start, step = initial_friction(a.touches, q).start, rng.standard_normal(a.n_dofs)
+    start, step = initial_friction(a.contacts, q).start, rng.standard_normal(a.n_dofs)
     # slip since q itself is zero, so that the turn of the tangents has no part in the derivative there
-    now = slips(a.touches, a.conditions(q).parts, q, start)
-    ahead, behind = (slips(a.touches, a.conditions(x).parts, x, start).slip for x in (q + 1e-5 * step, q - 1e-5 * step))
+    now = slips(a.contacts, a.conditions(q).parts, q, start)
+    ahead, behind = (
+        slips(a.contacts, a.conditions(x).parts, x, start).slip for x in (q + 1e-5 * step, q - 1e-5 * step)
+    )
     assert np.abs(now.slip).max() < 1e-15
     found, known = (ahead - behind) / 2e-5, now.T @ step
     assert np.abs(found - known).max() < 1e-6 * np.abs(known).max()

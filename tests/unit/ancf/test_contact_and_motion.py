@@ -96,7 +96,7 @@ def test_feet_on_curved_faces_are_found_from_points_along_their_normals():
 def test_gap_gradient_and_curvature_by_differences(obstacle):
     a = Assembly.of([brick()], None, [(0, "top", obstacle)])
     q, h = shaken(a, 1e-2), 1e-5
-    d, forces = shaken(a, 1.0, 1) - a.q0, np.random.default_rng(2).random(a.touches[0].n_multipliers)
+    d, forces = shaken(a, 1.0, 1) - a.q0, np.random.default_rng(2).random(a.contacts[0].n_multipliers)
     at, ahead, behind = (a.conditions(x) for x in (q, q + h * d, q - h * d))
     # central differences err by h^2 = 1e-10 times third derivatives, and by rounding 1e-16 / h
     assert np.abs((ahead.gap - behind.gap) / (2 * h) - at.G @ d).max() < 1e-8
@@ -189,7 +189,7 @@ def test_uniform_compression_against_a_plane_is_exact(law):
     path = equilibrium(lambda s: Stage(a.with_rigid(FLOOR.placed((0, 0, 0.1 * s)))), steps=2)
     stretch = 0.8
     law_stress = law(np.diag([1.0, 1.0, stretch]), *(np.array(c) for c in (0.0, 0.5))).stress[2, 2]
-    pressure = path.last.forces[0] / a.touches[0].areas
+    pressure = path.last.forces[0] / a.contacts[0].areas
     assert path.success
     assert np.abs(pressure / (-stretch * law_stress) - 1).max() < 1e-9  # ten times Newton's tolerance
     # the supports carry what the floor pushes
@@ -207,7 +207,7 @@ def test_brick_on_brick_with_other_meshes_passes_the_patch_test():
     top = upper.space.mesh.points[upper.space.nodes][:, 2] > 1 - 1e-9
     drop.reshape(-1, 3)[upper.space.start[top], 2] = -0.02
     path = equilibrium(lambda s: Stage(a, motion=s * drop), steps=1)
-    pressure = path.last.forces[0] / a.touches[0].areas
+    pressure = path.last.forces[0] / a.contacts[0].areas
     # shape functions have kinks across the master's sides, the rule on the slave does not see them: 1e-3
     strain = -0.02 + 0.02**2 / 2
     assert np.abs(pressure / np.mean(pressure) - 1).max() < 5e-2

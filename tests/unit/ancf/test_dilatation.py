@@ -60,7 +60,7 @@ def on_a_plug(volumetric, grown=1.3):
     assert path.success
     outer = np.sqrt(4 + grown**2 - 1) / 2
     exact = np.log(grown / outer) + (outer**-2 - grown**-2) / 2
-    areas = a.touches[0].areas * grown
+    areas = a.contacts[0].areas * grown
     return path.last.forces[0] / areas / exact, areas
 
 

@@ -59,7 +59,7 @@ def test_a_cable_laid_on_a_drum():
     load[-5] = -pull
     path = equilibrium(lambda level: Stage(a, forces=level * load), steps=5)
     assert path.success
-    forces, contact = path.last.forces[0], a.touches[0]
+    forces, contact = path.last.forces[0], a.contacts[0]
     part = a.conditions(path.last.q).parts[0]
     assert a.translation(UP) @ (part.G.T @ forces) == pytest.approx(pull, rel=1e-3)
     pressure = (forces / contact.areas)[:2].mean()

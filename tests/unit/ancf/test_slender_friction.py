@@ -78,7 +78,7 @@ def test_a_common_motion_is_no_slip(kind):
     turn = Rotation.from_rotvec([0, 0, 0.8] if kind != "beams" else [0.4, -0.8, 1.2])
     moved = turn.apply(q.reshape(-1, 3))
     part = contact.at(moved.ravel())
-    rows, slid = contact.slid(part, q, moved.ravel(), contact.master.pose)
+    rows, slid = contact.relative_displacement(part, q, moved.ravel(), contact.master.pose)
     seen = ~part.pairs.hidden & (part.projection.gap < 0.05 + 1e-9)
     assert seen.any()
     across = slid - (slid * part.projection.normals).sum(axis=1)[:, None] * part.projection.normals

@@ -106,7 +106,7 @@ def test_action_is_reaction_in_force_and_moment(case):
 
 def lift(path, a, of=0):
     """Resultant contact force on the slave of a contact, upwards (z)."""
-    part, k = a.conditions(path.last.q).parts[of], a.starts.index(a.touches[of].slave_start)
+    part, k = a.conditions(path.last.q).parts[of], a.starts.index(a.contacts[of].slave_start)
     forces = a.part(part.G.T @ path.last.forces[of], k)
     return float(a.solids[k].translation(Z) @ forces)
 

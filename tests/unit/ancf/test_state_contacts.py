@@ -121,3 +121,9 @@ def test_areas_of_a_plate_are_present_ones():
     contact = touching([sheet], 0, fc.RigidBody(fc.Plane()), offset=0.05)
     stretched = sheet.q0.reshape(-1, 3) * [1.3, 0.9, 1.0]
     assert np.abs(contact.present_areas(stretched.ravel()) - 0.25 * 1.3 * 0.9).max() < 1e-14
+
+
+def test_the_former_name_of_an_assemblys_contacts_warns():
+    a = Assembly.of([solid((1.0, 1.0, 1.0), (1, 1, 1), fc.Material(E=1.0, nu=0.3))])
+    with pytest.warns(DeprecationWarning, match="touches is now contacts"):
+        assert a.touches == a.contacts
