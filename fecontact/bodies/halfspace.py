@@ -348,7 +348,8 @@ class HalfSpace(SurfaceBody):
         """Press and drag a rigid surface with friction along a path of loads, from the unloaded state.
 
         With friction the answer depends on the order of the loads. In a step they change together; slip is counted
-        from the end of the step before.
+        from the end of the step before. A step without certified solution is cut in halves, unless its position
+        changes; `FrictionPath.cuts` has the number of parts.
 
         Parameters
         ----------

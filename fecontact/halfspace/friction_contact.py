@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -69,6 +69,9 @@ class FrictionContact(HalfSpaceContact):
         Recomputed from the problem, relative; in those of friction forces are over the largest pressure, displacements
         over the largest normal one, loads over the normal force.
     tangential_solver : TangentialReport
+    parts : tuple of FrictionContact
+        Of a step that was cut: the ends of its parts before the last, to which slip and solver belong. Work and sliding
+        are of all.
     """
 
     friction: float
@@ -78,6 +81,7 @@ class FrictionContact(HalfSpaceContact):
     twist: float
     position: tuple[float, float]
     tangential_solver: TangentialReport
+    parts: tuple[FrictionContact, ...] = field(default=(), repr=False)
 
     @cached_property
     def tangential(self) -> tuple[float, float]:
@@ -130,7 +134,8 @@ class FrictionContact(HalfSpaceContact):
     @cached_property
     def work_density(self) -> Array:
         """Work of friction in the step, per area (nx, ny), not negative."""
-        return np.asarray(-(self.traction * self.slip).sum(axis=0))
+        own = np.asarray(-(self.traction * self.slip).sum(axis=0))
+        return sum((part.work_density for part in self.parts), start=own)
 
     @property
     def friction_work(self) -> float:
@@ -149,7 +154,8 @@ class FrictionContact(HalfSpaceContact):
         if np.isinf(self.friction):
             raise InputError("Infinite friction has no sliding: Archard's law needs a finite coefficient.")
         if self.friction == 0:
-            return self.pressure * np.hypot(self.slip[0], self.slip[1])
+            own = self.pressure * np.hypot(self.slip[0], self.slip[1])
+            return sum((part.sliding_integral for part in self.parts), start=own)
         return self.work_density / self.friction
 
     dissipated, work = renamed("dissipated", "friction_work"), renamed("work", "work_density")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from fecontact.common import checks
 from fecontact.common.arguments import instance, items
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, InputError
+from fecontact.common.halving import HALVINGS, in_parts
 from fecontact.common.one_line import one_line
 from fecontact.common.renamed import RenamedKeys, renamed, warn
 from fecontact.common.table import Table
@@ -50,6 +51,11 @@ class FrictionPath:
     """
 
     contacts: tuple[FrictionContact, ...]
+
+    @property
+    def cuts(self) -> tuple[int, ...]:
+        """Parts in which every step was solved."""
+        return tuple(1 + len(contact.parts) for contact in self.contacts)
 
     @property
     def last(self) -> FrictionContact:
@@ -150,17 +156,11 @@ class FrictionPath:
 
     def __str__(self) -> str:
         shown = ("force", "tangential_x", "tangential_y", "shift_x", "shift_y", "stick_area", "friction_work")
-        lines = ["".join(f"{row[name]:>15.6g}" for name in shown) for row in self.rows()]
         worst = max(contact.residuals.worst for contact in self.contacts)
-        return "\n".join(
-            [
-                f"Half-space with friction {self.last.friction:g}, {len(self.contacts)} steps",
-                "".join(f"{name:>15}" for name in shown),
-                *lines,
-                f"work of friction {self.friction_work.sum():.6g}, worst residual {worst:.1e}",
-                *(f"Warning: {text}" for text in self.warnings),
-            ]
-        )
+        notes = [f"work of friction {self.friction_work.sum():.6g}, worst residual {worst:.1e}"]
+        notes += [f"Warning: {text}" for text in self.warnings]
+        table = Table(shown, [[row[name] for name in shown] for row in self.rows()], notes)
+        return f"Half-space with friction {self.last.friction:g}, {len(self.contacts)} steps\n{table}"
 
 
 def _row(contact: FrictionContact) -> tuple[float, ...]:
@@ -177,6 +177,51 @@ def _row(contact: FrictionContact) -> tuple[float, ...]:
         contact.friction_work,
         contact.residuals.worst,
     )
+
+
+def _step(
+    friction: Friction,
+    heights: Callable[[tuple[float, float]], Array],
+    step: PressStep,
+    last: FrictionContact | None,
+    load_point: tuple[float, float] | None,
+    symmetry: bool,
+) -> FrictionContact:
+    """Contact at the end of a step; one without certified solution is cut in halves where it has one position."""
+    start = _start(heights(step.position), step, last, load_point)
+
+    def part(_: Figures, loads: Figures, before: FrictionContact | None) -> FrictionContact:
+        return press_step(friction, heights(step.position), PressStep(**loads), before, symmetry)
+
+    halvings = HALVINGS if last is None or last.position == step.position else 0
+    *parts, found = in_parts(part, start, _end(step), last, _halfway, halvings)
+    return replace(found, parts=tuple(parts)) if parts else found
+
+
+#: Loads and motions by the names of `PressStep`.
+Figures = Mapping[str, Any]
+
+
+def _start(z: Array, step: PressStep, last: FrictionContact | None, load_point: tuple[float, float] | None) -> Figures:
+    """Loads and motions where a step begins: of the last contact, or of the first touch, without any load."""
+    if last is None:
+        touch = {"force": 0.0, "approach": float(z.min()), "load_point": step.load_point}
+        still = {"tangential": (0.0, 0.0), "shift": (0.0, 0.0), "torque": 0.0, "twist": 0.0}
+        return {**touch, **still, "position": step.position}
+    names = ("force", "approach", "tangential", "shift", "torque", "twist", "position")
+    return {**{name: getattr(last, name) for name in names}, "load_point": load_point or step.load_point}
+
+
+def _end(step: PressStep) -> Figures:
+    """Loads and motions at the end of a step: zero where nothing is given."""
+    end = {**vars(step), "tangential": step.tangential or ((0.0, 0.0) if step.shift is None else None)}
+    return {**end, "twist": step.twist or (0.0 if step.torque is None else None)}
+
+
+def _halfway(start: Figures, end: Figures) -> Figures:
+    """Loads and motions half way, with those prescribed that are so at the end."""
+    means = {name: (np.asarray(start[name]) + end[name]) / 2 for name in end if end[name] is not None}
+    return {name: tuple(v.tolist()) if (v := means.get(name)) is not None and v.ndim else v for name in end}
 
 
 def solve_path(
@@ -206,7 +251,7 @@ def solve_path(
     for k, step in enumerate(steps, 1):
         last = contacts[-1] if contacts else None
         try:
-            contacts.append(press_step(friction, heights(step.position), step, last, symmetry))
+            contacts.append(_step(friction, heights, step, last, steps[k - 2].load_point if last else None, symmetry))
         except FecontactError as error:
             if len(steps) == 1:
                 raise

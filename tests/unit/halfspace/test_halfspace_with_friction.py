@@ -11,7 +11,7 @@ from refusals import refused
 import fecontact as fc
 from fecontact import InputError
 from fecontact.analytic import boussinesq
-from fecontact.halfspace import tresca
+from fecontact.halfspace import friction_path, tresca
 from fecontact.halfspace.friction import Friction, press_step
 from fecontact.halfspace.kernels import cerruti
 from fecontact.halfspace.tangential import tangential_compliance
@@ -372,3 +372,50 @@ def test_points_and_twisted_periods_are_refused():
         half(n=12, periodic=True).press_path(BALL, [fc.PressStep(force=0.01, twist=0.1)], 0.3)
     with refused(InputError, "stress-with-friction"):
         half(n=12, periodic=True).press(BALL, force=0.01, friction=0.1).stress([[0.0, 0.0, -1.0]])
+
+
+def test_a_step_without_solution_is_cut_in_halves_and_its_work_is_that_of_all_parts(monkeypatch) -> None:
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(16, 16))
+    ball, mu = fc.surfaces.Paraboloid(1.0), 0.5
+    steps = [fc.PressStep(force=0.5), fc.PressStep(force=0.3, shift=(0.2, 0.0))]
+    solve, longest = friction_path.press_step, 0.15
+
+    def stubborn(friction, z, step, last, symmetry):
+        if step.shift is not None and step.shift[0] - (last.shift[0] if last else 0.0) > longest:
+            raise fc.SolverError("too far")
+        return solve(friction, z, step, last, symmetry)
+
+    middle = fc.PressStep(force=0.4, shift=(0.1, 0.0))
+    given = half.press_path(ball, [steps[0], middle, steps[1]], mu)
+    monkeypatch.setattr(friction_path, "press_step", stubborn)
+    path = half.press_path(ball, steps, mu)
+    assert path.cuts == (1, 2)
+    assert given.cuts == (1, 1, 1)
+    assert abs(path.friction_work[1] - given.friction_work[1:].sum()) < 1e-10 * given.friction_work.sum()
+    np.testing.assert_allclose(path.last.traction, given.last.traction, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(path.wear_depth(1e-3), given.wear_depth(1e-3), rtol=0, atol=1e-15)
+    # one that is set down elsewhere in between is not: at places in between it would rub
+    with pytest.raises(fc.SolverError, match="Step 2 of 2: too far"):
+        half.press_path(ball, [steps[0], fc.PressStep(force=0.3, shift=(0.2, 0.0), position=(0.1, 0.0))], mu)
+    longest = 1e-4
+    with pytest.raises(fc.SolverError, match="Step 2 of 2: too far"):
+        half.press_path(ball, steps, mu)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "middle"),
+    [
+        ({"force": 0.5}, {"force": 0.5, "tangential": (0.1, 0.0)}, {"force": 0.5, "tangential": (0.05, 0.0)}),
+        ({"approach": 0.1}, {"force": 0.2}, None),
+        ({"force": 0.2, "twist": 0.1}, {"force": 0.2}, {"force": 0.2, "tangential": (0.0, 0.0), "twist": 0.05}),
+    ],
+)
+def test_half_way_loads_go_on_from_what_the_last_contact_bears(first, second, middle) -> None:
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(16, 16))
+    last = half.press_path(fc.surfaces.Paraboloid(1.0), [fc.PressStep(**first)], 0.5).last
+    begin = friction_path._start(np.zeros((1, 1)), fc.PressStep(**second), last, None)
+    found = friction_path._halfway(begin, friction_path._end(fc.PressStep(**second)))
+    expected = middle or {"force": (last.force + 0.2) / 2, "tangential": (0.0, 0.0)}
+    for name, value in expected.items():
+        np.testing.assert_allclose(found[name], value, rtol=0, atol=1e-12)
+    fc.PressStep(**found)  # as many as a step may have
