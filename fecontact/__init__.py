@@ -55,9 +55,7 @@ if TYPE_CHECKING:
     from fecontact.mesh import section_shapes as sections
     from fecontact.mesh.layer import extrude
     from fecontact.mesh.mesh import Mesh, merge
-    from fecontact.mesh.read import read_mesh
-    from fecontact.mesh.read_section import read_section
-    from fecontact.mesh.read_surface import read_surface
+    from fecontact.mesh.read import read_mesh, read_section, read_surface
     from fecontact.mesh.section_mesh import SectionMesh
     from fecontact.mesh.surface_mesh import SurfaceMesh
     from fecontact.results.case_table import CaseTable
@@ -178,8 +176,8 @@ _PLACES = {
     "read_mesh": "fecontact.mesh.read:read_mesh",
     "read_motion": "fecontact.app.joint.motion_file:read_motion",
     "read_scene": "fecontact.app.scene_file.scene_file:read_scene",
-    "read_section": "fecontact.mesh.read_section:read_section",
-    "read_surface": "fecontact.mesh.read_surface:read_surface",
+    "read_section": "fecontact.mesh.read:read_section",
+    "read_surface": "fecontact.mesh.read:read_surface",
     "repair_surface": "fecontact.surfaces.repair:repair_surface",
     "rotation_about": "fecontact.bodies:rotation_about",
     "sections": "fecontact.mesh.section_shapes",

@@ -238,11 +238,9 @@ def _view_mesh(options: argparse.Namespace) -> int:
 
 def _mesh_of(source: Path) -> Mesh | SectionMesh | SurfaceMesh:
     """Mesh of a file: a surface by its suffix, else solids, and where there are none a section."""
-    from fecontact.mesh.read import read_mesh
-    from fecontact.mesh.read_section import read_section
-    from fecontact.mesh.read_surface import READERS, read_surface
+    from fecontact.mesh.read import POLYGON_READERS, read_mesh, read_section, read_surface
 
-    if source.suffix.lower() in READERS:
+    if source.suffix.lower() in POLYGON_READERS:
         return read_surface(source)
     try:
         return read_mesh(source)

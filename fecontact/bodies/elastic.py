@@ -14,9 +14,8 @@ from scipy.spatial import cKDTree
 
 from fecontact.bodies.geometry import Geometry, recovered
 from fecontact.bodies.inner_fields import InnerFields
-from fecontact.bodies.outside import Outside
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body, Reduced
+from fecontact.bodies.protocol import Body, Outside, Reduced
 from fecontact.common.arguments import instance, mapping, text, texts
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among

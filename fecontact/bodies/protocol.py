@@ -2,6 +2,8 @@
 
 Other modules use the members of `Body` instead of the class of a body, so that a new kind of body needs no change
 there.
+
+The whole outer surface of a body, for checks of overlap.
 """
 
 from __future__ import annotations
@@ -19,16 +21,46 @@ from numpy.typing import ArrayLike
 from scipy.sparse.linalg import LinearOperator
 
 from fecontact.bodies.inner_fields import InnerFields
-from fecontact.bodies.outside import Outside
 from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import text
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, shown
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.mesh.section_mesh import Extent
 from fecontact.surfaces.facet_surface import Projection, Surface
 from fecontact.surfaces.nodal_weights import components_along
+
+
+@dataclass(frozen=True, eq=False)
+class Outside:
+    """Outer surface of a body, in its own axes.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        Points spread over it; none for infinite surfaces.
+    surface : Surface or None
+        None where it is unknown or encloses no volume.
+    length : float
+        Size of the body; infinite for a plane.
+    radius : float
+        Distance from its points within which everything belongs to the body.
+    is_bounded : bool
+        Whether the body lies within a box round its points.
+    depth : float
+        Depth behind the surface to which a point is known to be inside.
+    may_hold : function (points, radius) -> mask, optional
+        Whether a ball round a point may reach into the body, where projections do not decide it.
+    """
+
+    points: Array
+    surface: Surface | None
+    length: float
+    radius: float = 0.0
+    is_bounded: bool = False
+    depth: float = np.inf
+    may_hold: Callable[[Array, float], Mask] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.bodies.outside import Outside
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body, Reduced
+from fecontact.bodies.protocol import Body, Outside, Reduced
 from fecontact.common.arguments import file_path, instance, text, texts
 from fecontact.common.arrays import Array
 from fecontact.common.checks import number_array, positive
@@ -22,7 +21,7 @@ from fecontact.common.errors import InputError, shown
 from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
-from fecontact.mesh.read_surface import read_surface
+from fecontact.mesh.read import read_surface
 from fecontact.surfaces import Ellipsoid, Facets, FunctionSurface, HeightMap
 from fecontact.surfaces.facet_surface import Projection
 from fecontact.surfaces.rigid.shapes import ClosedForms, Indenter, T, heights_of

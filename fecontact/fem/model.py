@@ -18,20 +18,27 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.fem.amg import AmgFactor
-from fecontact.fem.condensation import SEPARATED, Bordered, Carried, Condensation, Plain, Schur, Separated
+from fecontact.fem.amg import AmgFactor, corner_space
+from fecontact.fem.condensation import (
+    SEPARATED,
+    Bordered,
+    Carried,
+    Condensation,
+    Plain,
+    Schur,
+    Separated,
+    choose_route,
+    memory_budget,
+)
 from fecontact.fem.coordinates import Coordinates, restricted
 from fecontact.fem.energy_error import EnergyError, energy_error
 from fecontact.fem.factor import Factor, bordered, condense, factorise, has_bordered
-from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.multigrid import Multigrid
 from fecontact.fem.rigid import null_space, rigid_modes
-from fecontact.fem.route import choose_route, memory_budget
-from fecontact.fem.stiffness import assemble_stiffness
+from fecontact.fem.stiffness import assemble_stiffness, body_force, moments_of_volume, surface_traction
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 from fecontact.fem.support import Support, fix_null_space, nodal_coordinates, share_of_support
 from fecontact.mesh.check import check_mesh
-from fecontact.mesh.corner_space import corner_space
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 

@@ -1,27 +1,35 @@
-"""Read meshes from files of all formats, with checks; names are kept.
-
-Wedges, pyramids and tetrahedra become degenerate 20-node hexahedra, with exact quadratic functions (see
-`mesh.element`) and pass the patch tests; a 4-node tetrahedron or 6-node wedge becomes a degenerate 8-node
-hexahedron. The order of mid-edge and face nodes differs between programs, so it is found from their positions.
-"""
+"""Read meshes of solids, surfaces and plane sections."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from fecontact.common.arguments import file_path, function, text
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import among, positive
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.mesh.build import ELEMENTS, build
+from fecontact.mesh.cell_sets import first_alike
+from fecontact.mesh.check import check_size
+from fecontact.mesh.element import TRIANGLE_NODES, quad_nodes, quad_shapes, triangle_shapes
+from fecontact.mesh.facets import edge_keys, facets_at_sides, found, sides_of
 from fecontact.mesh.formats.abaqus import read_abaqus
 from fecontact.mesh.formats.febio import read_febio
 from fecontact.mesh.formats.generic import read_vtk
 from fecontact.mesh.formats.gmsh import read_gmsh
 from fecontact.mesh.formats.raw import RawMesh, part_of
+from fecontact.mesh.formats.triangulated import read_obj, read_off, read_ply, read_stl
+from fecontact.mesh.formats.vtp import read_vtp
 from fecontact.mesh.gmsh import SUFFIXES as CAD
 from fecontact.mesh.gmsh import Sizes, mesh_cad
+from fecontact.mesh.mending import cut
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section_mesh import REVERSED, SectionMesh
+from fecontact.mesh.surface_mesh import SurfaceMesh, joined
 
 READERS: dict[str, Callable[[Path], RawMesh]] = {
     ".msh": read_gmsh,
@@ -128,3 +136,344 @@ def _check_request(path: Path, suffix: str, scale: float, element: str | None, p
         )
     if not path.is_file():
         raise InputError(f"There is no file {path}.", code="no-file")
+
+
+POLYGON_READERS: dict[str, Callable[[Path], tuple[Array, list[IntArray]]]] = {
+    ".stl": read_stl,
+    ".ply": read_ply,
+    ".obj": read_obj,
+    ".off": read_off,
+    ".vtp": read_vtp,
+}
+
+
+def read_surface(path: str | Path, name: str | None = None, scale: float = 1.0) -> SurfaceMesh:
+    r"""Read a surface from an .stl, .ply, .obj, .off or .vtp file, or out of a mesh or deck.
+
+    Parameters
+    ----------
+    path : str or Path
+        The other types are those of `read_mesh` but geometry.
+    name : str, optional
+        Of a mesh or deck: a part of shells or of rigid facets, or a surface, on solids or not; may be left out if there
+        is only one.
+    scale : float
+        Factor for all coordinates.
+
+    Returns
+    -------
+    SurfaceMesh
+        Points in the same place are joined (.stl lists each corner once per triangle); triangles that collapse to a
+        line by it are left out, and so are repeated facets. Polygons are divided into triangles. Facets oriented
+        against their neighbours, and closed surfaces that face inwards, are reversed (`mesh.orient.oriented`); `notes`
+        reports it. Of shells the corners of facets are read, of boundaries of solids their curved faces.
+
+    Raises
+    ------
+    InputError, MeshError
+        For an unknown file type or name, a damaged file, a branching or one-sided surface, or no surface cells.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> deck = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n*ELEMENT, TYPE=S3, ELSET=Skin\n1,1,2,3\n"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "shell.inp"
+    ...     _ = file.write_text(deck)
+    ...     read_surface(file, "Skin")
+    SurfaceMesh(1 facets, 1 of them triangles, 3 points, area 0.5)
+    """
+    path = file_path("the path of a surface", path)
+    suffix = path.suffix.lower()
+    if suffix not in POLYGON_READERS and suffix not in READERS:
+        known = ", ".join((*POLYGON_READERS, *READERS))
+        raise InputError(f"Unknown surface file type {path.suffix!r}; expected one of {known}.", code="file-type")
+    if name is not None and not isinstance(name, str):
+        raise InputError(f"The name of a surface must be a text; found {shown(name)}. A scale is given as scale=.")
+    if name is not None and suffix in POLYGON_READERS:
+        raise InputError(f"{path.name} holds one surface, so there is none called {name!r}.", code="one-surface")
+    positive("the scale", scale)
+    if not path.is_file():
+        raise InputError(f"There is no file {path}.", code="no-file")
+    if suffix in READERS:
+        return _named(READERS[suffix](path), path.name, name, scale)
+    return _surface(*read_polygons(path), path.name, scale)
+
+
+def read_polygons(path: Path) -> tuple[Array, list[IntArray]]:
+    """Points (n, 3) and polygons of an existing file of `POLYGON_READERS`, an array for each number of corners.
+
+    Raises
+    ------
+    MeshError
+        For a damaged file.
+    """
+    try:
+        return POLYGON_READERS[path.suffix.lower()](path)
+    except (ValueError, OverflowError, IndexError, KeyError) as error:
+        if isinstance(error, MeshError):
+            raise
+        raise MeshError(f"{path.name} holds a line that cannot be read: {error}.", code="bad-line") from error
+
+
+def _named(raw: RawMesh, source: str, name: str | None, scale: float) -> SurfaceMesh:
+    """A shell or surface of a mesh."""
+    own = {**raw.facets, **raw.shells}
+    known = list(dict.fromkeys([*raw.shells, *raw.facets, *raw.faces]))
+    listed = ", ".join(map(repr, known)) or "none"
+    if name is None and len(known) != 1:
+        raise InputError(f"{source} has {len(known)} surfaces; say which by name: {listed}.", code="several-surfaces")
+    wanted = known[0] if name is None else name
+    exact = [k for k in known if k == wanted] or [k for k in known if k.upper() == wanted.upper()]
+    if not exact:
+        raise InputError(f"{source} has no surface {wanted!r}; its shells and surfaces are: {listed}.", code="unknown")
+    if exact[0] in own:
+        # triangles among quadrilaterals repeat their last corner
+        facets = np.concatenate([f[:, [0, 1, 2, -1]] for f in own[exact[0]]])
+        three = facets[:, 2] == facets[:, 3]
+        polygons = [p for p in (facets[three, :3], facets[~three]) if len(p)]
+        return _surface(raw.points, polygons, source, scale)
+    return SurfaceMesh.of(build(raw, source, scale), exact[0])
+
+
+def _surface(points: Array, polygons: list[IntArray], source: str, scale: float) -> SurfaceMesh:
+    """A checked surface of polygons, each array of one number of corners."""
+    surface = joined(*cut_facets(points, polygons, source, scale))
+    return replace(surface, notes=tuple(f"{source}: {note}" for note in surface.notes))
+
+
+def cut_facets(points: Array, polygons: list[IntArray], source: str, scale: float) -> tuple[Array, IntArray]:
+    """Points (n, 3) in use and facets (n_facets, 4) of polygons, each array of one number of corners.
+
+    Raises
+    ------
+    MeshError
+        If there are none, or they refer to points that do not exist or are not finite.
+    """
+    if not sum(map(np.size, polygons)):
+        raise MeshError(f"{source} holds no triangles or polygons.")
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise MeshError(f"{source} has points of shape {points.shape}; a surface needs three coordinates.")
+    numbers = np.concatenate([p.ravel() for p in polygons])
+    if numbers.min() < 0 or numbers.max() >= len(points):
+        raise MeshError(f"{source}: a polygon refers to a point that is not among its {len(points)} points.")
+    used, number = np.unique(numbers, return_inverse=True)
+    if not np.isfinite(points[used]).all():
+        raise MeshError(f"{source}: point {used[np.argmin(np.isfinite(points[used]).all(axis=1))]} is not finite.")
+    with np.errstate(over="ignore"):
+        check_size(scale * points[used])
+    ends = np.cumsum([p.size for p in polygons])[:-1]
+    own = [n.reshape(p.shape) for n, p in zip(np.split(number, ends), polygons, strict=True)]
+    x = scale * np.asarray(points[used], dtype=float)
+    return x, np.concatenate([cut(x, p) for p in own])
+
+
+#: Extent across the plane of a section, relative to its size, that is rounding of a file.
+FLAT = 1e-9
+
+
+def read_section(path: str | Path, part: str | None = None, scale: float = 1.0) -> SectionMesh:
+    """Read a plane mesh as a section.
+
+    Parameters
+    ----------
+    path : str or Path
+        ``.msh`` (physical curves become boundaries), ``.inp`` (CPS, CPE, CAX), ``.vtk``, ``.vtu``, ``.xdmf``. The mesh
+        may lie in any coordinate plane: of x, y and z the two that vary become x and z of the section.
+    part : str, optional
+        Read only this set of cells, as one body of several.
+    scale : float
+
+    Returns
+    -------
+    SectionMesh
+        Of 8-node quadrilaterals; sides of linear cells stay straight. Node sets that hold whole outer sides serve as
+        boundaries too.
+
+    Raises
+    ------
+    InputError, MeshError
+        For an unknown file type or part, no plane cells, or cells that lie in no coordinate plane.
+
+    Examples
+    --------
+    >>> import meshio, tempfile
+    >>> points = [[0, 0], [1, 0], [1, 1], [0, 1.0]]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     triangles = [("triangle", [[0, 1, 2], [0, 2, 3]])]
+    ...     meshio.Mesh(np.pad(points, ((0, 0), (0, 1))), triangles).write(f"{folder}/a.vtu")
+    ...     read_section(f"{folder}/a.vtu")
+    SectionMesh(quad8, 6 cells, 27 points, boundaries: none)
+    """
+    path = file_path("the path of a section", path)
+    if path.suffix.lower() not in READERS:
+        raise InputError(f"Unknown mesh file type {path.suffix!r}; expected one of {', '.join(READERS)}.")
+    positive("the scale", scale)
+    if not path.is_file():
+        raise InputError(f"There is no file {path}.", code="no-file")
+    raw = READERS[path.suffix.lower()](path)
+    names = list(dict.fromkeys(name for name, _, _ in raw.sheets))
+    if part is not None and part not in names:
+        raise InputError(f"{path.name} has no plane part {part!r}; there are: {', '.join(map(repr, names)) or 'none'}.")
+    sheets = [s for s in raw.sheets if part is None or s[0] == part]
+    if not sheets:
+        raise MeshError(f"{path.name} holds no plane cells; solids are read with fc.read_mesh.", code="no-plane-cells")
+    points, cells, owner = _quadratic(raw.points, [(kind, c) for _, kind, c in sheets])
+    points = _in_plane(scale * points, np.unique(cells[cells >= 0]), path.name)
+    # a cell of several sets is there once for each
+    first = first_alike(cells[:, :4])
+    own = first == np.arange(len(cells))
+    number = (np.cumsum(own) - 1)[first]
+    named = [(name, np.isin(owner, [k for k, s in enumerate(sheets) if s[0] == name])) for name in names]
+    groups = {name: np.unique(number[members]) for name, members in named}
+    cells = _turned(points, cells[own])
+    triangle = cells[:, 2] == cells[:, 3]
+    sides = _sides_of_sets(cells, raw.node_sets)
+    sides |= _named_sides(cells, {k: np.concatenate(v) for k, v in raw.lines.items()})
+    if triangle.any():
+        points, cells, sides, groups = _quartered(points, cells, triangle, sides, groups)
+    used, number = np.unique(cells, return_inverse=True)
+    back = np.full(len(points), -1, dtype=np.int64)
+    back[used] = np.arange(len(used))
+    sets = {name: back[nodes] for name, nodes in raw.node_sets.items()}
+    sets = {name: np.unique(nodes[nodes >= 0]) for name, nodes in sets.items() if (nodes >= 0).any()}
+    return SectionMesh(
+        points[used],
+        number.reshape(cells.shape),
+        {name: s for name, s in sides.items() if len(s)},
+        {name: g for name, g in groups.items() if len(g)},
+        sets,
+    )
+
+
+def _quadratic(points: Array, blocks: list[tuple[str, IntArray]]) -> tuple[Array, IntArray, IntArray]:
+    """Points, cells (n, 8) and the block of each; triangles repeat their third corner and the middle beside it."""
+    rows, owner = [], []
+    for k, (kind, c) in enumerate(blocks):
+        full = np.full((len(c), 8), -1, dtype=np.int64)
+        if kind.startswith("tri"):
+            full[:, :4] = c[:, [0, 1, 2, 2]]
+            full[:, 4:] = c[:, [3, 4, 2, 5]] if kind == "tri6" else full[:, 4:]
+            full[:, 6] = c[:, 2]
+        else:
+            full[:, : min(c.shape[1], 8)] = c[:, :8]
+        rows.append(full)
+        owner.append(np.full(len(c), k))
+    cells = np.concatenate(rows)
+    edges = sides_of(cells).reshape(-1, 2)
+    middle = cells[:, 4:].ravel()
+    keys, inverse = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
+    known = np.full(len(keys), -1, dtype=np.int64)
+    known[inverse.ravel()[middle >= 0]] = middle[middle >= 0]
+    new = np.flatnonzero(known < 0)
+    known[new] = len(points) + np.arange(len(new))
+    cells[:, 4:] = np.where(middle >= 0, middle, known[inverse.ravel()]).reshape(-1, 4)
+    return np.concatenate([points, points[keys[new]].mean(axis=1)]), cells, np.concatenate(owner)
+
+
+def _in_plane(points: Array, used: IntArray, source: str) -> Array:
+    """Points (n, 3) with y = 0, from those of a coordinate plane."""
+    extent = np.ptp(points[used], axis=0)
+    flat = extent <= FLAT * np.linalg.norm(extent)
+    if flat.sum() != 1:
+        raise MeshError(f"{source} has plane cells that lie in no coordinate plane; their extents are {extent}.")
+    x, z = np.flatnonzero(~flat)
+    return np.stack([points[:, x], np.zeros(len(points)), points[:, z]], axis=1)
+
+
+def _turned(points: Array, cells: IntArray) -> IntArray:
+    """Cells counter-clockwise, seen with x to the right and z upwards."""
+    x, z = points[cells[:, :4], 0], points[cells[:, :4], 2]
+    area = (x * np.roll(z, -1, axis=1) - np.roll(x, -1, axis=1) * z).sum(axis=1)
+    out = cells.copy()
+    out[area < 0] = cells[area < 0][:, list(REVERSED[:8])]
+    # triangles have their double corner last
+    wrong = (out[:, 2] != out[:, 3]) & (out[:, 1] == out[:, 2])
+    out[wrong] = out[wrong][:, [3, 0, 1, 2, 7, 4, 5, 6]]
+    return out
+
+
+def _named_sides(cells: IntArray, lines: dict[str, IntArray]) -> dict[str, IntArray]:
+    """Sides (n, 2) of cells at named pieces (n, 2) of curves."""
+    ends = sides_of(cells).reshape(-1, 2)
+    keys = edge_keys(ends)
+    out = {}
+    for name, pieces in lines.items():
+        at = found(edge_keys(pieces), keys)
+        out[name] = np.stack(np.divmod(at[at >= 0], 4), axis=1)
+    return out
+
+
+def _sides_of_sets(cells: IntArray, node_sets: Mapping[str, IntArray]) -> dict[str, IntArray]:
+    """Outer sides (n, 2) of cells with both ends in a node set."""
+    ends, outer = sides_of(cells), facets_at_sides(cells) == 1
+    return {name: np.argwhere(outer & np.isin(ends, nodes).all(axis=2)) for name, nodes in node_sets.items()}
+
+
+def _quartered(
+    points: Array, cells: IntArray, triangle: Mask, sides: dict[str, IntArray], groups: dict[str, IntArray]
+) -> tuple[Array, IntArray, dict[str, IntArray], dict[str, IntArray]]:
+    """Every cell divided into as many quadrilaterals as it has corners: corner, middle, centre, middle."""
+    n = len(points)
+    count = np.where(triangle, 3, 4)
+    first = np.concatenate([[0], np.cumsum(count)[:-1]])
+    extra, children = [points], np.zeros((count.sum(), 8), dtype=np.int64)
+    ends = sides_of(cells)
+    # a quarter of a side belongs to the side and to the end that it is next to
+    halves = np.stack([ends, ends[:, :, ::-1]], axis=2).reshape(-1, 2)
+    quarter, which = np.unique(halves, axis=0, return_inverse=True)
+    which = which.reshape(-1, 4, 2)
+    middles = np.broadcast_to(cells[:, 4:, None], (*cells[:, 4:].shape, 2))
+    middle_of = np.zeros(len(quarter), dtype=np.int64)
+    middle_of[which] = middles
+    extra.append(
+        np.einsum(
+            "k,nki->ni", [3 / 8, 3 / 4, -1 / 8], points[np.stack([quarter[:, 0], middle_of, quarter[:, 1]], axis=1)]
+        )
+    )
+    start = n + len(quarter)
+    for k, own in ((3, np.flatnonzero(triangle)), (4, np.flatnonzero(~triangle))):
+        if not len(own):
+            continue
+        corners, mids = (
+            (cells[own][:, [0, 1, 2]], cells[own][:, [4, 5, 7]]) if k == 3 else (cells[own, :4], cells[own, 4:])
+        )
+        at = [0, 1, 3] if k == 3 else [0, 1, 2, 3]
+        near, far = which[own][:, at, 0], which[own][:, at, 1]
+        reference = TRIANGLE_NODES if k == 3 else quad_nodes(8)
+        centre = reference[:k].mean(axis=0)
+        inner = np.concatenate([centre[None], (reference[k : 2 * k] + centre) / 2])
+        N = (triangle_shapes(6, inner) if k == 3 else quad_shapes(8, inner))[0]
+        extra.append(np.einsum("qa,nai->nqi", N, points[np.concatenate([corners, mids], axis=1)]).reshape(-1, 3))
+        inside = start + np.arange(len(own) * (k + 1)).reshape(-1, k + 1)
+        start += inside.size
+        for i in range(k):
+            j = (i - 1) % k
+            children[first[own] + i] = np.stack(
+                [
+                    corners[:, i],
+                    mids[:, i],
+                    inside[:, 0],
+                    mids[:, j],
+                    n + near[:, i],
+                    inside[:, 1 + i],
+                    inside[:, 1 + j],
+                    n + far[:, j],
+                ],
+                axis=1,
+            )
+    side = {name: _halved(s, triangle, count, first) for name, s in sides.items()}
+    cell = {
+        name: np.concatenate([first[g] + i for i in range(4)])[np.concatenate([count[g] > i for i in range(4)])]
+        for name, g in groups.items()
+    }
+    return np.concatenate(extra), children, side, cell
+
+
+def _halved(sides: IntArray, triangle: Mask, count: IntArray, first: IntArray) -> IntArray:
+    """The halves of sides (n, 2): side 0 of the child at its beginning, side 3 of the one at its end."""
+    cell, side = sides.T
+    side = np.where(triangle[cell] & (side == 3), 2, side)
+    one = np.stack([first[cell] + side, np.zeros(len(cell), np.int64)], axis=1)
+    other = np.stack([first[cell] + (side + 1) % count[cell], np.full(len(cell), 3)], axis=1)
+    return np.concatenate([one, other])

@@ -28,7 +28,7 @@ from fecontact.contact.interface import Interface
 from fecontact.contact.loads import LoadStep
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search.candidates import KnownContact
-from fecontact.fem.route import memory_budget
+from fecontact.fem.condensation import memory_budget
 from fecontact.mesh.facets import facet_centres
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import FIGURES, Convergence, Step, asked

@@ -30,9 +30,9 @@ from fecontact.contact.contact import Contact
 from fecontact.contact.interface import Interface, UnilateralConstraints
 from fecontact.contact.loads import Loading, LoadStep
 from fecontact.contact.model import SceneModel
+from fecontact.fem.condensation import choose_route, memory_budget
 from fecontact.fem.factor import available_backends, has_bordered
 from fecontact.fem.model import Model
-from fecontact.fem.route import choose_route, memory_budget
 from fecontact.mesh import shapes
 from fecontact.results.convergence import accuracy_text, asked
 from fecontact.results.report import modelled

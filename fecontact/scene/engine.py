@@ -14,9 +14,9 @@ from fecontact.bodies.elastic import elastic_among
 from fecontact.common.checks import among, whole
 from fecontact.common.errors import InputError
 from fecontact.contact.model import SceneModel
+from fecontact.fem.condensation import memory_budget
 from fecontact.fem.multigrid import Multigrid
 from fecontact.fem.petsc.job import Job, SharedFactor, SharedSystem
-from fecontact.fem.route import memory_budget
 
 ENGINES = ("own", "petsc")
 #: Unknowns above which several processes pay off (docs/scale.md).

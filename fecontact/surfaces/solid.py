@@ -22,10 +22,10 @@ from fecontact.mesh.gmsh import Sizes, mesh_cad, tetrahedra_within
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.orient import Shells, shells_of
 from fecontact.mesh.placement import Placement, placed
-from fecontact.mesh.read_surface import READERS, read_surface
+from fecontact.mesh.read import POLYGON_READERS, read_surface
 from fecontact.mesh.refine import divided
 from fecontact.mesh.surface_mesh import SurfaceMesh
-from fecontact.surfaces.changes import changed, distance, enclosed_volume, triangulated
+from fecontact.surfaces.repair import changed, distance, enclosed_volume, triangulated
 from fecontact.surfaces.smooth import fitted_facets
 
 #: Error of the volume, and distance from the surface over its size, up to which a mesh is not made finer.
@@ -99,7 +99,7 @@ def mesh_solid(
     if isinstance(source, SurfaceMesh):
         return _within(source, sizes, "the surface", scale)
     path = file_path("the path of a solid", source)
-    if path.suffix.lower() not in READERS:
+    if path.suffix.lower() not in POLYGON_READERS:
         return mesh_cad(path, sizes, scale, run_script)
     return _within(read_surface(path), sizes, path.name, scale)
 

@@ -9,8 +9,7 @@ import pytest
 
 import fecontact as fc
 from fecontact import merge
-from fecontact.fem.loads import body_force, surface_traction
-from fecontact.fem.stiffness import batches
+from fecontact.fem.stiffness import batches, body_force, surface_traction
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.element import element_basis

@@ -6,7 +6,7 @@ from hanging_meshes import SPATIAL, boxed, part
 
 import fecontact as fc
 from fecontact import Mesh, merge
-from fecontact.fem.loads import body_force
+from fecontact.fem.stiffness import body_force
 from fecontact.fem.stress import gauss_strain, hooke
 from fecontact.mesh.element import CORNERS, EDGES
 
@@ -324,7 +324,7 @@ def test_hexahedra_wedges_and_their_neighbours_conform(linear_solve, row):
     fixed = (3 * fixed[:, None] + np.arange(3)).ravel()
     # reactions of the free nodes on the outer faces: the traction of the constant stress
     stress = ELASTIC.lame * np.trace(gradient) * np.eye(3) + ELASTIC.shear_modulus * (gradient + gradient.T)
-    from fecontact.fem.loads import surface_traction
+    from fecontact.fem.stiffness import surface_traction
 
     f = surface_traction(mesh, mesh.outer_faces, lambda x, n: n @ stress)
     found = linear_solve(mesh, ELASTIC, fixed, f, values=u.ravel()[fixed])

@@ -18,7 +18,7 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.halfspace import Layer
 from fecontact.halfspace.grid import Grid
-from fecontact.mesh.read_surface import READERS, read_surface
+from fecontact.mesh.read import POLYGON_READERS, read_surface
 from fecontact.surfaces import (
     Cone,
     Cylinder,
@@ -223,7 +223,7 @@ def _shape(
 def _heights(given: Options, cells: Cells, size: Size | None) -> tuple[Any, Cells, Size | None]:
     (file,) = _need(given, "file")
     path = Path(file)
-    if path.suffix.lower() in READERS:
+    if path.suffix.lower() in POLYGON_READERS:
         return Facets(read_surface(path)), cells, size
     surface = read_topography(path, given.get("height_unit"), None if size is None else Grid(size, (2, 2)).size)
     if surface.size is None:

@@ -18,8 +18,7 @@ from fecontact.mesh import section_shapes as sections
 from fecontact.mesh.layer import extrude
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.pick import Pick
-from fecontact.mesh.read_section import read_section
-from fecontact.mesh.read_surface import read_surface
+from fecontact.mesh.read import read_section, read_surface
 from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.surfaces.repair import repair_surface

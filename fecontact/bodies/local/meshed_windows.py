@@ -22,8 +22,7 @@ from fecontact.bodies.local.pressed import BelowWindows
 from fecontact.bodies.local.remainder import Remainder
 from fecontact.bodies.local.surface import WindowSurface, window_surface
 from fecontact.bodies.local.window import Window
-from fecontact.bodies.outside import Outside
-from fecontact.bodies.protocol import Body, Reduced
+from fecontact.bodies.protocol import Body, Outside, Reduced
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.energy_error import NO_CELLS, EnergyError

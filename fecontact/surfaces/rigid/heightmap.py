@@ -13,7 +13,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import heights_on, number_array, positive, positives, reckonable
 from fecontact.common.errors import InputError
 from fecontact.surfaces.facet_surface import Projection
-from fecontact.surfaces.rigid.closest_point import differences, nearest
+from fecontact.surfaces.rigid.shapes import differences, nearest
 
 OVERHANG = 1e-9
 """Share of a cell outside the map within which a point counts as on its rim."""

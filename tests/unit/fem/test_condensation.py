@@ -10,8 +10,8 @@ from fecontact import InputError
 from fecontact.bodies import rotation_about
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem import condensation, model
+from fecontact.fem.condensation import MANY_NODES, MANY_PRODUCTS, choose_route, memory_budget
 from fecontact.fem.factor import available_backends, bordered, factorise, has_bordered
-from fecontact.fem.route import MANY_NODES, MANY_PRODUCTS, choose_route, memory_budget
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.scene import linear as scene_module
 

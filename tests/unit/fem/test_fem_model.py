@@ -10,9 +10,9 @@ from refusals import refused
 import fecontact as fc
 from fecontact import InputError, MeshError, merge
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.fem.loads import body_force, moments_of_volume, surface_traction
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
+from fecontact.fem.stiffness import body_force, moments_of_volume, surface_traction
 from fecontact.fem.support import fix_null_space, nodal_coordinates, support_directions
 
 # sums over some hundred quadrature points

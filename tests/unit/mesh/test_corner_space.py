@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from refine_cases import CASES, mesh_of
 
-from fecontact.mesh.corner_space import corner_space
+from fecontact.fem.amg import corner_space
 
 
 @pytest.mark.parametrize(("kind", "width"), CASES)

@@ -6,7 +6,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact import Mesh, merge
-from fecontact.fem.loads import moments_of_volume
+from fecontact.fem.stiffness import moments_of_volume
 from fecontact.mesh.check import check_mesh
 
 # numbers of order ten, turned by right angles

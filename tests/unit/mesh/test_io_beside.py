@@ -5,7 +5,7 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
-from fecontact.fem.loads import moments_of_volume
+from fecontact.fem.stiffness import moments_of_volume
 from fecontact.mesh.check import check_mesh
 
 # volumes of order one, coordinates without rounding

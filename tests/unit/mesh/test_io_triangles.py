@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fecontact.fem.loads import moments_of_volume
+from fecontact.fem.stiffness import moments_of_volume
 from fecontact.mesh.element import (
     FACES,
     PYRAMID,

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.fem.loads import moments_of_volume
+from fecontact.fem.stiffness import moments_of_volume
 from fecontact.mesh.facets import nodal_areas
 from fecontact.mesh.kinds import KINDS
 from fecontact.results.pictures.solids import solids_of_file

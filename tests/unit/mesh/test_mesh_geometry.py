@@ -8,7 +8,7 @@ from skfem.helpers import ddot, eye, sym_grad, trace
 
 import fecontact as fc
 from fecontact import InputError, MeshError
-from fecontact.fem.loads import moments_of_volume
+from fecontact.fem.stiffness import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.skfem_mesh import MeshHex20
 

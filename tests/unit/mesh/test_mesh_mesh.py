@@ -6,7 +6,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError, Mesh, MeshError, merge
-from fecontact.fem.loads import moments_of_volume
+from fecontact.fem.stiffness import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.element import FACES, hex_nodes
 

@@ -8,7 +8,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError, merge
-from fecontact.fem.loads import moments_of_volume
+from fecontact.fem.stiffness import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.facets import facet_integrals
 

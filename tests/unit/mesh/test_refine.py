@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 import fecontact as fc
 from fecontact import InputError, Mesh
-from fecontact.fem.loads import moments_of_volume
+from fecontact.fem.stiffness import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.element import EDGES, FACES
 from fecontact.mesh.facets import facet_integrals, nodal_areas

@@ -5,9 +5,8 @@ import pytest
 import scipy.sparse as sp
 from refine_cases import AFFINE, CASES, bent, locally_refined, mesh_of, refined_near
 
-from fecontact.fem.loads import body_force
 from fecontact.fem.rigid import rigid_modes
-from fecontact.fem.stiffness import assemble_stiffness
+from fecontact.fem.stiffness import assemble_stiffness, body_force
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.refine import refined
 

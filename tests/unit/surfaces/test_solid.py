@@ -8,10 +8,10 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
-from fecontact.fem.loads import moments_of_volume
+from fecontact.fem.stiffness import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.orient import crossing_triangles, oriented, shells_of
-from fecontact.surfaces.changes import enclosed_volume, triangulated
+from fecontact.surfaces.repair import enclosed_volume, triangulated
 
 
 def geodesic(n, radius=1.0, centre=(0.0, 0.0, 0.0)):
