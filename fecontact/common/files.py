@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
@@ -102,12 +102,6 @@ def write_atomically(path: str | Path, text: str) -> Path:
     with replacing(path) as file:
         file.write_text(text, encoding="utf-8")
     return Path(path)
-
-
-def save_rows(path: str | Path, columns: Sequence[str], rows: Iterable[Iterable[float]]) -> Path:
-    """Write rows of numbers below the names of their columns as CSV; numbers read back are the same."""
-    lines = [",".join(columns), *(",".join(map(repr, row)) for row in rows)]
-    return write_atomically(path, "\n".join([*lines, ""]))
 
 
 def csv_name(name: str) -> str:
