@@ -285,6 +285,9 @@ def solve_to_accuracy(scene: SceneModel, step: LoadStep, target: Target, solve: 
             reason = "" if finer is not None else "no cell of the bodies in contact can be divided"
         if finer is None:
             met = SAFETY * steps[-1].over(target.accuracy) <= 1
+            unknown = result.response_errors.reason if target.of_response else ""
+            if met and unknown:
+                met, reason = False, f"errors of forces and motions are {unknown}"
             steps[-1] = replace(steps[-1], **_response(result))
             told = Convergence(target.accuracy, tuple(steps), met, reason)
             return replace(result, unrefined=tuple(scene.bodies), convergence=told)

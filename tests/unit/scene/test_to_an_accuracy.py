@@ -110,6 +110,30 @@ def test_bodies_whose_cells_are_not_known_to_be_divisible_say_so():
         assert not result.convergence.met
 
 
+@pytest.mark.parametrize("kind", ["bricks", "window"])
+def test_an_error_of_the_force_that_is_not_estimated_is_not_met(kind):
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (4, 4, 2), element="hex8").translated((-0.5, -0.5, -1.0))
+    material, held, ball = fc.Material(1.0, 0.3), {"bottom": "xyz"}, fc.RigidBody(Paraboloid(2.0))
+    body = fc.AncfBody(mesh, material, "top", held, name="soft")
+    if kind == "window":
+        body = fc.LocalBody(
+            fc.ElasticBody(mesh, material, supports=held), at=(0.0, 0.0, 0.0), window=0.7, shape=(8, 8), name="soft"
+        )
+    given = {"motions": {ball: {"z": -0.03}}, "accuracy": {"force": 0.05}}
+    told = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(**given).convergence
+    assert not told.met
+    assert told.reason == "errors of forces and motions are not estimated with 'soft', whose elements give none"
+
+
+@pytest.mark.parametrize("load", [{"motions": {"z": -0.03}}, {"forces": (0, 0, -0.01)}])
+def test_an_error_of_the_force_that_is_estimated_or_given_is_met(load):
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (4, 4, 2)).translated((-0.5, -0.5, -1.0))
+    body, ball = fc.ElasticBody(mesh, fc.Material(1.0, 0.3), "top", {"bottom": "xyz"}), fc.RigidBody(Paraboloid(2.0))
+    ((kind, value),) = load.items()
+    result = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(**{kind: {ball: value}}, accuracy={"force": 0.05})
+    assert result.convergence.met
+
+
 def test_without_an_accuracy_there_are_no_steps():
     block, _, both = scene()
     result = both.solve(forces={block: (0, 0, -FORCE)})
