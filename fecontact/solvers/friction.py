@@ -24,7 +24,7 @@ import numpy as np
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import SolverError
 from fecontact.solvers.coulomb import friction_limit, sticks, with_held_directions
-from fecontact.solvers.friction_newton import FrictionRows, friction_newton, friction_sweeps, tied
+from fecontact.solvers.friction_newton import friction_newton, friction_sweeps, stick_solution
 from fecontact.solvers.friction_slide import (
     SlidingLoadError,
     driving_load,
@@ -36,7 +36,7 @@ from fecontact.solvers.friction_slide import (
 )
 from fecontact.solvers.problem import ContactProblem, FrictionOperator, InfeasibleLoadError, Solution, Status
 from fecontact.solvers.registry import TOLERANCE, attempt
-from fecontact.solvers.scaling import ScaledProblem, scale
+from fecontact.solvers.scaling import ScaledProblem
 
 ATTEMPTS = 3
 """Times that sweeps are followed by Newton's method, each with ten times sharper sweeps."""
@@ -90,24 +90,22 @@ def solve_friction(
         if (own := problem.S.solve_friction(problem, tolerance)) is not None:
             return replace(own, seconds=time.perf_counter() - began)
         problem = replace(problem, S=with_held_directions(problem.S.array(), problem.tangents, problem.B))
-    rows = FrictionRows(problem.points, problem.tangents, problem.normals, problem.mu, np.zeros(len(problem.mu), bool))
-    together = np.concatenate([problem.points[:, None], problem.tangents], axis=1)
-    scaled = scale(problem.S, problem.g, problem.B, problem.F, together)
-    direction = unbalanced_motion(scaled, rows)
+    scaled = problem.scaled()
+    direction = unbalanced_motion(scaled)
     if direction is not None:
-        raise InfeasibleLoadError(_cannot_hold(scaled, rows), direction)
-    closed = bool((scaled.g[rows.normals] < 0).any())
+        raise InfeasibleLoadError(_cannot_hold(scaled), direction)
+    closed = bool((scaled.g[scaled.normals] < 0).any())
     best: Solution | None = None
     apart: Solution | None = None
     adrift: Solution | None = None
-    starts = _starts(problem, scaled, rows, start)
+    starts = _starts(problem, scaled, start)
     while (begin := next(starts, None)) is not None:
-        rows, x, p, name = begin
+        scaled, x, p, name = begin
         steps = FIRST_STEPS if best is None else LATER_STEPS
-        outcome, orientation = friction_newton(scaled, rows, x, p, max_iterations=steps)
+        outcome, orientation = friction_newton(scaled, x, p, max_iterations=steps)
         forces = scaled.forces(np.where(np.abs(outcome.x) < scaled.rounding_of(outcome.x), 0.0, outcome.x))
         found = Solution(
-            problem, forces, scaled.motion(_nearest(scaled, rows, outcome.x, outcome.p)), outcome.status,
+            problem, forces, scaled.motion(_nearest(scaled, outcome.x, outcome.p)), outcome.status,
             outcome.message, outcome.nit, name, time.perf_counter() - began, tuple(outcome.history),
             orientation=orientation,
         )  # fmt: skip
@@ -126,7 +124,7 @@ def solve_friction(
             # what was closed has drifted apart: the answer only if no other is found
             apart = apart or replace(found, status=Status.NO_CONTACT, message="solved")
         if best is None:
-            starts = chain(_held(scaled, rows, outcome.x, outcome.p), starts)
+            starts = chain(_held(scaled, outcome.x, outcome.p), starts)
         best = found if best is None or found.residuals.worst < best.residuals.worst else best
     for loose in (adrift, apart):
         if loose is not None:
@@ -139,9 +137,7 @@ def solve_friction(
     )
 
 
-def _held(
-    scaled: ScaledProblem, rows: FrictionRows, x: Array, p: Array
-) -> Iterator[tuple[FrictionRows, Array, Array, str]]:
+def _held(scaled: ScaledProblem, x: Array, p: Array) -> Iterator[tuple[ScaledProblem, Array, Array, str]]:
     """Start at which a guided motion finds the load held, if any, from forces and motion of a failing attempt.
 
     Raises
@@ -149,99 +145,97 @@ def _held(
     SlidingLoadError
         If everything slides under the load.
     """
-    load = driving_load(scaled, rows, x[rows.normals] > 0)
-    if load is None or np.isinf(rows.mu).any():
+    load = driving_load(scaled, x[scaled.normals] > 0)
+    if load is None or np.isinf(scaled.mu).any():
         return
     before = p
-    for found in slide(scaled, rows, load, x, p):
+    for found in slide(scaled, load, x, p):
         if found.share >= 1:
-            yield rows, found.x, found.p, "guided, newton"
+            yield scaled, found.x, found.p, "guided, newton"
         elif 0 < found.bound < 1:
             direction = scaled.motion(found.p - before)
             text = (
                 "All that touches slides along the motion that the load drives; friction holds "
-                f"{found.share:.4g} of that load. {_would_hold(rows, holding_factor(scaled, rows, found))}"
+                f"{found.share:.4g} of that load. {_would_hold(scaled, holding_factor(scaled, found))}"
             )
             forces, motion = scaled.forces(found.x), scaled.motion(found.p)
             raise SlidingLoadError(text, direction / float(np.linalg.norm(direction)), forces, motion)
         before = found.p
 
 
-def _would_hold(rows: FrictionRows, factor: float | None) -> str:
+def _would_hold(scaled: ScaledProblem, factor: float | None) -> str:
     """Friction that would hold a load, in words."""
     if factor is None:
         return "Reduce the load, or prescribe the motion."
-    used = np.unique(rows.mu[rows.mu > 0])
+    used = np.unique(scaled.mu[scaled.mu > 0])
     needed = f"mu = {factor * used[0]:.4g}" if len(used) == 1 else f"{factor:.4g} times the friction given"
     return f"It needs about {needed}, or a prescribed motion."
 
 
 def _starts(
-    problem: ContactProblem, scaled: ScaledProblem, rows: FrictionRows, start: tuple[Array, Array] | None
-) -> Iterator[tuple[FrictionRows, Array, Array, str]]:
-    """Rows, first forces (N,) and motions (r,) in turn, with a name of the method; later ones if those before fail."""
+    problem: ContactProblem, scaled: ScaledProblem, start: tuple[Array, Array] | None
+) -> Iterator[tuple[ScaledProblem, Array, Array, str]]:
+    """Problem, first forces (N,) and motion (r,) in turn, with the method; later ones if those before fail."""
     to_p = np.linalg.pinv(scaled.motion_map)
     if start is not None:
-        yield rows, start[0] / scaled.force_scale, to_p @ start[1], "newton"
-    slides = sliding_modes(scaled, rows)
+        yield scaled, start[0] / scaled.force_scale, to_p @ start[1], "newton"
+    slides = sliding_modes(scaled)
     for modes in (slides, slides[:, :0]) if slides.shape[1] else (slides,):
         # what friction alone can hold is held in the first guess: without friction the body would drift away
-        x, p, touching = _pressed(scaled, rows, modes)
-        if np.isinf(rows.mu).any():
+        x, p, touching = _pressed(scaled, modes)
+        if np.isinf(scaled.mu).any():
             # a rough surface is the limit of much friction
-            outcome, _ = friction_newton(scaled, replace(rows, mu=np.minimum(rows.mu, NEARLY_ROUGH)), x, p)
-            yield rows, outcome.x, outcome.p, "newton"
+            outcome, _ = friction_newton(replace(scaled, mu=np.minimum(scaled.mu, NEARLY_ROUGH)), x, p)
+            yield scaled, outcome.x, outcome.p, "newton"
         elif x.any():
-            yield rows, x, p, "newton"
+            yield scaled, x, p, "newton"
         without = x, p
-        stuck = x, p = tied(scaled, rows, x, p, touching)
+        stuck = x, p = stick_solution(scaled, x, p, touching)
         if not modes.shape[1]:
-            yield rows, *stuck, "newton"
-        yield from _by_more_friction(scaled, rows, *without)
+            yield scaled, *stuck, "newton"
+        yield from _by_more_friction(scaled, *without)
         # where a body may drift, sweeps come first: in many steps of Newton's method rounding decides where it goes
         for k in range(ATTEMPTS):
-            outcome = friction_sweeps(scaled, rows, x, p, tolerance=FIRST_SWEEPS / 10**k)
+            outcome = friction_sweeps(scaled, x, p, tolerance=FIRST_SWEEPS / 10**k)
             x, p = outcome.x, outcome.p
-            yield rows, x, p, "sweeps, newton"
+            yield scaled, x, p, "sweeps, newton"
         if modes.shape[1]:
-            yield rows, *stuck, "newton"
+            yield scaled, *stuck, "newton"
 
 
-def _by_more_friction(
-    scaled: ScaledProblem, rows: FrictionRows, x: Array, p: Array
-) -> Iterator[tuple[FrictionRows, Array, Array, str]]:
+def _by_more_friction(scaled: ScaledProblem, x: Array, p: Array) -> Iterator[tuple[ScaledProblem, Array, Array, str]]:
     """Starts by solutions of growing friction, each from forces x (N,) and motion p (r,) without friction or the last.
 
     What slides under much friction is the first guess of what slides under more.
     """
-    first = last = rows, x, p
+    first = last = scaled, x, p
     for much in MUCH:
-        if not (rows.mu > much).any():
+        if not (scaled.mu > much).any():
             return
         for known, *begin in (last, first):
-            less = replace(known, mu=np.minimum(rows.mu, much))
-            outcome, _ = friction_newton(scaled, less, *begin, max_iterations=FIRST_STEPS)
+            less = replace(known, mu=np.minimum(scaled.mu, much))
+            outcome, _ = friction_newton(less, *begin, max_iterations=FIRST_STEPS)
             if outcome.status is not Status.SOLVED:
                 continue
-            limit = friction_limit(less.mu, outcome.x[rows.points])
-            slides = (limit > 0) & ~sticks(outcome.x[rows.tangents].T, limit)
-            last = replace(rows, slides=slides & (rows.mu > much)), outcome.x, outcome.p
+            limit = friction_limit(less.mu, outcome.x[scaled.points])
+            slides = (limit > 0) & ~sticks(outcome.x[scaled.tangents].T, limit)
+            last = replace(scaled, slides=slides & (scaled.mu > much)), outcome.x, outcome.p
             yield *last, "newton"
             break
 
 
-def _nearest(scaled: ScaledProblem, rows: FrictionRows, x: Array, p: Array) -> Array:
+def _nearest(scaled: ScaledProblem, x: Array, p: Array) -> Array:
     """The least motion (r,) that is the same as p where points with forces x (N,) touch."""
-    touching = (x[rows.points] > 0) | rows.slides
-    kept = np.concatenate([rows.normals[x[rows.normals] > 0], rows.tangents[touching].ravel()])
+    touching = (x[scaled.points] > 0) | scaled.slides
+    kept = np.concatenate([scaled.normals[x[scaled.normals] > 0], scaled.tangents[touching].ravel()])
     axes, size, _ = np.linalg.svd(scaled.B[:, kept], full_matrices=False)
     axes = axes[:, size > NEUTRAL]
     return axes @ (axes.T @ p)
 
 
-def _pressed(scaled: ScaledProblem, rows: FrictionRows, held: Array) -> tuple[Array, Array, Mask]:
+def _pressed(scaled: ScaledProblem, held: Array) -> tuple[Array, Array, Mask]:
     """Forces (N,) without friction, motion (r,) and what touches (n,), with motions (r, k) held; all, if unsolved."""
-    n, x = rows.normals, np.zeros(scaled.n)
+    n, x = scaled.normals, np.zeros(scaled.n)
     left = np.linalg.svd(held)[0][:, held.shape[1] :]
     B, F = left.T @ scaled.B[:, n], left.T @ scaled.F
     bare = attempt(ContactProblem(scaled.matrix[np.ix_(n, n)], scaled.g[n], B, F))
@@ -251,8 +245,8 @@ def _pressed(scaled: ScaledProblem, rows: FrictionRows, held: Array) -> tuple[Ar
     return x, left @ bare.q, bare.active
 
 
-def _cannot_hold(scaled: ScaledProblem, rows: FrictionRows) -> str:
-    least = least_friction(scaled, rows)
+def _cannot_hold(scaled: ScaledProblem) -> str:
+    least = least_friction(scaled)
     text = "No contact forces within the cones of friction balance the load: along the motion q the load does work. "
     if np.isinf(least):
         return text + "No friction would hold it: support that motion, or change the load."

@@ -46,19 +46,19 @@ HALVINGS = 10
 MEMORY = 3
 """Residuals of the last iterates, below the largest of which a step counts as progress."""
 
-THROWN = 100.0
+DIVERGED_GROWTH = 100.0
 """Growth of the residual by the first step from which points are judged by gaps and slips instead of forces."""
 
-BY_GAPS = 1e4
+GAP_WEIGHT = 1e4
 """Weight R of gaps and slips in the trial forces that judge by them."""
 
 PATIENCE = 10
 """Steps after such a start from which all steps are judged by gaps and slips, from the beginning."""
 
-BY_GAPS_ALONE = 1e6
+GAP_WEIGHT_ALL_STEPS = 1e6
 """Weight R for that: the compliance of a belt over that of its material."""
 
-EASED = 0.5
+REDUCED_FRICTION = 0.5
 """Largest coefficient of friction in the first step from forces without tangential part; it doubles in every step."""
 
 DIVERGED = 1e12
@@ -68,29 +68,6 @@ tolerance. Strips and belts stay below ten; no bound holds for a compliance that
 
 SINGULAR = 1e-14
 """Reciprocal condition number below which the smallest step is taken: forces of rigid bodies are not unique."""
-
-
-@dataclass(frozen=True, eq=False)
-class FrictionRows:
-    """Rows of frictional points in a scaled problem.
-
-    Attributes
-    ----------
-    points : (f,) int array
-        Normal rows.
-    tangents : (f, k) int array
-    normals : (n,) int array
-        Normal rows of all points, with friction or without.
-    mu : (f,) array
-    slides : (f,) bool array
-        Points that are given to slide.
-    """
-
-    points: np.ndarray
-    tangents: np.ndarray
-    normals: np.ndarray
-    mu: np.ndarray
-    slides: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,30 +88,29 @@ class _Trial:
         return float(np.hypot(np.linalg.norm(self.residual), np.linalg.norm(self.balance)))
 
 
-def _trial(problem: ScaledProblem, rows: FrictionRows, x: np.ndarray, p: np.ndarray, weight: float = 1.0) -> _Trial:
+def _trial(problem: ScaledProblem, x: np.ndarray, p: np.ndarray, weight: float = 1.0) -> _Trial:
     y = problem.gap(x, p)
     z = x - weight * y
     pressed = z > 0
-    pressed[rows.tangents] = False
-    tangents, points = rows.tangents[rows.slides], rows.points[rows.slides]
+    pressed[problem.tangents] = False
+    tangents, points = problem.tangents[problem.slides], problem.points[problem.slides]
     pressed[points] = True
-    limit = friction_limit(rows.mu, z[rows.points])
-    limit[rows.slides] = np.linalg.norm(x[tangents], axis=1)
-    tangential = z[rows.tangents]
+    limit = friction_limit(problem.mu, z[problem.points])
+    limit[problem.slides] = np.linalg.norm(x[tangents], axis=1)
+    tangential = z[problem.tangents]
     size = np.linalg.norm(tangential, axis=1)
     direction = np.divide(tangential, size[:, None], out=np.zeros_like(tangential), where=size[:, None] > 0)
     residual = x.copy()
-    residual[rows.normals] -= np.maximum(z[rows.normals], 0.0)
-    residual[rows.tangents] -= direction * np.minimum(size, limit)[:, None]
-    pressure = limit[rows.slides] / rows.mu[rows.slides]
-    residual[tangents] += direction[rows.slides] * (x[points] - pressure)[:, None]
+    residual[problem.normals] -= np.maximum(z[problem.normals], 0.0)
+    residual[problem.tangents] -= direction * np.minimum(size, limit)[:, None]
+    pressure = limit[problem.slides] / problem.mu[problem.slides]
+    residual[tangents] += direction[problem.slides] * (x[points] - pressure)[:, None]
     residual[points] = y[points]
     return _Trial(y, weight, pressed, limit, size, direction, residual, problem.B @ x - problem.F)
 
 
 def friction_newton(
     problem: ScaledProblem,
-    rows: FrictionRows,
     x: np.ndarray,
     p: np.ndarray,
     *,
@@ -147,7 +123,6 @@ def friction_newton(
     ----------
     problem : ScaledProblem
         With one scale for the components of a point.
-    rows : FrictionRows
     x, p : ndarrays, shapes (N,) and (r,)
         First forces and motion.
     max_iterations : int
@@ -163,14 +138,14 @@ def friction_newton(
         Sign of the Jacobian's determinant at the end, +1 as without friction. -1: the solution is not the only one,
         or not stable (Klarbring 1990); 0: singular.
     """
-    trial = _trial(problem, rows, x, p, weight)
+    trial = _trial(problem, x, p, weight)
     history: list[float] = []
     merits: list[float] = []
     best = (np.inf, x, p)
     largest = bound(problem, x, p)
-    orientation, eases, thrown, first = 1, not x[rows.tangents].any(), False, (x, p)
+    orientation, eases, thrown, first = 1, not x[problem.tangents].any(), False, (x, p)
     for nit in range(max_iterations + 1):
-        merit = trial.merit if weight == 1 else _trial(problem, rows, x, p).merit
+        merit = trial.merit if weight == 1 else _trial(problem, x, p).merit
         error = merit / max(float(np.linalg.norm(x)), float(np.linalg.norm(problem.F)), ROUNDING)
         history.append(error)
         if error < best[0]:
@@ -180,29 +155,29 @@ def friction_newton(
             return Outcome(best[1], best[2], Status.SOLVED, "solved", nit, history), orientation
         if nit == max_iterations or (thrown and nit == PATIENCE):
             break
-        eased = _eased(rows, nit) if eases else rows
-        if eased is not rows:
-            trial, merits = _trial(problem, eased, x, p, weight), []
-        dx, dp, orientation = _step(problem, eased, x, trial)
+        eased = _with_reduced_friction(problem, nit) if eases else problem
+        if eased is not problem:
+            trial, merits = _trial(eased, x, p, weight), []
+        dx, dp, orientation = _step(eased, x, trial)
         merits = [*merits, trial.merit][-MEMORY:]
-        trial = _trial(problem, rows, x + dx, p + dp, weight)
+        trial = _trial(problem, x + dx, p + dp, weight)
         share = 1.0
-        thrown = thrown or (nit == 0 and weight == 1 and trial.merit > THROWN * merits[0])
+        thrown = thrown or (nit == 0 and weight == 1 and trial.merit > DIVERGED_GROWTH * merits[0])
         if nit == 0 and thrown:
-            dx, dp, orientation = _step(problem, rows, x, _trial(problem, rows, x, p, BY_GAPS))
-            trial, merits, eases = _trial(problem, rows, x + dx, p + dp), [], False
-        elif eased is rows:
+            dx, dp, orientation = _step(problem, x, _trial(problem, x, p, GAP_WEIGHT))
+            trial, merits, eases = _trial(problem, x + dx, p + dp), [], False
+        elif eased is problem:
             for _ in range(HALVINGS):
                 if trial.merit < (1 - 1e-4 * share) * max(merits):
                     break
                 share /= 2
-                trial = _trial(problem, rows, x + share * dx, p + share * dp, weight)
+                trial = _trial(problem, x + share * dx, p + share * dp, weight)
         x, p = x + share * dx, p + share * dp
         if not max(np.abs(x).max(), np.abs(p).max(initial=0.0)) <= largest:
             break
     if thrown and nit < max_iterations:
         left = max_iterations - nit
-        found, orientation = friction_newton(problem, rows, *first, max_iterations=left, weight=BY_GAPS_ALONE)
+        found, orientation = friction_newton(problem, *first, max_iterations=left, weight=GAP_WEIGHT_ALL_STEPS)
         return replace(found, nit=nit + found.nit, history=history + found.history), orientation
     message = f"{max_iterations} Newton steps were not enough"
     return Outcome(best[1], best[2], Status.ITERATION_LIMIT, message, max_iterations, history), orientation
@@ -213,34 +188,32 @@ def bound(problem: ScaledProblem, x: np.ndarray, p: np.ndarray) -> float:
     return DIVERGED * max(float(np.abs(part).max(initial=0.0)) for part in (x, p, problem.g, problem.F))
 
 
-def _eased(rows: FrictionRows, nit: int) -> FrictionRows:
-    """Rows with the friction of an early step; the rows themselves where it is all of it."""
-    most = EASED * 2.0**nit
-    above = (rows.mu > most) & (rows.mu < np.inf)
-    return replace(rows, mu=np.where(above, most, rows.mu)) if above.any() else rows
+def _with_reduced_friction(problem: ScaledProblem, nit: int) -> ScaledProblem:
+    """The problem with the friction of an early step; itself where it is all of it."""
+    most = REDUCED_FRICTION * 2.0**nit
+    above = (problem.mu > most) & (problem.mu < np.inf)
+    return replace(problem, mu=np.where(above, most, problem.mu)) if above.any() else problem
 
 
-def tied(
-    problem: ScaledProblem, rows: FrictionRows, x: np.ndarray, p: np.ndarray, pressed: np.ndarray
+def stick_solution(
+    problem: ScaledProblem, x: np.ndarray, p: np.ndarray, pressed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Forces (N,) and motion (r,) with the gaps of `pressed` normal rows (n,) closed and without slip there."""
     chosen = np.zeros(problem.n, bool)
-    chosen[rows.normals[pressed]] = True
-    rough = np.full(len(rows.mu), np.inf)
-    dx, dp, _ = _step(problem, rows, x, replace(_trial(problem, rows, x, p), pressed=chosen, limit=rough))
+    chosen[problem.normals[pressed]] = True
+    rough = np.full(len(problem.mu), np.inf)
+    dx, dp, _ = _step(problem, x, replace(_trial(problem, x, p), pressed=chosen, limit=rough))
     return x + dx, p + dp
 
 
-def _step(
-    problem: ScaledProblem, rows: FrictionRows, x: np.ndarray, trial: _Trial
-) -> tuple[np.ndarray, np.ndarray, int]:
+def _step(problem: ScaledProblem, x: np.ndarray, trial: _Trial) -> tuple[np.ndarray, np.ndarray, int]:
     """Newton step of forces (N,) and motion (r,), and the sign of the Jacobian's determinant."""
     S, B, r = problem.matrix, problem.B, problem.r
-    touching = trial.pressed[rows.points]
+    touching = trial.pressed[problem.points]
     slips = touching & (trial.size > trial.limit)
-    holds = rows.tangents[touching & ~slips].ravel()
+    holds = problem.tangents[touching & ~slips].ravel()
     closed = np.concatenate([np.flatnonzero(trial.pressed), holds])
-    slipping = rows.tangents[slips]
+    slipping = problem.tangents[slips]
     kept = np.concatenate([closed, slipping.ravel()])
     a = len(kept)
     released = -x
@@ -251,7 +224,7 @@ def _step(
     A[:a, a:] = B[:, kept].T
     A[a:, :a] = B[:, kept]
     right = np.concatenate([-y[kept], -trial.balance - B @ released])
-    _slip_rows(A, right, rows, x, (y - trial.y)[slipping], trial, slips, len(closed), kept)
+    _slip_rows(A, right, problem, x, (y - trial.y)[slipping], trial, slips, len(closed), kept)
     solution, orientation = _solved(A, right, r)
     step = released
     step[kept] = solution[:a]
@@ -261,7 +234,7 @@ def _step(
 def _slip_rows(
     A: np.ndarray,
     right: np.ndarray,
-    rows: FrictionRows,
+    problem: ScaledProblem,
     x: np.ndarray,
     released: np.ndarray,
     trial: _Trial,
@@ -280,19 +253,19 @@ def _slip_rows(
     share of ds from open points that lose their force. Where
     it is given to slide, the row along e is divided by mu: e dx_t / mu - dx_n = x_n - e x_t / mu.
     """
-    f, k = int(slips.sum()), rows.tangents.shape[1]
+    f, k = int(slips.sum()), problem.tangents.shape[1]
     if f == 0:
         return
-    e, mu = trial.direction[slips], rows.mu[slips]
-    t, n, limit = x[rows.tangents[slips]], x[rows.points[slips]], trial.limit[slips]
+    e, mu = trial.direction[slips], problem.mu[slips]
+    t, n, limit = x[problem.tangents[slips]], x[problem.points[slips]], trial.limit[slips]
     u, R = e, trial.weight
-    if k > 1 or R > BY_GAPS:  # where all is judged by gaps, it damps changes of sign, too
+    if k > 1 or R > GAP_WEIGHT:  # where all is judged by gaps, it damps changes of sign, too
         most = np.maximum(limit, np.linalg.norm(t, axis=1))[:, None]
         u = (e + np.divide(t, most, out=np.zeros_like(t), where=most > 0)) / 2
     T = (limit / trial.size[slips])[:, None, None] * (np.eye(k) - u[:, :, None] * e[:, None, :])
     place = first + np.arange(f * k).reshape(f, k)
-    normal = np.searchsorted(kept[: int(trial.pressed.sum())], rows.points[slips])
-    given, along = rows.slides[slips], e[:, :, None] * e[:, None, :]
+    normal = np.searchsorted(kept[: int(trial.pressed.sum())], problem.points[slips])
+    given, along = problem.slides[slips], e[:, :, None] * e[:, None, :]
     across = np.eye(k) - given[:, None, None] * along
     share = (given / mu)[:, None, None] * along
     A[place] = R * np.einsum("fij,fjn->fin", across @ T, A[place])
@@ -329,7 +302,6 @@ SWEEPS = 5
 
 def friction_sweeps(
     problem: ScaledProblem,
-    rows: FrictionRows,
     x: np.ndarray,
     p: np.ndarray,
     *,
@@ -341,7 +313,6 @@ def friction_sweeps(
     Parameters
     ----------
     problem : ScaledProblem
-    rows : FrictionRows
     x, p : ndarrays, shapes (N,) and (r,)
     tolerance : float
         Of the change in a sweep and of equilibrium, relative to the forces. Newton's method sharpens the answer.
@@ -360,12 +331,12 @@ def friction_sweeps(
     history: list[float] = []
     best = (np.inf, x.copy(), p.copy())
     largest = bound(problem, x, p)
-    frictional = {int(n): k for k, n in enumerate(rows.points)}
+    frictional = {int(n): k for k, n in enumerate(problem.points)}
     for nit in range(1, max_iterations + 1):
         before = x.copy()
         y = S @ x + problem.g + V.T @ (p - weight * problem.F)
-        for n in rows.normals:
-            _sweep_point(S, y, x, int(n), rows, frictional.get(int(n)))
+        for n in problem.normals:
+            _sweep_point(S, y, x, int(n), problem, frictional.get(int(n)))
         if (size := float(np.abs(x).max())) > largest:
             return Outcome(best[1], best[2], Status.ITERATION_LIMIT, f"sweep {nit} diverged", nit, history)
         miss = V @ x - problem.F
@@ -379,15 +350,15 @@ def friction_sweeps(
     return Outcome(x, p, Status.ITERATION_LIMIT, f"{nit} sweeps were not enough", nit, history)
 
 
-def _sweep_point(S: np.ndarray, y: np.ndarray, x: np.ndarray, n: int, rows: FrictionRows, k: int | None) -> None:
+def _sweep_point(S: np.ndarray, y: np.ndarray, x: np.ndarray, n: int, problem: ScaledProblem, k: int | None) -> None:
     """Forces of one point from its own gap and slip; x and y are changed in place."""
     force = max(0.0, x[n] - y[n] / S[n, n])
     _set(S, y, x, np.array([n]), np.array([force]))
     if k is None:
         return
-    t = rows.tangents[k]
+    t = problem.tangents[k]
     trial = x[t] - y[t] / np.linalg.norm(S[np.ix_(t, t)], 2)
-    size, limit = float(np.linalg.norm(trial)), float(rows.mu[k] * force) if force > 0 else 0.0
+    size, limit = float(np.linalg.norm(trial)), float(problem.mu[k] * force) if force > 0 else 0.0
     _set(S, y, x, t, trial if size <= limit else trial * (limit / size))
 
 

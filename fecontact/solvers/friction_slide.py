@@ -27,7 +27,7 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import nnls
 
-from fecontact.solvers.friction_newton import FrictionRows, friction_newton, tied
+from fecontact.solvers.friction_newton import friction_newton, stick_solution
 from fecontact.solvers.problem import InfeasibleLoadError, Status
 from fecontact.solvers.scaling import DEPENDENT_ROW, ROUNDING, UNBALANCED, ScaledProblem
 
@@ -101,28 +101,27 @@ class Guided:
     bound: float = np.inf
 
 
-def driving_load(problem: ScaledProblem, rows: FrictionRows, touching: np.ndarray) -> np.ndarray | None:
+def driving_load(problem: ScaledProblem, touching: np.ndarray) -> np.ndarray | None:
     """Part c (r,) of the load that works on motions along the tangents of touching points (n,); None without any."""
-    basis = _along_tangents(problem, rows, touching, np.eye(problem.r), OPENS)
+    basis = _along_tangents(problem, touching, np.eye(problem.r), OPENS)
     c = basis @ (basis.T @ problem.F)
     return np.asarray(c) if np.linalg.norm(c) > UNBALANCED * np.linalg.norm(problem.F) else None
 
 
-def sliding_modes(problem: ScaledProblem, rows: FrictionRows) -> np.ndarray:
+def sliding_modes(problem: ScaledProblem) -> np.ndarray:
     """Motions (r, k) that friction may hold alone where what is closed, if anything, slides or does not move at all."""
-    closed = problem.g[rows.normals] < 0
+    closed = problem.g[problem.normals] < 0
     touching = closed if closed.any() else ~closed
-    along = _along_tangents(problem, rows, touching, np.eye(problem.r), OPENS)
+    along = _along_tangents(problem, touching, np.eye(problem.r), OPENS)
     size, axes = np.linalg.eigh(
         along @ along.T + np.outer(problem.F, problem.F) / max(problem.F @ problem.F, ROUNDING**2)
     )
     across = axes[:, size <= DEPENDENT_ROW]
-    return np.concatenate([along, across @ _along_tangents(problem, rows, touching, across, SLIDES, True)], axis=1)
+    return np.concatenate([along, across @ _along_tangents(problem, touching, across, SLIDES, True)], axis=1)
 
 
 def _along_tangents(
     problem: ScaledProblem,
-    rows: FrictionRows,
     touching: np.ndarray,
     motions: np.ndarray,
     most: float,
@@ -132,8 +131,8 @@ def _along_tangents(
 
     `still`: with those that do not move the points at all.
     """
-    tangents = rows.tangents[np.isin(rows.points, rows.normals[touching])].ravel()
-    normal, across = (problem.B[:, each] for each in (rows.normals[touching], tangents))
+    tangents = problem.tangents[np.isin(problem.points, problem.normals[touching])].ravel()
+    normal, across = (problem.B[:, each] for each in (problem.normals[touching], tangents))
     least = DEPENDENT_ROW * (np.linalg.norm(normal) ** 2 + np.linalg.norm(across) ** 2)
     normal, across = motions.T @ normal, motions.T @ across
     total = normal @ normal.T + across @ across.T
@@ -144,15 +143,12 @@ def _along_tangents(
     return np.concatenate([np.linalg.qr(axes @ modes[:, opening <= most])[0], rest], axis=1)
 
 
-def slide(
-    problem: ScaledProblem, rows: FrictionRows, load: np.ndarray, x: np.ndarray, p: np.ndarray
-) -> Iterator[Guided]:
+def slide(problem: ScaledProblem, load: np.ndarray, x: np.ndarray, p: np.ndarray) -> Iterator[Guided]:
     """The body under growing motions of the guide, until friction takes the load or will not.
 
     Parameters
     ----------
     problem : ScaledProblem
-    rows : FrictionRows
     load : ndarray, shape (r,)
         From `driving_load`.
     x, p : ndarrays, shapes (N,) and (r,)
@@ -161,7 +157,7 @@ def slide(
     moved = FIRST * float(np.linalg.norm(load)) / max(float(np.abs(load @ problem.B).max()), ROUNDING)
     last = -np.inf
     for _ in range(STEPS):
-        found = guided(problem, rows, load, moved, x, p)
+        found = guided(problem, load, moved, x, p)
         moved *= GROWTH
         if found is None:
             continue
@@ -174,9 +170,7 @@ def slide(
         x, p, last = found.x, found.p, found.share
 
 
-def guided(
-    problem: ScaledProblem, rows: FrictionRows, load: np.ndarray, moved: float, x: np.ndarray, p: np.ndarray
-) -> Guided | None:
+def guided(problem: ScaledProblem, load: np.ndarray, moved: float, x: np.ndarray, p: np.ndarray) -> Guided | None:
     """The body moved by its guide, from forces x (N,) and a motion p (r,); None where Newton's method fails."""
     size = float(np.linalg.norm(load))
     along = load / size
@@ -187,23 +181,23 @@ def guided(
     )  # fmt: skip
     x, p = x, rest @ p
     for _ in range(2):
-        outcome, _ = friction_newton(held, rows, x, p, max_iterations=NEWTON_STEPS)
+        outcome, _ = friction_newton(held, x, p, max_iterations=NEWTON_STEPS)
         if outcome.status is Status.SOLVED:
             motion = rest.T @ outcome.p - moved * along
             return Guided(load, outcome.x, motion, moved, float(along @ (problem.B @ outcome.x)) / size)
-        x, p = tied(held, rows, np.zeros(held.n), np.zeros(held.r), x[rows.normals] > 0)
+        x, p = stick_solution(held, np.zeros(held.n), np.zeros(held.r), x[problem.normals] > 0)
     return None
 
 
-def holding_factor(problem: ScaledProblem, rows: FrictionRows, limit: Guided) -> float | None:
+def holding_factor(problem: ScaledProblem, limit: Guided) -> float | None:
     """Factor on all coefficients of friction with which the load is just held; None where it is not found."""
     factor, found = 1.0, limit
     for _ in range(CORRECTIONS):
         if found.share <= 0:
             return None
         factor /= found.share
-        more = replace(rows, mu=factor * rows.mu)
-        next_one = guided(problem, more, limit.load, limit.moved * factor, found.x, found.p)
+        more = replace(problem, mu=factor * problem.mu)
+        next_one = guided(more, limit.load, limit.moved * factor, found.x, found.p)
         if next_one is None:
             return None
         found = next_one
@@ -218,31 +212,30 @@ ROUNDS = 60
 MU_STEPS = 40
 """Bisections for the least coefficient of friction."""
 
-MOST_FRICTION = 1e3
+MAX_FRICTION = 1e3
 """Coefficient from which more friction is taken not to help."""
 
 
-def unbalanced_motion(problem: ScaledProblem, rows: FrictionRows) -> np.ndarray | None:
+def unbalanced_motion(problem: ScaledProblem) -> np.ndarray | None:
     """Motion (m,) along which the load does work and no cone resists, of unit norm; None if the load can be balanced.
 
     Parameters
     ----------
     problem : ScaledProblem
-    rows : FrictionRows
     """
     if problem.inconsistency.any():
         return problem.inconsistency
     size = float(np.linalg.norm(problem.F))
     if size == 0:
         return None
-    B, normals = problem.B, rows.normals
+    B, normals = problem.B, problem.normals
     edges = B[:, normals]
-    rough = np.isinf(rows.mu)
-    sides = B[:, rows.tangents[rough].ravel()]
+    rough = np.isinf(problem.mu)
+    sides = B[:, problem.tangents[rough].ravel()]
     # a rough point bears any tangential force once it is pressed: of both signs
     edges = np.concatenate([edges, sides, -sides], axis=1)
-    finite = np.flatnonzero(~rough & (rows.mu > 0))
-    points, tangents, mu = rows.points[finite], rows.tangents[finite], rows.mu[finite]
+    finite = np.flatnonzero(~rough & (problem.mu > 0))
+    points, tangents, mu = problem.points[finite], problem.tangents[finite], problem.mu[finite]
     for _ in range(ROUNDS):
         x, distance = nnls(edges, problem.F, maxiter=30 * edges.shape[1] + 100)
         if distance <= UNBALANCED * size:
@@ -266,7 +259,7 @@ def unbalanced_motion(problem: ScaledProblem, rows: FrictionRows) -> np.ndarray 
     return motion / float(np.linalg.norm(motion))
 
 
-def least_friction(problem: ScaledProblem, rows: FrictionRows) -> float:
+def least_friction(problem: ScaledProblem) -> float:
     """Least coefficient of friction, the same at all frictional points, with which the load can be balanced.
 
     Returns
@@ -276,13 +269,13 @@ def least_friction(problem: ScaledProblem, rows: FrictionRows) -> float:
     """
 
     def balanced(mu: float) -> bool:
-        every = np.where(rows.mu > 0, mu, 0.0)
-        return unbalanced_motion(problem, replace(rows, mu=every)) is None
+        every = np.where(problem.mu > 0, mu, 0.0)
+        return unbalanced_motion(replace(problem, mu=every)) is None
 
     low, high = 0.0, 1.0
     while not balanced(high):
         low, high = high, 4 * high
-        if high > MOST_FRICTION:
+        if high > MAX_FRICTION:
             return np.inf
     for _ in range(MU_STEPS):
         middle = (low + high) / 2

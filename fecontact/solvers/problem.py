@@ -319,7 +319,8 @@ class ContactProblem:
         >>> scaled.S.diagonal().tolist(), scaled.g.round(12).tolist()
         ([1.0, 1.0], [-1.0, 1.0])
         """
-        return scale(self.S, self.g, self.B, self.F)
+        friction = (self.points, self.tangents, self.mu) if self.points.size else None
+        return scale(self.S, self.g, self.B, self.F, friction)
 
 
 @runtime_checkable

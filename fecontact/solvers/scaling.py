@@ -6,7 +6,8 @@ rows that differ by sixteen orders of magnitude.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -51,6 +52,10 @@ class ScaledProblem:
     motion_map : ndarray, shape (m, r)
     inconsistency : ndarray, shape (m,)
         Zero, or a direction y with B^T y = 0 and F . y < 0: dependent rows whose loads contradict each other.
+    points, tangents, mu
+        Of friction, as in a `ContactProblem`.
+    slides : (f,) bool array
+        Points with friction that are given to slide.
     """
 
     S: np.ndarray | LinearOperator
@@ -61,6 +66,15 @@ class ScaledProblem:
     gap_scale: np.ndarray
     motion_map: np.ndarray
     inconsistency: np.ndarray
+    points: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    tangents: np.ndarray = field(default_factory=lambda: np.empty((0, 1), dtype=np.int64))
+    mu: np.ndarray = field(default_factory=lambda: np.empty(0))
+    slides: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=bool))
+
+    @cached_property
+    def normals(self) -> np.ndarray:
+        """Normal rows (n,) of all points, with friction or without."""
+        return np.setdiff1d(np.arange(self.n), self.tangents)
 
     @property
     def n(self) -> int:
@@ -132,7 +146,11 @@ class SizedOperator(Protocol):
 
 
 def scale(
-    S: np.ndarray | LinearOperator, g: np.ndarray, B: np.ndarray, F: np.ndarray, together: np.ndarray | None = None
+    S: np.ndarray | LinearOperator,
+    g: np.ndarray,
+    B: np.ndarray,
+    F: np.ndarray,
+    friction: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
 ) -> ScaledProblem:
     """Nondimensional form of a problem.
 
@@ -142,8 +160,9 @@ def scale(
     g : ndarray, shape (n,)
     B : ndarray, shape (m, n)
     F : ndarray, shape (m,)
-    together : ndarray of int, shape (f, j), optional
-        Groups of rows with one scale each, that of their mean diagonal: the components of a vector.
+    friction : (points, tangents, mu), optional
+        As in a `ContactProblem`. The rows of a point have one scale, that of their mean diagonal: they are components
+        of a vector.
 
     Returns
     -------
@@ -157,13 +176,17 @@ def scale(
     (1, [[1.0, 0.0], [0.0, 1.0]])
     """
     diagonal = _diagonal(S, len(g))
-    if together is not None:
+    if friction is not None:
+        together = np.concatenate([friction[0][:, None], friction[1]], axis=1)
         diagonal[together] = diagonal[together].mean(axis=1, keepdims=True)
     d = 1.0 / np.sqrt(diagonal)
     rows, loads, to_rows, inconsistency = _orthonormal_rows(B * d, F)
     gaps = g * d
     unit = max(float(np.abs(gaps).max()), float(np.abs(loads).max(initial=0.0)))
     unit = unit if unit > 0 else 1.0
+    points = {} if friction is None else dict(zip(("points", "tangents", "mu"), friction, strict=True))
+    if friction is not None:
+        points["slides"] = np.zeros(len(friction[2]), dtype=bool)
     return ScaledProblem(
         S=_scaled_compliance(S, d),
         g=gaps / unit,
@@ -173,6 +196,7 @@ def scale(
         gap_scale=unit / d,
         motion_map=to_rows * unit,
         inconsistency=inconsistency,
+        **points,
     )
 
 

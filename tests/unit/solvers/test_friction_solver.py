@@ -21,9 +21,8 @@ from fecontact.solvers import (
     solve,
     solve_friction,
 )
-from fecontact.solvers.friction_newton import DIVERGED, FrictionRows, friction_newton, friction_sweeps
+from fecontact.solvers.friction_newton import DIVERGED, friction_newton, friction_sweeps
 from fecontact.solvers.friction_slide import least_friction, unbalanced_motion
-from fecontact.solvers.scaling import scale
 
 
 def random_problem(rng: np.random.Generator, f: int, k: int, mu: float, loaded: bool) -> ContactProblem:
@@ -43,17 +42,11 @@ def random_problem(rng: np.random.Generator, f: int, k: int, mu: float, loaded: 
     return replace(rows, points=np.arange(f), tangents=tangents, mu=np.full(f, mu))
 
 
-def scaled_rows(problem: ContactProblem) -> tuple[object, FrictionRows]:
-    together = np.concatenate([problem.points[:, None], problem.tangents], axis=1)
-    rows = FrictionRows(problem.points, problem.tangents, problem.normals, problem.mu, problem.mu < 0)
-    return scale(problem.S, problem.g, problem.B, problem.F, together), rows
-
-
 def test_the_residual_is_that_of_forces_whatever_the_weight_of_gaps() -> None:
     """The weight changes the way; where it begins and when it ends are judged alike."""
-    scaled, rows = scaled_rows(random_problem(np.random.default_rng(7), 6, 2, 0.4, True))
+    scaled = random_problem(np.random.default_rng(7), 6, 2, 0.4, True).scaled()
     start = np.zeros(scaled.n), np.zeros(scaled.r)
-    plain, heavy = (friction_newton(scaled, rows, *start, weight=weight)[0] for weight in (1.0, 1e3))
+    plain, heavy = (friction_newton(scaled, *start, weight=weight)[0] for weight in (1.0, 1e3))
     assert plain.status is heavy.status is Status.SOLVED
     assert heavy.history[0] == plain.history[0]
     assert np.abs(heavy.x - plain.x).max() < 1e-10 * np.abs(plain.x).max()
@@ -120,8 +113,8 @@ def test_sweeps_find_the_same_forces() -> None:
     rng = np.random.default_rng(3)
     for mu in (0.2, 0.7):
         problem = random_problem(rng, 20, 2, mu, loaded=True)
-        scaled, rows = scaled_rows(problem)
-        swept = friction_sweeps(scaled, rows, np.zeros(60), np.zeros(3), tolerance=1e-9, max_iterations=5000)
+        scaled = problem.scaled()
+        swept = friction_sweeps(scaled, np.zeros(60), np.zeros(3), tolerance=1e-9, max_iterations=5000)
         assert swept.status == "solved"
         exact = solve_friction(problem).forces
         assert np.abs(scaled.forces(swept.x) - exact).max() < 1e-6 * np.abs(exact).max()
@@ -133,12 +126,13 @@ def test_sweeps_stop_where_they_diverge(coupling: float, size: float) -> None:
     """Two rough points pressed by `size` whose slips are coupled: every sweep multiplies their forces by coupling^2."""
     S = np.eye(4)
     S[2, 3] = S[3, 2] = coupling
-    problem = ContactProblem(S, size * np.array([-1.0, -1.0, 1.0, 0.0]))
-    held = replace(problem, points=np.arange(2), tangents=np.array([[2], [3]]), mu=np.full(2, np.inf))
-    _, rows = scaled_rows(held)
+    g = size * np.array([-1.0, -1.0, 1.0, 0.0])
     empty = np.zeros((0, 4))
-    scaled = ScaledProblem(S, problem.g, empty, np.zeros(0), np.ones(4), np.ones(4), np.zeros((0, 0)), np.zeros(0))
-    swept = friction_sweeps(scaled, rows, np.zeros(4), np.zeros(0))
+    scaled = ScaledProblem(
+        S, g, empty, np.zeros(0), np.ones(4), np.ones(4), np.zeros((0, 0)), np.zeros(0),
+        np.arange(2), np.array([[2], [3]]), np.full(2, np.inf), np.zeros(2, bool),
+    )  # fmt: skip
+    swept = friction_sweeps(scaled, np.zeros(4), np.zeros(0))
     if coupling < 1:
         assert swept.status == "solved"
         exact = -size / (1 - coupling**2) * np.array([1, -coupling])  # by hand
@@ -374,10 +368,10 @@ def test_the_cone_is_round() -> None:
         F = np.array([1.0, 0.4 * np.cos(angle), 0.4 * np.sin(angle)])
         rows = ContactProblem(np.eye(3), np.zeros(3), np.eye(3), F)
         problem = replace(rows, points=np.array([0]), tangents=np.array([[1, 2]]), mu=np.array([0.39]))
-        scaled, index = scaled_rows(problem)
-        assert unbalanced_motion(scaled, index) is not None
-        assert abs(least_friction(scaled, index) - 0.4) < 1e-5
-        assert unbalanced_motion(scaled, replace(index, mu=np.array([0.4001]))) is None
+        scaled = problem.scaled()
+        assert unbalanced_motion(scaled) is not None
+        assert abs(least_friction(scaled) - 0.4) < 1e-5
+        assert unbalanced_motion(replace(scaled, mu=np.array([0.4001]))) is None
 
 
 def test_units_do_not_matter() -> None:
