@@ -79,7 +79,7 @@ def main(n: int = 24, turns: int = 12, out: Path | None = None) -> dict[str, flo
         "of Euler and Eytelwein": friction.belt_tension(1.0, MU, math.pi),
         "torque": RADIUS * (tight[-1] - slack[-1]),
         "work of friction": sum(s.friction.friction_work for s in states[1:]),
-        "defect of Coulomb's law": max(s.friction.defect for s in states),
+        "defect of Coulomb's law": max(s.residuals.slip for s in states),
     }
     print("\n".join(f"{name:26} {value:.5g}" for name, value in figures.items()))
     return figures

@@ -75,7 +75,7 @@ def main(n: int = 3, elements: int = 4, steps: int = 8, out: Path | None = None)
         "wave, pulled yarn": waves[0][-1] / RADIUS,
         "wave, yarn across": waves[1][-1] / RADIUS,
         "contraction across": shorter[-1] / (n * PITCH),
-        "defect of Coulomb's law": max(s.friction.defect for s in path.states),
+        "defect of Coulomb's law": max(s.residuals.slip for s in path.states),
     }
     print("\n".join(f"{name:26} {value:.5g}" for name, value in figures.items()))
     return figures
