@@ -12,6 +12,7 @@ import fecontact as fc
 from fecontact.app.spheres.spheres import solve_spheres
 from fecontact.common.files import save_figure
 from fecontact.common.units import Units
+from fecontact.results.field_map import field_map
 from fecontact.results.pictures.draw import draw_field
 
 
@@ -38,7 +39,7 @@ def main(level: int = 2, out: str | Path = "out") -> dict[str, float]:
         row[0].set_xlabel("radius [cm]")
         row[0].set_ylabel("pressure [kgf/cm²]")
         uniform = patch(pressure).contacts[0]
-        draw_field(row[1], uniform, uniform.pressure, "pressure", Units(stress="exact: 0.01"))
+        draw_field(row[1], field_map(uniform, "pressure"), Units(stress="exact: 0.01"))
         row[1].set_title(
             f"{pressure}: uniform compression, {(~uniform.active).sum()} of {len(uniform.points)} points idle",
             fontsize=10,

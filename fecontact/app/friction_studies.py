@@ -436,7 +436,7 @@ def block_study(
     rows = [{"shift": float(s), "friction": float(f), "friction_work": float(w)} for s, f, w in values]
 
     def draw(left: Any, right: Any, units: Units) -> None:
-        draw_friction(left, stuck, last, units)
+        draw_friction(left, stuck, units)
         left.set_title("held by friction: sticks and slides")
         _draw_drag(right, shift, -dragged.forces[:, 0, 0], limit, units)
 

@@ -15,8 +15,11 @@ from matplotlib.figure import Figure
 from references import layer_on_rigid_plane, pin_in_hole
 
 import fecontact as fc
+from fecontact.common.units import Units
 from fecontact.results.facet_samples import facet_samples, hats
-from fecontact.results.pictures.contact_map import draw_field, draw_regions
+from fecontact.results.field_map import field_map
+from fecontact.results.pictures.contact_map import draw_field, draw_outlines
+from fecontact.results.pictures.map_projection import map_of
 from fecontact.results.recovered_field import recovered_field
 from fecontact.surfaces import Paraboloid
 
@@ -108,8 +111,8 @@ def picture():
         nodal = replace(contact)
         nodal.__dict__["recovered"] = recovered_field(contact, 0.0)
         for axes, shown, what in zip(line, (nodal, contact), ("nodal", "recovered"), strict=True):
-            draw_field(axes, shown, contact.pressure, "pressure")
-            draw_regions(axes, contact)
+            draw_field(axes, field_map(shown, "pressure"))
+            draw_outlines(axes, map_of(contact), field_map(contact, "pressure"), Units())
             axes.set_title(f"{kind}, {what} pressure", fontsize="medium")
     figure.savefig(PICTURE, dpi=90)
 

@@ -18,7 +18,7 @@ from fecontact.common.files import save_figure
 from fecontact.common.one_line import one_line
 from fecontact.common.units import Units
 from fecontact.results.contact_fields import ContactFields
-from fecontact.results.field_map import FINENESS
+from fecontact.results.field_map import FINENESS, field_map
 from fecontact.results.pictures.contact_map import draw_field
 from fecontact.results.pictures.section_curve import draw_curve
 from fecontact.results.report import peak_memory
@@ -238,10 +238,10 @@ def _plot(out: SpheresResult, path: str | Path | None) -> Figure:
     left.legend()
     units = Units(case.length, case.unit_force, f"{case.unit_force}/{case.length}²")
     if contact.is_curve:
-        draw_curve(right, contact, "gap", units)
+        draw_curve(right, field_map(contact, "gap"), units)
         right.axvline(exact.a, linestyle="--", color="tab:cyan", linewidth=1.5, label="Hertz radius")
     else:
-        draw_field(right, contact, contact.pressure, "pressure", units)
+        draw_field(right, field_map(contact, "pressure"), units)
         angle = np.linspace(0.0, np.pi / 2, 100)
         rim = exact.a * np.stack([np.cos(angle), np.sin(angle)])
         right.plot(*rim, "--", color="tab:cyan", linewidth=1.5, label="Hertz radius")

@@ -35,7 +35,7 @@ from fecontact.results.pictures.contact_map import (
     seen_range,
 )
 from fecontact.results.pictures.map_projection import MapProjection, map_of
-from fecontact.results.pictures.section_curve import along_axis, curve_window, draw_field_curve
+from fecontact.results.pictures.section_curve import along_axis, curve_window, draw_curve
 
 #: Width of a map of a montage, bounds of its height, and width and height of a panel of curves, in inches.
 WIDTH, HEIGHTS, PANEL = 2.9, (1.2, 4.5), (7.0, 2.6)
@@ -101,7 +101,7 @@ class _Sheet:
         window = map_window(ground, projection)
         limits = (0.0, max(m.top for m in maps) or 1.0)
         if what == "gap":
-            seen = [seen_range(m, m.shades, projection, window) for m in maps]
+            seen = [seen_range(m, projection, window) for m in maps]
             limits = (min(low for low, _ in seen), max(high for _, high in seen))
         cut_off = what != "gap" and max(m.peak for m in maps) > limits[1] * (1 + ROUNDING)
         return cls(projection, window, limits, cut_off, units, what)
@@ -114,8 +114,8 @@ class _Sheet:
 
     def draw(self, axes: Any, kept: FieldMap) -> None:
         """Draw one map with its outlines."""
-        draw_shades(axes, kept, kept.shades, self.what, self.limits, self.projection, self.window, self.units)
-        draw_outlines(axes, self.projection, kept.curves, kept.regions, self.units)
+        draw_shades(axes, kept, self.limits, self.projection, self.window, self.units)
+        draw_outlines(axes, self.projection, kept, self.units)
 
     def add_scale(self, figure: Figure, axes: Any) -> None:
         """Draw the one scale of all maps."""
@@ -145,7 +145,7 @@ class _Curves:
 
     def draw(self, axes: Any, kept: FieldMap) -> None:
         """Draw one curve."""
-        draw_field_curve(axes, kept, kept.values, kept.shades, self.what, self.units, self.limits[1])
+        draw_curve(axes, kept, self.units, self.limits[1])
         axes.set_xlim(*self.along)
         axes.set_ylim(*self.limits)
         axes.legend().remove()

@@ -5,7 +5,7 @@ Pictures of friction: tangential tractions with their directions, and what stick
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.units import Units
 from fecontact.mesh.facets import shapes_on_square
 from fecontact.results.contact_fields import ContactFields
-from fecontact.results.field_map import FINENESS, ROUNDING, Ground, local_points, shades_of
+from fecontact.results.field_map import FINENESS, ROUNDING, FieldMap, Ground, field_map, local_points
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.pictures.map_projection import MapProjection, facet_planes, map_of
 from fecontact.results.pictures.section_curve import along_axis, axis_name, curve_window
@@ -33,7 +33,8 @@ MOST_ARROWS = 300
 
 def draw_friction_curve(axes: Any, contact: ContactFields, friction: FrictionFields, units: Units) -> None:
     """Draw tractions along a contact of sections, between the limits of friction."""
-    k = along_axis(contact)
+    kept = field_map(contact, "friction")
+    k = along_axis(kept)
     order = np.argsort(contact.points[:, k])
     place = contact.points[order, k]
     if np.isfinite(friction.mu_along_slip).all():
@@ -44,8 +45,8 @@ def draw_friction_curve(axes: Any, contact: ContactFields, friction: FrictionFie
         for chosen, colour, name in _states(friction):
             label = "_" + name if part == ROUND else name
             axes.plot(contact.points[chosen, k], along[chosen], "o", color=colour, markersize=4, label=label)
-    axes.set_xlim(*curve_window(contact, k))
-    axes.set_xlabel(units.after(axis_name(contact, k), "length"))
+    axes.set_xlim(*curve_window(kept, k))
+    axes.set_xlabel(units.after(axis_name(kept, k), "length"))
     axes.set_ylabel(units.after("traction of friction", "stress"))
     axes.grid(color="0.9")
     axes.legend(loc="best", fontsize="small")
@@ -96,34 +97,29 @@ Drawn = ContactFields | Ground
 MARGIN = 1.3
 
 
-def draw_friction(axes: Any, contact: ContactFields, friction: FrictionFields, units: Units) -> None:
+def draw_friction(axes: Any, contact: ContactFields, units: Units) -> None:
     """Draw sizes and directions of tractions of friction."""
+    friction = contact.friction
+    assert friction is not None
     if contact.is_curve:
         draw_friction_curve(axes, contact, friction, units)
         return
-    draw_field(axes, contact, np.linalg.norm(friction.traction, axis=1), "friction", units)
+    draw_field(axes, field_map(contact, "friction"), units)
     draw_arrows(axes, contact, friction, map_of(contact))
 
 
 def draw_field(
-    axes: Any,
-    contact: ContactFields,
-    values: Array,
-    what: str,
-    units: Units | None = None,
-    margin: float = MARGIN,
-    top: float | None = None,
+    axes: Any, kept: FieldMap, units: Units | None = None, margin: float = MARGIN, top: float | None = None
 ) -> None:
-    """Draw a nodal field of a contact with smooth shading, the facets' edges and a scale up to `top`."""
-    names = units or Units()
-    projection = map_of(contact)
-    window = map_window(contact, projection, margin)
-    limits = (0.0, top or values.max(initial=0.0) or 1.0)
-    shades = shades_of(contact, what, values)
+    """Draw a field with smooth shading, the facets' edges and a scale up to `top`."""
+    names, what = units or Units(), kept.what
+    projection = map_of(kept)
+    window = map_window(kept, projection, margin)
+    limits = (0.0, top or kept.top or 1.0)
     if what == "gap":
-        limits = seen_range(contact, shades, projection, window)
-    drawn = draw_shades(axes, contact, shades, what, limits, projection, window, names)
-    cut_off = what != "gap" and values.max(initial=0.0) > limits[1] * (1 + ROUNDING)
+        limits = seen_range(kept, projection, window)
+    drawn = draw_shades(axes, kept, limits, projection, window, names)
+    cut_off = what != "gap" and kept.peak > limits[1] * (1 + ROUNDING)
     axes.figure.colorbar(drawn, ax=axes, label=scale_label(what, names), extend="max" if cut_off else "neither")
 
 
@@ -133,34 +129,30 @@ def scale_label(what: str, units: Units) -> str:
     return units.after(labels[what], "length" if what == "gap" else "stress")
 
 
-def seen_range(
-    contact: Drawn, shades: Array, projection: MapProjection, window: tuple[Array, Array]
-) -> tuple[float, float]:
-    """Least and largest of the shades (n_facets, n_q) within a window; 0 and 1 where there are none."""
+def seen_range(contact: FieldMap, projection: MapProjection, window: tuple[Array, Array]) -> tuple[float, float]:
+    """Least and largest of the shades within a window; 0 and 1 where there are none."""
     shown = _shown(contact, projection)
     xy = _sample_places(contact, projection, shown)
-    seen = shades[shown].reshape(-1)[((xy >= window[0]) & (xy <= window[1])).all(axis=1)]
+    seen = contact.shades[shown].reshape(-1)[((xy >= window[0]) & (xy <= window[1])).all(axis=1)]
     return (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 1.0)
 
 
 def draw_shades(
     axes: Any,
-    contact: Drawn,
-    shades: Array,
-    what: str,
+    contact: FieldMap,
     limits: tuple[float, float],
     projection: MapProjection,
     window: tuple[Array, Array],
     units: Units,
 ) -> Any:
-    """Draw shades (n_facets, n_q) of `field_map.local_points` and the facets' edges; returns what has the colours."""
+    """Draw the shades of a map and the facets' edges; returns what has the colours."""
     shown = _shown(contact, projection)
     xy = _sample_places(contact, projection, shown)
     drawn = axes.tripcolor(
         Triangulation(xy[:, 0], xy[:, 1], _sample_triangles(len(shown))),
-        shades[shown].reshape(-1),
+        contact.shades[shown].reshape(-1),
         shading="gouraud",
-        cmap=COLOURS[what],
+        cmap=COLOURS[contact.what],
         vmin=limits[0],
         vmax=limits[1],
     )
@@ -212,22 +204,9 @@ def _felt(contact: ContactFields, projection: MapProjection, side: float) -> tup
     return low * side, force / side**2
 
 
-def draw_regions(axes: Any, contact: ContactFields, units: Units | None = None) -> None:
-    """Outline the connected regions of a contact, mark their centres of pressure, and number them if there are more."""
-    if not contact.active.any():
-        return
-    regions = [(r.centre_of_pressure, float(np.linalg.norm(r.force))) for r in contact.regions]
-    draw_outlines(axes, map_of(contact), [c.points for c in contact.outline.curves], regions, units or Units())
-
-
-def draw_outlines(
-    axes: Any,
-    projection: MapProjection,
-    curves: Sequence[Array],
-    regions: Sequence[tuple[Array, float]],
-    units: Units,
-) -> None:
-    """Draw closed curves (n, 3), and centres (3,) of regions with, if there are more, their forces."""
+def draw_outlines(axes: Any, projection: MapProjection, kept: FieldMap, units: Units) -> None:
+    """Outline the connected regions of a contact, mark their centres of pressure, and write the forces of several."""
+    curves, regions = (kept.curves, kept.regions) if kept.active.any() else ((), ())
     for curve in curves:
         x, y = projection.of_facets(np.append(curve, curve[:1], axis=0)[None])[0].T
         axes.plot(x, y, color="tab:blue", linewidth=1.2)

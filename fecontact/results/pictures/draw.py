@@ -18,12 +18,12 @@ from fecontact.common.errors import InputError
 from fecontact.common.files import save_figure
 from fecontact.common.units import Units
 from fecontact.results.contact_fields import ContactFields
-from fecontact.results.field_map import FIELDS, scale_top
+from fecontact.results.field_map import FIELDS, field_map, scale_top
 from fecontact.results.pictures.case_pictures import draw_convergence
 from fecontact.results.pictures.contact_map import (
     draw_field,
     draw_friction,
-    draw_regions,
+    draw_outlines,
     draw_sensels,
     map_window,
 )
@@ -137,17 +137,18 @@ def plot_contacts(
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     top = max(map(scale_top, shown)) if same_colours else None
     for panel, contact in zip(grid, shown, strict=False):
-        friction = contact.friction
-        if what == "friction" and friction is not None:
-            draw_friction(panel, contact, friction, names)
-        elif contact.is_curve:
-            draw_curve(panel, contact, what, names, top)
-        elif style == "sensels":
-            draw_sensels(panel, contact, pitch, names, top)
+        if what == "friction":
+            draw_friction(panel, contact, names)
         else:
-            draw_field(panel, contact, getattr(contact, what), what, names, top=top or scale_top(contact))
-        if not contact.is_curve and what != "friction":
-            draw_regions(panel, contact, names)
+            kept = field_map(contact, what)
+            if contact.is_curve:
+                draw_curve(panel, kept, names, top)
+            elif style == "sensels":
+                draw_sensels(panel, contact, pitch, names, top)
+            else:
+                draw_field(panel, kept, names, top=top)
+            if not contact.is_curve:
+                draw_outlines(panel, map_of(kept), kept, names)
         panel.set_title(_title(contact, names), fontsize="medium")
     for panel in grid[len(shown) :]:
         panel.set_axis_off()

@@ -6,49 +6,32 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.common.arrays import Array
 from fecontact.common.units import Units
-from fecontact.results.contact_fields import ContactFields
-from fecontact.results.field_map import FieldMap, line_points, shades_of, values_of
+from fecontact.results.field_map import FieldMap, line_points
 
 #: Margin beyond the contact.
 MARGIN = 1.35
-#: What a curve is drawn of.
-Drawn = ContactFields | FieldMap
 
 
-def along_axis(contact: Drawn) -> int:
+def along_axis(contact: FieldMap) -> int:
     """The coordinate (0: x, 2: z) of the horizontal axis: that of the curve's largest extent."""
     extent = np.ptp(contact.points[contact.active] if contact.active.any() else contact.points, axis=0)
     return 2 if extent[2] > extent[0] else 0
 
 
-def draw_curve(axes: Any, contact: ContactFields, what: str, units: Units, top: float | None = None) -> None:
+def draw_curve(axes: Any, contact: FieldMap, units: Units, top: float | None = None) -> None:
     """Draw a field of a contact of sections, interpolated along its sides, and at its nodes.
 
     Parameters
     ----------
     axes : matplotlib Axes
-    contact : ContactFields
-    what : {'pressure', 'gap'}
+    contact : FieldMap
+        Of pressures or gaps.
     units : Units
     top : float, optional
         Largest pressure of the scale.
     """
-    values = values_of(contact, what)
-    draw_field_curve(axes, contact, values, shades_of(contact, what, values), what, units, top)
-
-
-def draw_field_curve(
-    axes: Any,
-    contact: Drawn,
-    values: Array,
-    field: Array,
-    what: str,
-    units: Units,
-    top: float | None,
-) -> None:
-    """Draw a field of sections by its values (n,) at the contact points and those of `shades_of`."""
+    what, values, field = contact.what, contact.values, contact.shades
     k = along_axis(contact)
     place = line_points(contact)[..., k]
     broken = np.full((len(place), 1), np.nan)
@@ -74,7 +57,7 @@ def draw_field_curve(
     axes.legend(loc="best", fontsize="small")
 
 
-def curve_window(contact: Drawn, k: int) -> tuple[float, float]:
+def curve_window(contact: FieldMap, k: int) -> tuple[float, float]:
     """Limits of a picture: the contact and a margin, within the curve; the whole curve without contact."""
     place = contact.points[:, k]
     low, high = float(place.min()), float(place.max())
@@ -85,7 +68,7 @@ def curve_window(contact: Drawn, k: int) -> tuple[float, float]:
     return max(low, float(touched.min()) - search_radius), min(high, float(touched.max()) + search_radius)
 
 
-def axis_name(contact: Drawn, k: int) -> str:
+def axis_name(contact: FieldMap, k: int) -> str:
     """Name of the horizontal axis."""
     if contact.is_ring and k == 0:
         return "radius"
