@@ -134,7 +134,8 @@ def seen_range(contact: FieldMap, projection: MapProjection, window: tuple[Array
     shown = _shown(contact, projection)
     xy = _sample_places(contact, projection, shown)
     seen = contact.shades[shown].reshape(-1)[((xy >= window[0]) & (xy <= window[1])).all(axis=1)]
-    return (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 1.0)
+    # by its shortest text a number of single precision is the round one that it stands for
+    return (float(str(seen.min())), float(str(seen.max()))) if len(seen) else (0.0, 1.0)
 
 
 def draw_shades(
