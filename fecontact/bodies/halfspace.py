@@ -24,10 +24,9 @@ from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.halfspace import kernels
 from fecontact.halfspace.compliance import SurfaceCompliance
-from fecontact.halfspace.contact import HalfSpaceContact
+from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.fft import array_module
 from fecontact.halfspace.friction import CERTIFIED, PressStep
-from fecontact.halfspace.friction_contact import FrictionContact
 from fecontact.halfspace.friction_path import FrictionPath, solve_path
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.layered import Layer

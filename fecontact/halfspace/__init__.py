@@ -1,8 +1,7 @@
 """Half-spaces on a grid of cells: compliance, contact without friction and with it, results, pictures."""
 
-from fecontact.halfspace.contact import HalfSpaceContact
+from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.friction import PressStep
-from fecontact.halfspace.friction_contact import FrictionContact
 from fecontact.halfspace.friction_path import FrictionPath
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.layered import Layer

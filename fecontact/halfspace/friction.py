@@ -18,19 +18,18 @@ from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.one_line import one_line
-from fecontact.halfspace.compliance import SurfaceCompliance
-from fecontact.halfspace.contact import HalfSpaceContact
-from fecontact.halfspace.fft import VectorConvolution
-from fecontact.halfspace.friction_contact import FrictionContact, TangentialReport
-from fecontact.halfspace.grid import Grid
-from fecontact.halfspace.pressing import Load, normal_residuals, press
-from fecontact.halfspace.tangential import (
+from fecontact.halfspace.compliance import (
     Box,
     Elasticity,
+    SurfaceCompliance,
     TangentialCompliance,
     is_coupled,
     tangential_compliance,
 )
+from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact, TangentialReport
+from fecontact.halfspace.fft import VectorConvolution
+from fecontact.halfspace.grid import Grid
+from fecontact.halfspace.pressing import Load, normal_residuals, press
 from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
 from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit
 

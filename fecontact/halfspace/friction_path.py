@@ -18,10 +18,9 @@ from fecontact.common.halving import HALVINGS, in_parts
 from fecontact.common.one_line import one_line
 from fecontact.common.renamed import RenamedKeys, renamed, warn
 from fecontact.common.table import Table
-from fecontact.halfspace.compliance import SurfaceCompliance
+from fecontact.halfspace.compliance import SurfaceCompliance, check_thickness
+from fecontact.halfspace.contact import FrictionContact
 from fecontact.halfspace.friction import Friction, PressStep, press_step
-from fecontact.halfspace.friction_contact import FrictionContact
-from fecontact.halfspace.tangential import check_thickness
 
 COLUMNS = (
     "force",

@@ -11,13 +11,18 @@ from scipy.sparse.linalg import LinearOperator
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
-from fecontact.halfspace.compliance import JointCompliance, SurfaceCompliance
+from fecontact.halfspace.compliance import (
+    JointCompliance,
+    SurfaceCompliance,
+    TangentialCompliance,
+    check_thickness,
+    tangential_compliance,
+)
 from fecontact.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
 from fecontact.halfspace.friction import FIRST_TURN, MOST_TURNS, PER_TURN, SLIDING, Friction
 from fecontact.halfspace.grid import Even, even_axes, part_of, unfold
 from fecontact.halfspace.nested import GridIterate, GridLevel, solve_coarser, solve_nested
 from fecontact.halfspace.smooth import Corrected, Product, Term
-from fecontact.halfspace.tangential import TangentialCompliance, check_thickness, tangential_compliance
 from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
 from fecontact.solvers import ContactProblem, Solution, Status
 from fecontact.solvers.coulomb import friction_limit, sizes

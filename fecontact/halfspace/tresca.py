@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fecontact.common.arrays import Array, Mask
+from fecontact.halfspace.compliance import TangentialCompliance
 from fecontact.halfspace.nested import COARSE_TOLERANCE, COARSEST, blocks, finer
-from fecontact.halfspace.tangential import TangentialCompliance
 from fecontact.solvers.coulomb import projected
 
 WEIGHED = 16

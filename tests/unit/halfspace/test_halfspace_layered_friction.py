@@ -7,8 +7,8 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
+from fecontact.halfspace.compliance import tangential_compliance
 from fecontact.halfspace.layered import shear_compliance, surface_waves
-from fecontact.halfspace.tangential import tangential_compliance
 from fecontact.surfaces import FlatPunch, Paraboloid
 
 SOFT = fc.Material(E=2.0, nu=0.3)

@@ -12,9 +12,9 @@ import fecontact as fc
 from fecontact import InputError
 from fecontact.analytic import boussinesq
 from fecontact.halfspace import friction_path, tresca
+from fecontact.halfspace.compliance import tangential_compliance
 from fecontact.halfspace.friction import Friction, press_step
 from fecontact.halfspace.kernels import cerruti
-from fecontact.halfspace.tangential import tangential_compliance
 from fecontact.halfspace.tresca import TrescaIterate, TrescaProblem, solve_tresca
 from fecontact.solvers.coulomb import projected
 from fecontact.surfaces import FlatPunch, Paraboloid
