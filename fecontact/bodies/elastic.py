@@ -12,10 +12,10 @@ import scipy.linalg
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
+from fecontact.bodies.body import Body, Outside, Reduced
 from fecontact.bodies.geometry import Geometry, recovered
 from fecontact.bodies.inner_fields import InnerFields
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body, Outside, Reduced
 from fecontact.common.arguments import instance, mapping, text, texts
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among

@@ -12,8 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from fecontact.bodies.body import Reduced
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Reduced
 from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arguments import flag, instance, items, text
 from fecontact.common.arrays import Array, IntArray

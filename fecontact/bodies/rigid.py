@@ -12,8 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from fecontact.bodies.body import Body, Outside, Reduced
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body, Outside, Reduced
 from fecontact.common.arguments import file_path, instance, text, texts
 from fecontact.common.arrays import Array
 from fecontact.common.checks import number_array, positive

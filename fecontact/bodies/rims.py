@@ -13,10 +13,10 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.layer import ElasticLayer
-from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.halfspace.surface import GridSurface
 from fecontact.mesh.mesh import Mesh

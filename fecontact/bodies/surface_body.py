@@ -9,8 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
 
+from fecontact.bodies.body import Body, Reduced
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body, Reduced
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch

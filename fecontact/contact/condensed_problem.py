@@ -11,8 +11,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, aslinearoperator
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
-from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.bodies.protocol import Body, check_body
+from fecontact.bodies.body import Body, check_body
 from fecontact.common.arguments import texts
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import among, array_of, friction, positives, vector

@@ -19,8 +19,8 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.bodies.protocol import Body
+from fecontact.bodies.body import Body
 from fecontact.common.arrays import Array
 from fecontact.common.one_line import one_line
 from fecontact.contact.coupling.nodal import Pairing

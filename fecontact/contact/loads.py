@@ -15,7 +15,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.bodies.protocol import Body
+from fecontact.bodies.body import Body
 from fecontact.common.arguments import mapping
 from fecontact.common.arrays import Array
 from fecontact.common.checks import array_of, finite, vector

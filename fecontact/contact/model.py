@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.bodies.protocol import Body, check_body
+from fecontact.bodies.body import Body, check_body
 from fecontact.common.arguments import instance, items, texts
 from fecontact.common.arrays import Array
 from fecontact.common.directions import Directions

@@ -27,7 +27,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.bodies.protocol import Body
+from fecontact.bodies.body import Body
 from fecontact.common.arguments import items, mapping
 from fecontact.common.arrays import Array
 from fecontact.common.checks import finite, vector

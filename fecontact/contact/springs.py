@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.bodies.protocol import Body, check_body
+from fecontact.bodies.body import Body, check_body
 from fecontact.common.arguments import text
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, number, positive, reckonable, vector

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fecontact.bodies.protocol import Body
+from fecontact.bodies.body import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.coupling.surface_pair import STEEPEST
 from fecontact.contact.search.region import with_rings

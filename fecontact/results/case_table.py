@@ -11,8 +11,8 @@ from typing import Any, overload
 
 import numpy as np
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body
 from fecontact.common.arguments import file_path, items, texts
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, whole

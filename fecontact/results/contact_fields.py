@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.bodies.protocol import Body
+from fecontact.bodies.body import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.directions import WORLD, Directions
 from fecontact.common.error_estimate import ErrorEstimate

@@ -15,8 +15,8 @@ import meshio
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.protocol import Body
 from fecontact.common.arguments import file_path
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError

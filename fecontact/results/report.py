@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import ElasticBody, elastic_among
-from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.common.stopwatch import peak_memory as peak_memory
 

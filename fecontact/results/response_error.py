@@ -30,8 +30,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
-from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.error_estimate import OF_CELLS, ResponseError
 from fecontact.common.one_line import one_line

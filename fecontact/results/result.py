@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.inner_fields import InnerFields
-from fecontact.bodies.protocol import Body
 from fecontact.common.arguments import file_path, known_options, text
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import point_array

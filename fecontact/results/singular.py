@@ -31,8 +31,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
-from fecontact.bodies.protocol import Body
 from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.error_estimate import UnboundedPeak

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import ElasticBody, elastic_among
-from fecontact.bodies.protocol import Body
 from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.error_estimate import LARGEST_ERROR, ErrorEstimate, percent

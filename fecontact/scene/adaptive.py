@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import positive
 from fecontact.common.error_estimate import ErrorEstimate, ResponseError

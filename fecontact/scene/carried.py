@@ -12,8 +12,8 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body
 from fecontact.common.arguments import mapping
 from fecontact.common.errors import InputError
 from fecontact.contact.loads import LoadStep, check_member

@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.local import LocalBody
-from fecontact.bodies.protocol import Body
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.one_line import one_line

@@ -16,8 +16,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose, turned
-from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, SolverError, SupportError
 from fecontact.common.progress import tell_part

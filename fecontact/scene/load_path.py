@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body
 from fecontact.common.arguments import file_path, instance, items
 from fecontact.common.arrays import Array
 from fecontact.common.checks import number_array, positive, whole

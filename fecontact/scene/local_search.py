@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
-from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError
 from fecontact.common.stopwatch import Stopwatch

@@ -10,8 +10,8 @@ from functools import partial
 
 from numpy.typing import ArrayLike
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body
 from fecontact.common.errors import InputError
 from fecontact.common.progress import progress_line, tell_part
 from fecontact.common.stopwatch import Stopwatch

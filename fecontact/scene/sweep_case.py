@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fecontact.bodies.protocol import Body
+from fecontact.bodies.body import Body
 from fecontact.common.arguments import file_path, items, mapping, text
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, finite

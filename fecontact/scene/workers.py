@@ -28,7 +28,7 @@ from queue import SimpleQueue
 from types import FunctionType
 from typing import IO, Any
 
-from fecontact.bodies.protocol import Body
+from fecontact.bodies.body import Body
 from fecontact.common.errors import FecontactError, InputError
 from fecontact.contact.model import SceneModel
 from fecontact.scene.local_search import SearchHistory

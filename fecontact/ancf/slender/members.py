@@ -31,8 +31,8 @@ from fecontact.ancf.slender.closest import Middle, closest_pairs
 from fecontact.ancf.slender.structure import Structure
 from fecontact.ancf.slender.trace import Trace, chosen_elements, skin
 from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps, Master
+from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import number
 from fecontact.common.errors import InputError, SolverError

@@ -22,8 +22,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.ancf.bricks.faces import Faces
+from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body
 from fecontact.bodies.rigid import RigidBody
 from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arrays import Array, IntArray

@@ -15,6 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
 
+from fecontact.bodies.body import Body, Outside, Reduced
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.inner_fields import InnerFields
 from fecontact.bodies.local.coupled_windows import solve_together
@@ -22,7 +23,6 @@ from fecontact.bodies.local.pressed import BelowWindows
 from fecontact.bodies.local.remainder import Remainder
 from fecontact.bodies.local.surface import WindowSurface, window_surface
 from fecontact.bodies.local.window import Window
-from fecontact.bodies.protocol import Body, Outside, Reduced
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.energy_error import NO_CELLS, EnergyError

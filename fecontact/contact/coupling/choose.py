@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fecontact.bodies.protocol import Body
+from fecontact.bodies.body import Body
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from fecontact.bodies.protocol import Body
+from fecontact.bodies.body import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.one_line import one_line
 from fecontact.contact.coupling.covered_area import CoveredRim

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
-from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.contact.interface import Interface

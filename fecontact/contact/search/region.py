@@ -24,9 +24,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose
-from fecontact.bodies.protocol import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.search.bounding import Bounds, Cones, bounds_of, cones_of, parts_of
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of
