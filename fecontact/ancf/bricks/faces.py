@@ -138,6 +138,11 @@ class Faces:
         n = len(self.faces)
         return np.repeat(np.arange(n), len(weights)), np.tile(local, (n, 1)), weights, multipliers
 
+    @property
+    def points(self) -> tuple[IntArray, Array]:
+        """Faces (n,) of all quadrature points and coordinates (n, 2) there."""
+        return self._points[:2]
+
     def _integrals(self, q: Array) -> sp.csr_matrix:
         """Multipliers times areas (n_multipliers, n_points) at coordinates q of the solid."""
         each, where, weights, multipliers = self._points
@@ -159,7 +164,7 @@ class Faces:
         """
         integral = self._integrals(self.space.q0)
         areas = np.asarray(integral.sum(axis=1)).ravel()
-        return self.rows(*self._points[:2]), sp.csr_matrix(sp.diags_array(1 / areas) @ integral), areas
+        return self.rows(*self.points), sp.csr_matrix(sp.diags_array(1 / areas) @ integral), areas
 
     def present_areas(self, q: Array) -> Array:
         """Areas (n_multipliers,) at coordinates q of the solid: force over area is Cauchy's pressure."""

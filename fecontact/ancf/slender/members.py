@@ -359,6 +359,11 @@ class MemberContact(ContactConstraints):
         G = sp.csr_matrix(means @ self._rows(pairs, projection.normals))
         return MemberGaps(gap, G, projection, means, pairs, q)
 
+    def _facing(self, q: Array, each: IntArray, local: Array) -> Projection:
+        """Projection of points at coordinates (n, n_axes) on elements (n,) of the slave on the skin of the master."""
+        pairs = facing(self.sides, q, each, local)
+        return self.master.seen(*positions(self.sides, pairs, q), pairs.hidden)
+
     def _at_ends(self, q: Array) -> tuple[Pairs, Pairs]:
         """Ends of both axes, as balls; an end of the master that faces one of the slave is seen from there already."""
         own = facing(self.sides, q, *self._ends[0])

@@ -157,11 +157,15 @@ class Trace:
         local = self._rule[0]
         return self.elements.repeat(len(local)), np.tile(local, (len(self.elements), 1))
 
+    def rows(self, each: IntArray, local: Array) -> sp.csr_matrix:
+        """Values (n, n_functions) of all functions at coordinates (n, n_axes) on elements (n,)."""
+        return Middle(self.structure, 0).matrix(each, local)
+
     @cached_property
     def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
         """Rows N (n_points, n_functions), A (n, n_points), and areas or lengths (n,) of the elements."""
         s, each, (grid, weights) = self.structure, self.elements, self._rule
-        N = Middle(s, 0).matrix(*self.points)
+        N = self.rows(*self.points)
         A = sp.kron(sp.eye_array(len(each)), weights[None], format="csr")
         return N, sp.csr_matrix(A), np.prod(s.lengths[each, : grid.shape[1]], axis=1)
 

@@ -35,6 +35,11 @@ from fecontact.surfaces.facet_surface import Projection
 NORMAL_STEP = 1e-6
 #: Approach of two bodies in a step of motion, over the smaller thickness, up to which they cannot pass each other.
 NEAR = 0.25
+#: First step along each axis of an element in the search of its deepest point, and how often it is halved; the depth is
+#: wrong by about the square of the last one.
+FIRST_STEP, HALVED = 0.25, 20
+#: Distance of the points of an element from one of its quadrature points, over the extent of these.
+WHOLE = 1.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +74,13 @@ class Slave(Protocol):
     @property
     def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
         """Rows N (n_points, n_functions), A (n_multipliers, n_points), areas (n_multipliers,); lengths of a line."""
+
+    @property
+    def points(self) -> tuple[IntArray, Array]:
+        """Elements (n_points,) of the quadrature points, in order, and coordinates (n_points, n_axes) from 0 to 1."""
+
+    def rows(self, each: IntArray, local: Array) -> sp.csr_matrix:
+        """Rows N (n, n_functions) at coordinates (n, n_axes) on elements (n,)."""
 
     @property
     def widths(self) -> Array:
@@ -348,12 +360,35 @@ class ContactConstraints:
         nearer = -np.einsum("ni,ni->n", n, self.relative_displacement(part, then, now, before.master.pose)[1])
         return float(np.max(nearer, initial=0.0, where=nearer > gap)) / self.thickness
 
-    def overlap(self, part: ContactGaps, forces: Array) -> float:
-        """Depth to which the two overlap although nothing presses, as all mean gaps are open; zero otherwise."""
+    def overlap(self, q: Array, part: ContactGaps, forces: Array) -> float:
+        """Depth to which the two overlap although nothing presses, as all mean gaps are open; zero otherwise.
+
+        Of the deepest points of elements, which are searched for from their deepest quadrature points.
+        """
         if forces.any():
             return 0.0
-        seen = np.unique(part.means.indices[part.means.data != 0])
-        return float(max(0.0, -(part.projection.gap[seen] - self.slave.offset).min(initial=0.0)))
+        each, local = self.slave.points
+        x, n = self.positions(q), len(each)
+        gap = np.where(part.projection.outside[:n], np.inf, part.projection.gap[:n] - self.slave.offset)
+        first = np.flatnonzero(np.diff(each, prepend=-1))
+        box = np.maximum.reduceat(x, first) - np.minimum.reduceat(x, first)
+        # a gap falls by no more than the distance to another point
+        near = np.minimum.reduceat(gap, first) < WHOLE * np.linalg.norm(box, axis=1)
+        deepest = np.lexsort([gap, each])[first[near]]
+        at, step, k = local[deepest], FIRST_STEP, local.shape[1]
+        ways = np.stack(np.meshgrid(*[[0.0, -1.0, 1.0]] * k, indexing="ij"), axis=-1).reshape(-1, k)
+        depth = -gap[deepest]
+        for _ in range(HALVED if len(deepest) else 0):
+            tried = np.clip(at[:, None] + step * ways, 0.0, 1.0)
+            seen = self._facing(q, each[deepest].repeat(len(ways)), tried.reshape(-1, k))
+            gaps = np.where(seen.outside, np.inf, seen.gap - self.slave.offset).reshape(len(at), -1)
+            best = gaps.argmin(axis=1)
+            at, depth, step = tried[np.arange(len(at)), best], -gaps.min(axis=1), step / 2
+        return float(depth.max(initial=0.0))
+
+    def _facing(self, q: Array, each: IntArray, local: Array) -> Projection:
+        """Projection of points at coordinates (n, n_axes) on elements (n,) of the slave, in world axes."""
+        return self.master.project(q, np.asarray(self.slave.rows(each, local) @ self._own(q).reshape(-1, 3)))
 
     def projection(self, q: Array) -> Projection:
         """Projection of the quadrature points on the master, in world axes."""

@@ -443,7 +443,7 @@ class Iterate:
         """The equilibrium that it is."""
         a, conditions = self.a, self.conditions
         each = tuple(a.split(self.forces))
-        depths = [t.overlap(part, f) for t, part, f in zip(a.contacts, conditions.parts, each, strict=True)]
+        depths = [t.overlap(self.q, part, f) for t, part, f in zip(a.contacts, conditions.parts, each, strict=True)]
         return State(
             level, self.q, each, tuple(a.split(conditions.gap)), -a.held(self.rest), a.energy(self.q), nit,
             self.slip.end(a.contacts, self.q, self.forces, self.tangential, self.residuals), self.stresses,

@@ -181,6 +181,17 @@ def test_a_ball_is_pressed_far_into_a_brick_that_its_contact_keeps_from_buckling
     assert abs(work / path.last.energy - 1) < 5e-3  # trapezoidal rule
 
 
+@pytest.mark.parametrize("depth", [-1e-6, 1e-6, 2e-3])
+def test_a_ball_between_the_quadrature_points_of_a_face_is_named(depth):
+    """Source: geometry; the mean gaps are open, and nothing presses."""
+    ball = fc.RigidBody(fc.Sphere(0.5)).placed((0.45, 0.36, 0.5 - depth))
+    a = Assembly.of([brick((1, 1, 1))], [{"bottom": "xyz"}], [(0, "top", ball)])
+    path = equilibrium(lambda _: Stage(a), steps=1)
+    assert not path.last.forces[0].any()
+    assert path.last.overlaps == pytest.approx((max(0.0, depth),), abs=1e-12)
+    assert ("its sides overlap" in str(path)) == (depth > 0)
+
+
 @pytest.mark.parametrize("law", [StVenantKirchhoff(), NeoHookean()], ids=["svk", "neo"])
 def test_uniform_compression_against_a_plane_is_exact(law):
     # patch test at large strain, nu = 0: a column shortened by a fifth has the same pressure on every hat

@@ -260,6 +260,21 @@ def test_bad_input(change, match):
         touching_members(structures, given.pop("slave"), given.pop("master"), **given)
 
 
+@pytest.mark.parametrize("beyond", [False, True])
+def test_a_bar_within_elements_of_a_plate_is_named(beyond):
+    """Source: geometry. Its lowest point is within an element; beyond the plate's rim it overlaps nothing."""
+    sheet = plate([(0, 0, 0), (1, 0, 0), (0, 1, 0)], (2, 2), fc.Material(E=1e3, nu=0.3), 0.04)
+    x, depth = np.array([-0.5, 0.5]) + 0.3, 0.001
+    # the cubic whose ends rise at slopes of one has its lowest point 1/4 below them
+    ends = np.array([[[t, 0.6 + beyond, 0.25 + 0.04 - depth], [1.0, 0, k]] for t, k in zip(x, (-1, 1), strict=True)])
+    bar = line(straight((x[0], 0.6, 1), (x[1], 0.6, 1), 1), EA=1e3, EI=1.0)
+    contact = touching_members([bar, sheet], 0, 1, offsets=(0.02, 0.02))
+    q = np.concatenate([ends.ravel(), sheet.q0])
+    part = contact.at(q)
+    assert part.gap.min() > 0
+    assert contact.overlap(q, part, np.zeros(contact.n_multipliers)) == pytest.approx(0 if beyond else depth, abs=1e-12)
+
+
 def test_an_element_with_two_crossings_that_touch_is_refused():
     one = line(straight((-1, 0, 0.1), (1, 0, 0.1), 1), EA=1.0, EI=1.0)
     two = line([straight((x, -1, 0), (x, 1, 0), 1) for x in (-0.5, 0.5)], EA=1.0, EI=1.0)
