@@ -204,7 +204,7 @@ Figures = Mapping[str, Any]
 def _start(z: Array, step: PressStep, last: FrictionContact | None, load_point: tuple[float, float] | None) -> Figures:
     """Loads and motions where a step begins: of the last contact, or of the first touch, without any load."""
     if last is None:
-        touch = {"force": 0.0, "approach": float(z.min()), "load_point": step.load_point}
+        touch = {"force": 0.0, "approach": float(z.min(initial=np.inf)), "load_point": step.load_point}
         still = {"tangential": (0.0, 0.0), "shift": (0.0, 0.0), "torque": 0.0, "twist": 0.0}
         return {**touch, **still, "position": step.position}
     names = ("force", "approach", "tangential", "shift", "torque", "twist", "position")

@@ -265,7 +265,7 @@ class ContactFields:
         of_facets, of_points = np.zeros(len(self.facets)), np.where(self.active, self.weights, 0.0)
         if self.on_cells is not None:
             return of_facets, self.on_cells.areas
-        if self.readings is None or not self.readings.across >= FACES_ACROSS:
+        if self.readings is None or not self.readings.spanned >= FACES_ACROSS:
             return of_facets, of_points
         n = self.region.max() + 1
         found = np.bincount(self.facet_region, self.outline.areas, n)
@@ -328,7 +328,7 @@ class ContactFields:
         if self.friction is None or self.stick is None or not self.friction.slip[self.friction.sliding].any():
             return None
         held = self._stick_readings
-        return self.stick.outline if held is not None and held.across >= FACES_ACROSS else None
+        return self.stick.outline if held is not None and held.spanned >= FACES_ACROSS else None
 
     @cached_property
     def traction_misfit(self) -> tuple[Array, float] | None:

@@ -92,6 +92,8 @@ class PressureReadings:
         Distance in faces of its node from the nearest one without pressure.
     across : float
         Faces across the narrowest region, see `faces_across`.
+    spanned : float
+        The same with faces that the master covers in part counted as whole ones: those on which an edge is looked for.
     samples : int
         Samples along each side of a facet.
     """
@@ -108,6 +110,7 @@ class PressureReadings:
     peak_offset: float
     peak_depth: float
     across: float
+    spanned: float
     samples: int
     rim: Array
 
@@ -119,8 +122,8 @@ class PressureReadings:
 
     @cached_property
     def error(self) -> float:
-        """Relative L2 norm of the misfit; one where no facet counts."""
-        return float(np.sqrt(self.misfit.sum() / self.norm)) if self.bounded.any() else 1.0
+        """Relative L2 norm of the misfit; one where no facet counts, or none that counts has pressure."""
+        return float(np.sqrt(self.misfit.sum() / self.norm)) if self.norm > 0 else 1.0
 
     @cached_property
     def norm(self) -> float:
@@ -163,9 +166,11 @@ def readings_of(contact: ContactFields, samples: int | None = None) -> PressureR
     depth = np.linalg.norm(contact.nodes[outside] - contact.nodes[highest], axis=1).min(initial=np.inf) / size
     found = PressureReadings(
         chosen, points, areas, whole.sum(axis=1), interpolated, root, smooth,
-        bounded, peak, offset, float(depth), np.nan, n, _rim_error(contact, field, past, chosen),
+        bounded, peak, offset, float(depth), np.nan, np.nan, n, _rim_error(contact, field, past, chosen),
     )  # fmt: skip
-    return replace(found, across=faces_across(contact, found))
+    across = faces_across(contact, found)
+    spanned = across if covered.all() else faces_across(contact, replace(found, areas=whole))
+    return replace(found, across=across, spanned=spanned)
 
 
 def _lengths(contact: ContactFields, facets: IntArray) -> Array:

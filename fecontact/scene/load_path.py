@@ -22,7 +22,7 @@ from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import file_path, instance, items
 from fecontact.common.arrays import Array
-from fecontact.common.checks import number_array, positive, whole
+from fecontact.common.checks import number_array, positive, share, whole
 from fecontact.common.errors import InputError, SolverError, SupportError
 from fecontact.common.files import Resumed
 from fecontact.common.fingerprint import fingerprint
@@ -327,6 +327,7 @@ def solve_path(
         raise InputError(f"finite_motion of a load path must be True or False; found {finite_motion!r}.", code="motion")
     if not model.has_friction:
         raise InputError("No contact has friction: the order of loads does not matter; use Scene.solve or Scene.sweep.")
+    share("the tolerance", tolerance)
     way, steps_given = _Way(model, finite_motion, tolerance), [LoadStep.of(step) for step in steps]
     if accuracy is None:
         if max_dofs is not None or max_seconds is not None:
