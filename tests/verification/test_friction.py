@@ -140,6 +140,7 @@ def test_belt_on_a_drum(row):
     assert max(result.friction.nit for result in path.steps) <= 12
 
 
+@pytest.mark.full  # forty steps
 def test_a_block_rests_on_a_slope(row):
     """A block on a slope: no creep while tan(angle) < mu, over 1e4 steps of constant load and 40 that shake it.
 

@@ -86,6 +86,7 @@ def test_refusals(change, told):
         run("mindlin", {**PLAIN, "cells": 16, **change})
 
 
+@pytest.mark.full  # a block of solids, solved twice
 def test_a_block_is_refused_what_friction_cannot_hold():
     found = run("block", {**PLAIN, "cells": 2})
     assert "at least mu = 0.315" in found.more["refusal"]

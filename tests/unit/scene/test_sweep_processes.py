@@ -203,6 +203,7 @@ def test_what_the_main_script_alone_knows_is_refused_by_name():
     assert "InputError: The body 'bump' cannot be sent to other processes: z is defined in the main" in done.stderr
 
 
+@pytest.mark.full  # processes that import the package
 def test_an_error_of_a_worker_comes_back_with_the_name_of_its_case():
     scene, ball = stacked(rigid=True)
     cases = [{"name": name, "forces": {ball: (0.0, 0.0, -force)}} for name, force in (("good", 3.0), ("up", -1.0))]
@@ -226,6 +227,7 @@ def test_other_errors_of_a_worker_say_where_they_come_from():
         assert pool.submit(print, "not part of the exchange").result(timeout=60) is None
 
 
+@pytest.mark.full  # processes that import the package
 def test_workers_share_the_cores_unless_the_environment_says_otherwise(monkeypatch):
     for given, expected in ((None, max(1, (os.cpu_count() or 1) // 2)), ("7", 7)):
         if given is None:
