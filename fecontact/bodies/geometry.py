@@ -18,7 +18,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.placement import Placement, curved_facets, placed
+from fecontact.mesh.placement import Placement, curved_facets, nodes_off_centre, placed
 from fecontact.surfaces.facet_surface import FacetSurface, Projection
 from fecontact.surfaces.smooth import SmoothSurface, bordering, fitted
 
@@ -85,8 +85,11 @@ def recovered(
     # a fitted surface passes through the corners: as long as these are all there is, nothing moves
     due = given if mesh.cell_type == "hex8" else {**fresh, **given}
     rough = {name for name, what in due.items() if _share(what) < LEAST_FITTED}
-    where, drawn = placed(out, {name: what for name, what in due.items() if name not in rough})
-    told = [_left_alone(name, due[name]) for name in sorted(rough)]
+    # a node that an earlier body placed was not given to fits of its 8 neighbours, which have moved since
+    before = [nodes_off_centre(mesh, name, _rounding(mesh)) for name in fresh if mesh.cell_type == "hex20"]
+    settled = np.concatenate([np.zeros(0, np.int64), *before])
+    where, drawn = placed(out, {name: what for name, what in due.items() if name not in rough}, settled)
+    told = [note for name in sorted(rough) if (note := _left_alone(name, due[name])) not in mesh.notes]
     if not any(note.endswith(TURNED_OFF) for note in mesh.notes):
         told += _notes(out, where, due, drawn)
     kept: dict[str, Geometry] = {
@@ -153,10 +156,15 @@ def _given(mesh: Mesh, name: str, what: RigidShape | RigidBody | Placement) -> P
     return out
 
 
+def _rounding(mesh: Mesh) -> float:
+    """Shift of its nodes that is rounding."""
+    return ROUNDING * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
+
+
 def _notes(before: Mesh, after: Mesh, placements: Mapping[str, Placement], drawn: int) -> list[str]:
     """What was done, for the notes of results."""
     out = []
-    least = ROUNDING * float(np.linalg.norm(np.ptp(before.points, axis=0)))
+    least = _rounding(before)
     for name, placement in placements.items():
         facets = after.face_nodes(after.faces(name))
         shift = np.linalg.norm(after.points[facets] - before.points[facets], axis=2).max()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -98,7 +98,7 @@ class Placement:
         return free
 
 
-def placed(mesh: Mesh, placements: Mapping[str, Placement]) -> tuple[Mesh, int]:
+def placed(mesh: Mesh, placements: Mapping[str, Placement], kept: IntArray | Sequence[int] = ()) -> tuple[Mesh, int]:
     """Move nodes of boundaries to where they belong.
 
     Corners, nodes on sides and nodes in the middle of faces are moved, except in flat faces; hanging nodes follow.
@@ -108,6 +108,8 @@ def placed(mesh: Mesh, placements: Mapping[str, Placement]) -> tuple[Mesh, int]:
     ----------
     mesh : Mesh
     placements : mapping of boundary name to Placement
+    kept : (n,) int array, optional
+        Nodes in the middle of faces that are where they belong already.
 
     Returns
     -------
@@ -128,7 +130,7 @@ def placed(mesh: Mesh, placements: Mapping[str, Placement]) -> tuple[Mesh, int]:
     if mesh.hanging is not None:
         points = mesh.hanging.followed(points)
     for name, facets in curved.items():
-        if facets.shape[1] == 9 and len(facets):
+        if facets.shape[1] == 9 and len(facets := facets[~np.isin(facets[:, 8], kept)]):
             shift = _centres(points, facets) - _centres(mesh.points, facets)
             points[facets[:, 8]] = placements[name].placed(mesh.points[facets[:, 8]] + shift)
     moved = np.any(points != mesh.points, axis=1)
@@ -143,6 +145,15 @@ def curved_facets(mesh: Mesh, name: str, placement: Placement) -> IntArray:
     on = placement.within(x.reshape(-1, 3), size).reshape(*facets.shape, -1)
     inside = np.all(on, axis=1)
     return facets[~np.any(inside, axis=1)]
+
+
+def nodes_off_centre(mesh: Mesh, name: str, least: float) -> IntArray:
+    """Nodes (n,) in the middle of faces of a boundary that are farther than `least` from the middle by the others."""
+    facets = mesh.face_nodes(mesh.faces(name))
+    if facets.shape[1] < 9:
+        return np.zeros(0, np.int64)
+    off = np.linalg.norm(mesh.points[facets[:, 8]] - _centres(mesh.points, facets), axis=1)
+    return facets[off > least, 8]
 
 
 def _centres(points: Array, facets: IntArray) -> Array:

@@ -134,6 +134,26 @@ def test_faces_without_a_smooth_surface_stay_and_it_is_said():
     assert "moved by up to" in " ".join(wavy(8, 0.0).notes)
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+def test_a_body_of_the_mesh_of_a_body_has_the_same_nodes_and_notes(noise):
+    body = wavy(8, noise)
+    again = fc.ElasticBody(body.mesh, SOFT, "top", {"bottom": "xyz"})
+    assert (again.mesh.points == body.mesh.points).all()
+    assert again.notes == body.notes
+
+
+@pytest.mark.parametrize("rounding", [0.0, 1e-13])
+def test_nodes_in_the_middle_of_faces_that_no_body_placed_are_placed(rounding):
+    """They lie in the middle by the others, but for rounding, and go where those go that a body makes."""
+    flat = fc.shapes.block((4.0, 4.0, 1.0), (8, 8, 2), element="hex8")
+    mesh = flat.mapped(lambda x: x + np.outer(x[:, 2] * np.sin(1.3 * x[:, 0]), [0, 0, 0.3])).upgraded(20)
+    given = mesh.with_midface_nodes(("top",))
+    given = given.mapped(lambda x: x + rounding * np.random.default_rng(2).normal(size=x.shape))
+    one, other = (fc.ElasticBody(m, SOFT, "top", {"bottom": "xyz"}) for m in (mesh, given))
+    assert np.abs(one.mesh.points - given.points).max() > 1e-3
+    assert np.abs(one.mesh.points - other.mesh.points).max() < 1e-9
+
+
 def test_cells_do_not_fold():
     """A layer far thinner than its sides are deep: their middles cannot go where the corners say, the body is sound."""
     thin = fc.shapes.thick_ring(1.0, 1.01, 1.0, (4, 1, 2), element="hex8").upgraded(20)
