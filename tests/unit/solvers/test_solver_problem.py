@@ -143,3 +143,15 @@ def test_a_solution_is_judged_by_its_problem_whatever_its_status_says() -> None:
     assert tampered.status is Status.SOLVED
     assert tampered.gap.tolist() == [-1.0, 0.0, 1.0]
     assert tampered.residuals.penetration == 1.0
+
+
+def test_what_is_below_some_units_of_rounding_is_rounding() -> None:
+    """Data of order one are known to 2.2e-16: the sign of a force or gap of that size says nothing."""
+    eps = np.finfo(float).eps
+    for F, largest in ((np.ones(1), 1e2 * eps), (np.zeros(1), 1e4 * eps)):
+        scaled = ContactProblem(np.eye(2), -np.ones(2), np.ones((1, 2)), F).scaled()
+        assert 2 * eps < scaled.rounding_of(np.zeros(2)) < largest
+        _, of_gaps = scaled.gap_and_rounding(np.zeros(2), np.zeros(1))
+        assert 2 * eps < of_gaps < 1e-12
+    loaded = ContactProblem(np.eye(2), np.zeros(2), np.ones((1, 2)), np.ones(1)).scaled()
+    assert 2 * eps < loaded.gap_and_rounding(np.zeros(2), np.zeros(1))[1] < 1e2 * eps
