@@ -30,6 +30,8 @@ from fecontact.common.renamed import renamed
 MOST_HALVINGS = 12
 #: Distance of a start from where its supports hold it, relative to the size of the bodies, that is rounding.
 HELD = 1e-8
+#: Overlap, relative to the size of the bodies, that is rounding.
+LEAST_OVERLAP = 1e-9
 #: Steps after which stages are compared with those of a record.
 SAMPLED = (0, 1, 3, 10, 30, 100, 300, 1000)
 
@@ -54,6 +56,8 @@ class Motion:
     momentum : (n, 3) array
     contact_force : (n, n_contacts, 3) array
         Resultant on each slave, with friction.
+    overlaps : (n, n_contacts) array
+        Depth to which the two sides overlap while nothing presses, as all mean gaps are open; zero where forces act.
     penetration : (n,) array
         Largest penetration of a mean gap.
     nit : (n,) array
@@ -74,6 +78,7 @@ class Motion:
     friction_work: Array
     momentum: Array
     contact_force: Array
+    overlaps: Array
     penetration: Array
     nit: Array
     frames: Array
@@ -103,6 +108,12 @@ class Motion:
             f"  strain       largest {self.strain.max():.6g}\n"
             f"  energy drift {self.drift:.2e} of the largest kinetic energy\n"
             f"  penetration  {self.penetration.max():.3g}"
+            + "".join(
+                f"\nContact {k} never carries, but its sides overlap by up to {depth:.4g}: elements or faces, whose "
+                "mean gaps count, are longer than the contact. Divide them there."
+                for k, depth in enumerate(self.overlaps.max(axis=0))
+                if depth > 0 and not self.contact_force[:, k].any()
+            )
         )
 
 
@@ -208,6 +219,7 @@ def move(
             ),
             "the initial velocity": fingerprint(np.zeros(3) if velocity is None else velocity),
             "the start": fingerprint(begin),
+            "the figures that this version keeps": fingerprint("overlaps"),
             "the scheme (its kind and constants, step, accuracy, tolerance)": fingerprint(
                 chosen, step, accuracy, tolerance
             ),
@@ -401,7 +413,9 @@ class _Record:
         for touch, part, forces, dragged in each:
             k = a.starts.index(touch.slave_start)
             moves = np.stack([a.solids[k].translation(e) for e in np.eye(3)])
+            depth = touch.overlap(now.q, part, forces)
             resultants.append(moves @ a.part(part.G.T @ forces, k) + dragged.sum(axis=0))
+            resultants.append(np.array([depth if depth > LEAST_OVERLAP * a.size else 0.0]))
         potential = -float(load @ (now.q - a.q0))
         # the work of constant loads is the change of their potential
         work = now.work + potential - (self.rows[0][3] if self.rows else potential)
@@ -422,9 +436,10 @@ class _Record:
     def motion(self, success: bool, message: str) -> Motion:
         """The figures by name."""
         rows = np.array(self.rows)
+        each = rows[:, 12:].reshape(len(rows), -1, 4)
         return Motion(
             success, message, rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 9], rows[:, 10], rows[:, 11],
-            rows[:, 4:7], rows[:, 12:].reshape(len(rows), -1, 3), rows[:, 7], rows[:, 8].astype(int),
+            rows[:, 4:7], each[:, :, :3], each[:, :, 3], rows[:, 7], rows[:, 8].astype(int),
             np.array(self.frames), np.array(self.frame_times), self.now,
         )  # fmt: skip
 

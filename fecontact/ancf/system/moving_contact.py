@@ -372,13 +372,16 @@ class ContactConstraints:
         gap = np.where(part.projection.outside[:n], np.inf, part.projection.gap[:n] - self.slave.offset)
         first = np.flatnonzero(np.diff(each, prepend=-1))
         box = np.maximum.reduceat(x, first) - np.minimum.reduceat(x, first)
-        # a gap falls by no more than the distance to another point
-        near = np.minimum.reduceat(gap, first) < WHOLE * np.linalg.norm(box, axis=1)
-        deepest = np.lexsort([gap, each])[first[near]]
+        deepest, extent = np.lexsort([gap, each])[first], WHOLE * np.linalg.norm(box, axis=1)
         at, step, k = local[deepest], FIRST_STEP, local.shape[1]
         ways = np.stack(np.meshgrid(*[[0.0, -1.0, 1.0]] * k, indexing="ij"), axis=-1).reshape(-1, k)
         depth = -gap[deepest]
-        for _ in range(HALVED if len(deepest) else 0):
+        for _ in range(HALVED):
+            # a gap falls by no more than the distance to another point, of which the steps that are left are a part
+            near = depth > -2 * step * extent
+            at, depth, deepest, extent = at[near], depth[near], deepest[near], extent[near]
+            if not len(at):
+                return 0.0
             tried = np.clip(at[:, None] + step * ways, 0.0, 1.0)
             seen = self._facing(q, each[deepest].repeat(len(ways)), tried.reshape(-1, k))
             gaps = np.where(seen.outside, np.inf, seen.gap - self.slave.offset).reshape(len(at), -1)

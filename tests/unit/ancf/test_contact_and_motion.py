@@ -192,6 +192,18 @@ def test_a_ball_between_the_quadrature_points_of_a_face_is_named(depth):
     assert ("its sides overlap" in str(path)) == (depth > 0)
 
 
+@pytest.mark.parametrize("depth", [-1e-6, 2e-3])
+def test_a_motion_names_what_overlaps_and_never_presses(depth, tmp_path):
+    """Source: geometry; a ball beside a brick that rests, between the quadrature points of its face."""
+    ball = fc.RigidBody(fc.Sphere(0.5)).placed((0.45, 0.36, 0.5 - depth))
+    a = Assembly.of([brick((1, 1, 1))], [{"bottom": "xyz"}], [(0, "top", ball)])
+    for until in (0.2, 0.3):  # the second one reads the first one's record
+        motion = move(a, until=until, step=0.1, path=tmp_path / "record.npz")
+    assert not motion.contact_force.any()
+    assert motion.overlaps == pytest.approx(np.full((4, 1), max(0.0, depth)), abs=1e-12)
+    assert ("Contact 0 never carries" in str(motion)) == (depth > 0)
+
+
 @pytest.mark.parametrize("law", [StVenantKirchhoff(), NeoHookean()], ids=["svk", "neo"])
 def test_uniform_compression_against_a_plane_is_exact(law):
     # patch test at large strain, nu = 0: a column shortened by a fifth has the same pressure on every hat
