@@ -246,7 +246,7 @@ def test_random_paths_dissipate(seed, row):
     for _ in range(5):
         mu = float(rng.choice([0.1, 0.3, 0.8, 2.0]))
         against = [None, STEEL, fc.Material(E=5.0, nu=0.1)][rng.integers(3)]
-        half = fc.HalfSpace(STEEL, (2.6, 2.6), (12, 12), against=against)
+        half = fc.HalfSpace(STEEL, (3.25, 3.25), (15, 15), against=against)
         scale = 4 * half.compliance.modulus / (3 * RADIUS)
         steps = []
         for _ in range(4):

@@ -81,10 +81,12 @@ def alone():
     return scene.sweep(loaded(over))
 
 
+#: Where the tests' own modules are.
+FOLDERS = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
 # no __main__ guard: the factorisation before starts the threads of MKL, which no fork would survive
 PROGRAM = """
 import json, sys
-sys.path.insert(0, FOLDER)
+sys.path[:0] = FOLDERS
 from test_sweep_processes import loaded, stacked
 scene, over = stacked()
 one = scene.sweep(loaded(over))
@@ -97,7 +99,7 @@ print(json.dumps([list(one), list(two)]))
 @pytest.mark.parametrize("way", ["script", "standard input", "interactive"])
 def test_two_workers_beside_two_threads_of_mkl_from_wherever_python_runs(way, tmp_path):
     environment = os.environ | {"OMP_NUM_THREADS": "2", "MKL_NUM_THREADS": "2", "OPENBLAS_NUM_THREADS": "2"}
-    program = PROGRAM.replace("FOLDER", repr(str(Path(__file__).parent)))
+    program = PROGRAM.replace("FOLDERS", repr(FOLDERS))
     (tmp_path / "program.py").write_text(program)
     arguments = {"script": ["program.py"], "standard input": ["-"], "interactive": ["-i", "-q"]}[way]
     done = subprocess.run(
@@ -190,7 +192,7 @@ def test_a_scene_that_cannot_be_sent_is_refused_by_name_before_any_work(monkeypa
 @pytest.mark.full
 def test_what_the_main_script_alone_knows_is_refused_by_name():
     program = (
-        f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        f"import sys; sys.path[:0] = {FOLDERS!r}\n"
         "import fecontact as fc\n"
         "from test_sweep_processes import stacked\n"
         "def z(x, y): return 0.1 * (x**2 + y**2)\n"
