@@ -27,7 +27,7 @@ def pytest_collection_modifyitems(config, items):
         if hasattr(item, "callspec") and item.callspec.params.get("rounding", 0) > 1:  # one change by day
             item.add_marker(pytest.mark.full)
         if marker := item.get_closest_marker("by_day"):
-            case = item.callspec.id.split("-rounding")[0]
+            case = _case(item.callspec)
             cases = met.setdefault(item.nodeid.partition("[")[0], (set(marker.args), []))[1]
             cases += [] if case in cases else [case]
             every = marker.kwargs.get("every")
@@ -36,6 +36,14 @@ def pytest_collection_modifyitems(config, items):
     wrong = {test: left for test, (names, cases) in met.items() if (left := names - set(cases))}
     if wrong and not any("::" in argument for argument in config.args):
         raise pytest.UsageError(f"by_day names what is no case: {wrong}")
+
+
+def _case(callspec):
+    """Name of a case without its change by rounding, which stands before or after it, empty where there is none."""
+    if (change := callspec.params.get("rounding")) is None:
+        return callspec.id
+    name = f"rounding{change}" if change else ""
+    return callspec.id.removeprefix(f"{name}-").removesuffix(f"-{name}")
 
 
 def _spent():
