@@ -28,6 +28,7 @@ from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, replacing, write_collection
 from fecontact.common.material import von_mises
 from fecontact.mesh.element import CORNERS, EDGES, FACES, quad_nodes
+from fecontact.mesh.facets import sides_of
 
 #: Points along each edge of a picture.
 SAMPLES = 9
@@ -115,9 +116,7 @@ def multiplier_pressure(
     if averaged:
         corners = np.unique(faces.multipliers[:, :4])  # corners are numbered before sides
         sides, first = np.unique(faces.multipliers[:, 4:], return_index=True)
-        ends = np.stack([faces.multipliers[:, :4], np.roll(faces.multipliers[:, :4], -1, axis=1)], axis=-1).reshape(
-            -1, 2
-        )[first]
+        ends = sides_of(faces.multipliers).reshape(-1, 2)[first]
         summed = [
             x[corners] + np.bincount(ends.ravel(), np.repeat(x[sides] / 2, 2), len(corners)) for x in (forces, areas)
         ]

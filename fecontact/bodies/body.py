@@ -329,14 +329,14 @@ def check_body(body: Body) -> None:
     """
     if isinstance(body, type):
         raise InputError(f"{shown(body)} is a class of bodies: make one, such as RigidBody(Plane()).")
-    help_ = "A subclass of bodies.SurfaceBody needs `facets` and `flexibility` only; docs/extending.md has an example."
+    advice = "A subclass of bodies.SurfaceBody needs `facets` and `flexibility` only; docs/extending.md has an example."
     if not isinstance(body, Body):
         raise InputError(
-            f"{shown(body)} is no body: its class does not derive from bodies.Body. {help_}", code="no-body"
+            f"{shown(body)} is no body: its class does not derive from bodies.Body. {advice}", code="no-body"
         )
     needed = [name for name in (*Body.__annotations__, *vars(Body)) if not name.startswith("_")]
     needed += getattr(type(body), "required", ())
     # looked up without evaluation, as some are costly
     found = {name: inspect.getattr_static(body, name, None) for name in needed}
     if missing := [k for k, v in found.items() if v is None or getattr(v, "__isabstractmethod__", False)]:
-        raise InputError(f"{shown(body)} is no whole body: it lacks {', '.join(missing)}. {help_}", code="no-body")
+        raise InputError(f"{shown(body)} is no whole body: it lacks {', '.join(missing)}. {advice}", code="no-body")

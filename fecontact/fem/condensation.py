@@ -19,6 +19,7 @@ Choice of a route of condensation (`fem.condensation`) by measured times and the
 from __future__ import annotations
 
 import os
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -81,9 +82,9 @@ class Condensation:
         """Whether rows on these degrees of freedom can be condensed without another factorisation."""
         return True
 
+    @abstractmethod
     def compliance(self, C: sp.csr_matrix) -> Array | LinearOperator:
         """S (n_rows, n_rows) of rows C (n_rows, n)."""
-        raise NotImplementedError
 
     def response(self, C: sp.csr_matrix, f: Array) -> Array:
         """C K^-1 f (n_rows,) of loads f (n,)."""

@@ -22,6 +22,7 @@ from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.coupling.mortar_basis import multiplier_shapes, own_samples
 from fecontact.mesh.element import FACES, quad_nodes
+from fecontact.mesh.facets import sides_of
 from fecontact.surfaces.closest_point import FacetPolynomials
 from fecontact.surfaces.facet_surface import FacetSurface, Projection
 
@@ -117,7 +118,7 @@ class Faces:
     @cached_property
     def sides(self) -> IntArray:
         """Numbers (n, 4) of the sides, from corner k to k + 1."""
-        ends = np.sort(np.stack([self.corners, np.roll(self.corners, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+        ends = np.sort(sides_of(self.corners).reshape(-1, 2), axis=1)
         return np.asarray(np.unique(ends, axis=0, return_inverse=True)[1]).reshape(-1, 4)
 
     @cached_property

@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.mesh.element import FACES
-from fecontact.mesh.facets import corner_keys
+from fecontact.mesh.facets import corner_keys, sides_of
 from fecontact.mesh.mesh import Mesh
 
 
@@ -72,7 +72,7 @@ def reentrant_points(mesh: Mesh, degrees: float = 30.0) -> IntArray:
     normal = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     middle = x.mean(axis=1)
-    ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    ends = np.sort(sides_of(corners).reshape(-1, 2), axis=1)
     order = np.lexsort(ends.T)
     twin = np.flatnonzero((ends[order[1:]] == ends[order[:-1]]).all(axis=1))
     a, b = order[twin] // 4, order[twin + 1] // 4

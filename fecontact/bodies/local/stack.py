@@ -99,7 +99,7 @@ def stack_below(factored: Factored, window: Window) -> Stack | None:
     outer[tuple(mesh.outer_faces.T)] = True
     layers: list[Layer] = []
     depth, now = 0.0, materials.index(material_at(factored.model, window))
-    for _ in range(len(mesh.cells)):
+    for _ in range(len(mesh.cells)):  # layers, of which there are at most as many as cells
         cells = np.flatnonzero(kind == now)
         local = np.argwhere(cells_at_faces(mesh.cells[cells]) == 1)
         below = facing(mesh, np.stack([cells[local[:, 0]], local[:, 1]], axis=1), -window.normal)
