@@ -18,7 +18,7 @@ STEP = MESHES / "bracket.step"
 STEEL = fc.Material(E=210e3, nu=0.3)  # mm, N, MPa
 ALUMINIUM = fc.Material(E=70e3, nu=0.33)
 PRETENSION = 8000.0
-MOST = 60_000  # unknowns of divided meshes: at the washer's sharp edges the pressure has no bound
+MAX_DOFS = 60_000  # unknowns of divided meshes: at the washer's sharp edges the pressure has no bound
 HOLE = (24.0, 15.0, 5.0)  # where the bolt comes out of the flange
 
 
@@ -42,7 +42,7 @@ def clamped(element: str, size: float, accuracy: float | None = None) -> fc.Cont
         fc.Contact(washer, bracket, surfaces=("bottom", "seat"), swap="never"),
     ]
     scene = fc.Scene([plate, bracket, washer], contacts, units=("mm", "N", "MPa"))
-    limits = {} if accuracy is None else {"accuracy": accuracy, "max_dofs": MOST}
+    limits = {} if accuracy is None else {"accuracy": accuracy, "max_dofs": MAX_DOFS}
     return scene.solve(forces={washer: (0.0, 0.0, -PRETENSION)}, **limits)
 
 

@@ -670,7 +670,7 @@ def mindlin(
     return RoundSlip(contact, mu, force, c, moved, modulus)
 
 
-LEAST = 1e-60
+MIN_MODULUS = 1e-60
 """Radius of stick over that of the contact, below which the rotation is refused as beyond all torque."""
 
 
@@ -839,13 +839,13 @@ def lubkin(
                 code="slides-as-a-whole",
             )
         share = value / greatest
-        k = math.exp(brentq(lambda log: _share(math.exp(log)) - share, math.log(LEAST), 0.0, xtol=1e-14))
+        k = math.exp(brentq(lambda log: _share(math.exp(log)) - share, math.log(MIN_MODULUS), 0.0, xtol=1e-14))
         return TorsionSlip(contact, mu, value, k * contact.a, unit * _turn(k), shear)
-    if value >= unit * _turn(LEAST):
+    if value >= unit * _turn(MIN_MODULUS):
         raise InputError(
             f"The contact slides as a whole at a rotation of {value:g}: give the rotation at partial slip."
         )
-    k = math.exp(brentq(lambda log: _turn(math.exp(log)) - value / unit, math.log(LEAST), 0.0, xtol=1e-14))
+    k = math.exp(brentq(lambda log: _turn(math.exp(log)) - value / unit, math.log(MIN_MODULUS), 0.0, xtol=1e-14))
     return TorsionSlip(contact, mu, greatest * _share(k), k * contact.a, value, shear)
 
 

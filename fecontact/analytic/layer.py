@@ -28,7 +28,7 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
 __all__ = [
-    "LARGEST_RATIO",
+    "MAX_RATIO",
     "Base",
     "LayerContact",
     "bonded_kernel",
@@ -182,7 +182,7 @@ def deficit(kappa: Array, nu: float, base: Base) -> Array:
 
 
 # Largest contact radius over thickness for which the integral equation is solved; use the asymptotes beyond it.
-LARGEST_RATIO = 50.0
+MAX_RATIO = 50.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -318,9 +318,9 @@ def paraboloid(
     name, value = checks.one_of(force=force, approach=approach, a=a)
     E_star, nu = material.plane_strain_modulus, material.nu
     ratio = value / h if name == "a" else _ratio(name, value, R, h, E_star, nu, base)
-    if ratio > LARGEST_RATIO:
+    if ratio > MAX_RATIO:
         raise InputError(
-            f"Expected a contact radius up to {LARGEST_RATIO} times the thickness; found {ratio:.4g}. "
+            f"Expected a contact radius up to {MAX_RATIO} times the thickness; found {ratio:.4g}. "
             "Use the asymptotes thin_compressible() or thin_incompressible().",
             code="layer-too-thin",
         )
@@ -398,10 +398,10 @@ def _ratio(name: str, value: float, R: float, h: float, E_star: float, nu: float
     hertz = math.cbrt(3 * value * R / (4 * E_star)) if name == "force" else math.sqrt(R * value)
     low = math.log(hertz / h) - (3.0 if name == "force" else 0.1)
     high = math.log(hertz / h) + 1.0
-    largest = math.log(LARGEST_RATIO)
+    largest = math.log(MAX_RATIO)
     if high > largest and excess(largest) < 0:
         raise InputError(
-            f"The given {name} = {value!r} makes a contact wider than {LARGEST_RATIO} times the thickness. "
+            f"The given {name} = {value!r} makes a contact wider than {MAX_RATIO} times the thickness. "
             "Use the asymptotes thin_compressible() or thin_incompressible().",
             code="layer-too-thin",
         )

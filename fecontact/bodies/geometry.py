@@ -33,7 +33,7 @@ ROUNDING = 1e-9
 #: Distance from a given surface, in sizes of the face, above which it is another surface.
 FARTHEST = 0.5
 #: Share of a boundary's nodes that a smooth surface must represent for its faces to be placed on it.
-LEAST_FITTED = 0.75
+MIN_FITTED = 0.75
 #: End of the note on moved nodes.
 TURNED_OFF = "(geometry='plain' leaves them as they were)."
 
@@ -84,7 +84,7 @@ def recovered(
     out = mesh.with_midface_nodes(names) if midface and names and mesh.cell_type == "hex20" else mesh
     # a fitted surface passes through the corners: as long as these are all there is, nothing moves
     due = given if mesh.cell_type == "hex8" else {**fresh, **given}
-    rough = {name for name, what in due.items() if _share(what) < LEAST_FITTED}
+    rough = {name for name, what in due.items() if _share(what) < MIN_FITTED}
     # a node that an earlier body placed was not given to fits of its 8 neighbours, which have moved since
     before = [nodes_off_centre(mesh, name, _rounding(mesh)) for name in fresh if mesh.cell_type == "hex20"]
     settled = np.concatenate([np.zeros(0, np.int64), *before])

@@ -12,7 +12,7 @@ from fecontact.fem.model import Model
 from fecontact.fem.stress import hooke, to_nodes
 from fecontact.mesh.locate import interpolation
 
-MOST_POINTS = 64
+MAX_POINTS = 64
 """Quadrature points of a cell, at most."""
 
 
@@ -66,7 +66,7 @@ class InnerFields:
     def _moduli(self, cells: IntArray | None = None) -> tuple[Array, Array]:
         """Lame constants (n_points,) at the nodes, averaged as the stresses of the elements are."""
         each = np.stack([self.model.lame, self.model.shear], axis=1)[:, None]
-        mean = to_nodes(self.model.mesh, np.broadcast_to(each, (len(each), MOST_POINTS, 2)), cells)
+        mean = to_nodes(self.model.mesh, np.broadcast_to(each, (len(each), MAX_POINTS, 2)), cells)
         return mean[:, 0], mean[:, 1]
 
     def at(self, points: Array) -> tuple[Array, Array, Mask]:

@@ -12,7 +12,7 @@ import numpy as np
 from fecontact.common.errors import InputError, sentence, shown
 
 #: Characters of a path and of a name in it that file systems accept.
-LONGEST_PATH, LONGEST_NAME = 4000, 255
+MAX_PATH, MAX_NAME = 4000, 255
 
 T = TypeVar("T")
 
@@ -205,6 +205,6 @@ def file_path(name: str, value: object) -> Path:
             f"{sentence(name)} must be a path, a text or a pathlib.Path; found {shown(value)}.", code="not-a-path"
         )
     path = Path(value)
-    if "\0" in str(value) or len(str(value)) > LONGEST_PATH or any(len(p.encode()) > LONGEST_NAME for p in path.parts):
+    if "\0" in str(value) or len(str(value)) > MAX_PATH or any(len(p.encode()) > MAX_NAME for p in path.parts):
         raise InputError(f"{sentence(name)} is no path that a file can have; found {shown(value)}.", code="not-a-path")
     return path

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 from fecontact.common.one_line import one_line
 
 #: Estimated error of the pressure, its peak or the area above which a result warns.
-LARGEST_ERROR = 0.1
+MAX_ERROR = 0.1
 #: Faces across a contact below which its peak and area carry no figure: what a few faces tell may be off by any amount.
-LEAST_ACROSS = 3.0
+MIN_ACROSS = 3.0
 #: Error of the energy over the squared one of the pressure on half-spaces, whose pressures are judged in the centres of
 #: their cells; on faces and foundations it is one.
 OF_CELLS = 3.0
@@ -108,8 +108,8 @@ class ErrorEstimate:
         return math.isfinite(self.area)
 
     def within_resolution(self) -> ErrorEstimate:
-        """The estimate without figures for peak and area if fewer than `LEAST_ACROSS` faces lie across the contact."""
-        if self.faces_across >= LEAST_ACROSS:
+        """The estimate without figures for peak and area if fewer than `MIN_ACROSS` faces lie across the contact."""
+        if self.faces_across >= MIN_ACROSS:
             return self
         return replace(self, peak=math.inf, area=math.inf)
 

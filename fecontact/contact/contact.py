@@ -88,7 +88,7 @@ class Lay:
 
 
 #: Largest ratio of two coefficients of friction: slip in one direction is certified more loosely by as much.
-MOST_UNLIKE = 1e3
+MAX_UNLIKE = 1e3
 
 
 @one_line
@@ -182,9 +182,9 @@ class Contact:
                 )
             return
         pair = positives("the coefficients of friction", self.friction, 2)
-        if max(pair) > MOST_UNLIKE * min(pair):
+        if max(pair) > MAX_UNLIKE * min(pair):
             raise InputError(
-                f"Two coefficients of friction may differ by a factor of {MOST_UNLIKE:g}; found {pair[0]:g} and "
+                f"Two coefficients of friction may differ by a factor of {MAX_UNLIKE:g}; found {pair[0]:g} and "
                 f"{pair[1]:g}.",
                 code="friction-too-unlike",
             )

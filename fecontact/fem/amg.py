@@ -26,7 +26,7 @@ from fecontact.mesh.mesh import Mesh
 #: Relative residual of a solve: a hundredth of the certificate's tolerance.
 TIGHT = 1e-12
 #: Largest number of steps of one solve.
-MOST_STEPS = 2000
+MAX_ITERATIONS = 2000
 #: Nodes of the coarsest level, which is factorised; a dense inverse takes longer than all other levels.
 COARSEST = 100
 #: Solutions kept to start from: those of two poses of one model.
@@ -88,11 +88,11 @@ class AmgFactor:
             if left <= rtol * size:
                 break
             step, info = spla.cg(
-                self.K, b - self.K @ x, rtol=rtol * size / left, maxiter=MOST_STEPS, M=V, callback=self._count
+                self.K, b - self.K @ x, rtol=rtol * size / left, maxiter=MAX_ITERATIONS, M=V, callback=self._count
             )
             if info > 0:
                 raise FecontactError(
-                    f"Conjugate gradients with multigrid did not converge in {MOST_STEPS} steps; "
+                    f"Conjugate gradients with multigrid did not converge in {MAX_ITERATIONS} steps; "
                     "badly shaped elements slow it down: use a direct back-end."
                 )
             x = x + step

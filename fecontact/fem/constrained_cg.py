@@ -33,7 +33,7 @@ import scipy.sparse.linalg as spla
 from fecontact.common.arrays import Array
 
 #: Largest number of steps, and of passes on the true residual.
-MOST_STEPS, PASSES = 2000, 5
+MAX_ITERATIONS, PASSES = 2000, 5
 
 Product = Callable[[Array], Array]
 
@@ -128,7 +128,7 @@ def constrained_cg(
         u = u - rows.lift(rows.gap(u) + held.d + B.T @ q)
         Ku = held.K(u)
         s, p, last = np.zeros_like(u), np.zeros_like(q), 1.0
-        for step in range(MOST_STEPS):
+        for step in range(MAX_ITERATIONS):
             forces = rows.forces(Ku)
             nodal = rows.nodal(forces)
             r, unbalanced = nodal - Ku, B @ forces - held.F
@@ -155,7 +155,7 @@ DEPENDENT = 1e-12
 #: Entries of (G W G^T)^-1, relative to its diagonal, that are dropped from a preconditioner.
 DROPPED = 1e-2
 #: Rows with common displacements up to which their dense inverse is taken.
-MOST_INVERTED = 3000
+MAX_INVERTED = 3000
 
 
 class DependentRowsError(ValueError):
@@ -222,7 +222,7 @@ class SparseRows:
     @property
     def invertible(self) -> bool:
         """Whether `removed` is affordable."""
-        return self.apart or self.G.shape[0] <= MOST_INVERTED
+        return self.apart or self.G.shape[0] <= MAX_INVERTED
 
     def removed(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
         """L G, which projects on what P removes, and G^T (G W G^T)^-1 G, a stiffness on it alone.

@@ -30,7 +30,7 @@ from fecontact.mesh.element import element_basis, element_quadrature, quadrature
 from fecontact.mesh.mesh import Mesh
 
 #: Materials that are averaged apart from each other, since strains jump between them; more are taken for one.
-MOST_MATERIALS = 12
+MAX_MATERIALS = 12
 #: Share of the squared normals of faces at a point below which they lie in a plane, or are one.
 FLAT = 0.15
 #: Components of a symmetric tensor at its places, in the order of `fem.stress.VOIGT`.
@@ -218,7 +218,7 @@ def by_material(lame: Array, shear: Array, cells: IntArray) -> list[IntArray]:
     if (lame == lame[0]).all() and (shear == shear[0]).all():
         return [cells]
     kinds, kind = np.unique(np.stack([lame, shear], axis=1)[cells], axis=0, return_inverse=True)
-    if len(kinds) > MOST_MATERIALS:
+    if len(kinds) > MAX_MATERIALS:
         return [cells]
     return [cells[kind.ravel() == k] for k in range(len(kinds))]
 

@@ -34,7 +34,7 @@ LOOSE = 1e-3
 #: Relative residual of the product that scales the half-space.
 PROBE = 0.1
 #: Largest number of active sets.
-MOST_SETS = 60
+MAX_SETS = 60
 #: Boussinesq's displacement under the middle of a uniformly loaded square: 4 ln(1 + sqrt(2)) over its side.
 SELF = 4 * np.log(1 + np.sqrt(2))
 
@@ -230,7 +230,7 @@ def _by_active_sets(system: System, guess: Array, problem: ContactProblem, toler
     active, q = _first_set(guess, problem)
     history: list[float] = []
     forces = np.zeros(problem.n)
-    for nit in range(1, MOST_SETS + 1):
+    for nit in range(1, MAX_SETS + 1):
         A = np.flatnonzero(active)
         on_rows = system.held(A, problem, _motions(guess[np.ix_(A, A)], problem.B[:, A]))
         for rtol in (LOOSE, TIGHT):
@@ -244,7 +244,7 @@ def _by_active_sets(system: System, guess: Array, problem: ContactProblem, toler
             system.keep()
             return Outcome(np.maximum(forces, 0.0), q, Status.SOLVED, "solved", nit, history)
         active = active ^ wrong
-    return Outcome(np.maximum(forces, 0.0), q, Status.ITERATION_LIMIT, f"{MOST_SETS} sets", MOST_SETS, history)
+    return Outcome(np.maximum(forces, 0.0), q, Status.ITERATION_LIMIT, f"{MAX_SETS} sets", MAX_SETS, history)
 
 
 def _wrong(deflection: Array, forces: Array, q: Array, active: Mask, problem: ContactProblem, tolerance: float) -> Mask:

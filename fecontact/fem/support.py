@@ -27,7 +27,7 @@ SAME_DIRECTION = 1e-6
 #: Thickness of a boundary, relative to the mesh's size, up to which it counts as plane.
 PLANE = 1e-6
 #: Largest angle (degrees) between the normals of the faces round a node up to which they share one normal.
-SHARPEST = 45.0
+MAX_ANGLE = 45.0
 
 
 def checked_support(name: str, support: Support) -> str | Array:
@@ -87,7 +87,7 @@ def _normals(mesh: Mesh, name: str) -> Array:
         )
     normals, cosine = averaged_normals(mesh.points, mesh.face_nodes(mesh.faces(name)))
     worst = int(np.argmin(cosine))
-    if cosine[worst] < np.cos(np.radians(SHARPEST / 2)):
+    if cosine[worst] < np.cos(np.radians(MAX_ANGLE / 2)):
         raise InputError(
             f"The boundary {name!r} has an edge at {np.array2string(mesh.points[worst], precision=4)}, so it has no "
             "normal there to support it along; name the faces on either side separately.",

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import number_array, whole
-from fecontact.common.error_estimate import LARGEST_ERROR, OF_CELLS, OF_LAYERS, ErrorEstimate, ResponseError
+from fecontact.common.error_estimate import MAX_ERROR, OF_CELLS, OF_LAYERS, ErrorEstimate, ResponseError
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.one_line import one_line
@@ -222,7 +222,7 @@ class HalfSpaceContact:
     def _error_warnings(self) -> tuple[str, ...]:
         """Warning of a contact not resolved, or of an estimated error of pressure, peak or area above a tenth."""
         estimate = self.error_estimate
-        if not estimate.largest > LARGEST_ERROR:
+        if not estimate.largest > MAX_ERROR:
             return ()
         if not estimate.resolved:
             return (

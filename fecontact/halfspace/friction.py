@@ -33,7 +33,7 @@ from fecontact.halfspace.pressing import Load, normal_residuals, press
 from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
 from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit
 
-MOST_TURNS = 40
+MAX_STAGGERED = 40
 """Turns of pressures and tractions; each reduces the error by about the product of mu and Dundurs' beta."""
 
 FIRST_TURN = 1e-3
@@ -213,7 +213,7 @@ def press_step(
         if contact.residuals.within(friction.tolerance):
             report = TangentialReport(turns, newton, nit, time.perf_counter() - began)
             return replace(contact, tangential_solver=report)
-        if not several or turns == MOST_TURNS or (contact.residuals.slip or 0.0) > tolerance:
+        if not several or turns == MAX_STAGGERED or (contact.residuals.slip or 0.0) > tolerance:
             raise SolverError(
                 f"No certified answer with friction after {turns} turns of pressures and tractions and {newton} Newton "
                 f"steps ({contact.residuals}; tolerance {friction.tolerance:.0e}). Take smaller steps, or "

@@ -16,7 +16,7 @@ from fecontact.common.checks import array_of, positives
 from fecontact.common.errors import InputError, shown
 
 #: Cells of a grid, beyond which one field fills 8 GB.
-MOST_CELLS = 10**9
+MAX_CELLS = 10**9
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Grid:
                 f"A grid's shape must be two whole numbers of cells, at least 2; found {shown(self.shape)}.",
                 code="grid-shape",
             )
-        if counts.prod() > MOST_CELLS:
+        if counts.prod() > MAX_CELLS:
             raise InputError(f"A grid of {counts[0]:g} x {counts[1]:g} cells does not fit into memory; take fewer.")
         object.__setattr__(self, "size", positives("a grid's size", self.size, 2))
         object.__setattr__(self, "shape", (int(counts[0]), int(counts[1])))

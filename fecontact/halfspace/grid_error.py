@@ -178,7 +178,7 @@ CHANGE, CHANGE_OF_POINTS, CHANGE_OF_OUTLINE = 1.2, 0.7, 5.0
 BESIDE = 2
 #: Least error of the largest pressure and of the area, as shares of that of the pressure; of the area where the
 #: pressure is largest at its edge, which is steep there: punches r^10 on 24 cells are off by .93 of it.
-LEAST_SHARE, AREA_SHARE, AREA_SHARE_STEEP = 0.25, 0.35, 0.65
+MIN_SHARE, AREA_SHARE, AREA_SHARE_STEEP = 0.25, 0.35, 0.65
 #: Error of a pressure that is so steep at its edge over that of a square root.
 STEEP = 1.3
 #: Exponents s below a tip, and (3^s - 1) / (2^s - 1), the ratio of what means over 6 and 4 cells lack of that over 2.
@@ -318,7 +318,7 @@ def grid_error_estimate(
         error = float(np.hypot(OBLIQUE * at_edge, inside))
     at_rim = peak.depth <= min(AT_EDGE, AT_EDGE_OF_WIDTH * across)
     error = min(1.0, STEEP * error if at_rim else error)
-    share, of_area = (1.0, AREA_SHARE_STEEP) if at_rim else (LEAST_SHARE, AREA_SHARE)
+    share, of_area = (1.0, AREA_SHARE_STEEP) if at_rim else (MIN_SHARE, AREA_SHARE)
     found = ErrorEstimate(
         pressure=error,
         geometry=0.0,

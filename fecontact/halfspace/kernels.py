@@ -36,7 +36,7 @@ BOX_MOMENTS = (1 / 24, 1 / 1920)
 HAT_MOMENTS = (1 / 12, 1 / 360)
 """Second moment over 2! and fourth over 4! of a uniform and of a linear (hat) weight on cells of unit width."""
 
-SMALLEST_RATIO = 1.6156
+MIN_RATIO = 1.6156
 """Self term over nearest neighbour below which point forces on square cells have a negative eigenvalue: minus the
 alternating sum of 1/r over the square lattice (Borwein, Borwein & Taylor, J. Math. Phys. 26 (1985) 2999)."""
 
@@ -194,9 +194,9 @@ def points(shape: tuple[int, int], cell: tuple[float, float], self_ratio: float 
     >>> float(table[0, 0] / table[0, 1])
     2.0
     """
-    if not (math.isfinite(self_ratio) and self_ratio > SMALLEST_RATIO):
+    if not (math.isfinite(self_ratio) and self_ratio > MIN_RATIO):
         raise InputError(
-            f"The ratio of the self term to the nearest neighbour's must exceed {SMALLEST_RATIO}; found {self_ratio}.",
+            f"The ratio of the self term to the nearest neighbour's must exceed {MIN_RATIO}; found {self_ratio}.",
             code="ratio-too-small",
         )
     dx, dy = cell

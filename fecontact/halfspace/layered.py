@@ -35,10 +35,10 @@ from fecontact.common.material import Material
 from fecontact.common.one_line import one_line
 from fecontact.halfspace import kernels
 
-SMALLEST_WAVE = 1e-4
+MIN_WAVE = 1e-4
 """Wave number times total thickness below which a layer's fields are linearly dependent; the limit is used."""
 
-LARGEST_WAVE = 22.0
+MAX_WAVE = 22.0
 """Wave number times thickness of the top layer at which the influence of its base is exp(-2 22) = 8e-20."""
 
 THIN = 1e-3
@@ -143,7 +143,7 @@ def surface_waves(k: Array, layers: Sequence[Layer], base: Material | None, shea
     x) and cos(k x).
     """
     total = sum(layer.thickness for layer in layers)
-    waves = np.maximum(k, SMALLEST_WAVE / total)
+    waves = np.maximum(k, MIN_WAVE / total)
     top = _fields(waves, layers[0])[0]
     values = np.einsum("kij,kj->ki", top[:, :2], _factors(waves, layers, base, shear)[:, 0:4])
     if base is None:  # the compliance itself has a limit there
@@ -211,7 +211,7 @@ def wave_stress(k: Array, depth: float, layers: Sequence[Layer], base: Material 
     >>> bool(np.isclose(under[0, 2], -4 * np.exp(-3.0)))
     True
     """
-    waves = np.maximum(k, SMALLEST_WAVE / sum(layer.thickness for layer in layers))
+    waves = np.maximum(k, MIN_WAVE / sum(layer.thickness for layer in layers))
     factors = _factors(waves, layers, base)
     above = 0.0
     for j, layer in enumerate(layers):
@@ -316,7 +316,7 @@ def _of_thin_layer(layers: Sequence[Layer], base: Material | None, cell: float) 
     As its thickness goes to zero it adds the same at all wave numbers: no more than its own cell is displaced.
     """
     total = sum(layer.thickness for layer in layers)
-    k = np.maximum(2 * math.pi / cell * np.geomspace(1e-3, 1.0, 16), 2 * SMALLEST_WAVE / total)
+    k = np.maximum(2 * math.pi / cell * np.geomspace(1e-3, 1.0, 16), 2 * MIN_WAVE / total)
     whole, added = compliance(k, layers, base), _added(k, layers, base)
     found = float(added[-4] / k[-4])  # at a period of four cells
     return found if (np.abs(added - found * k) <= THIN * np.abs(whole)).all() else None
@@ -372,9 +372,9 @@ def _added_by_top(reach: float, layers: Sequence[Layer], base: Material | None) 
     stiffer = top.plane_strain_modulus / below.plane_strain_modulus if below else 0.0
     softer = (top.lame / top.shear_modulus + 2) ** 0.5  # resists volume more than shear: felt farther
     far = min(reach, FELT * h * max(1.0, stiffer ** (1 / 3), softer / 2))
-    panels = 8 + math.ceil(LARGEST_WAVE * far / h / 20)  # a panel of 24 points integrates a phase of 20
+    panels = 8 + math.ceil(MAX_WAVE * far / h / 20)  # a panel of 24 points integrates a phase of 20
     nodes, weights = np.polynomial.legendre.leggauss(24)
-    edges = LARGEST_WAVE / h * np.linspace(0.0, 1.0, panels + 1)
+    edges = MAX_WAVE / h * np.linspace(0.0, 1.0, panels + 1)
     edges = np.concatenate([[0.0], edges[1] * 2.0 ** np.arange(-LONG_WAVES, 0), edges[1:]])
     width = np.diff(edges)[:, None] / 2
     k = ((edges[:-1] + edges[1:])[:, None] / 2 + width * nodes).ravel()
@@ -507,9 +507,9 @@ def tangential_difference(
         0 and 2 of (L + T)/2 and (L - T)/2, and of order 1 of W.
     """
     h = layers[0].thickness
-    panels = 8 + math.ceil(LARGEST_WAVE * reach / h / 20)  # a panel of 24 points integrates a phase of 20
+    panels = 8 + math.ceil(MAX_WAVE * reach / h / 20)  # a panel of 24 points integrates a phase of 20
     nodes, weights = np.polynomial.legendre.leggauss(24)
-    edges = LARGEST_WAVE / h * np.linspace(0.0, 1.0, panels + 1)
+    edges = MAX_WAVE / h * np.linspace(0.0, 1.0, panels + 1)
     width = np.diff(edges)[:, None] / 2
     k = ((edges[:-1] + edges[1:])[:, None] / 2 + width * nodes).ravel()
     L, T, W = ((width * weights).ravel()[:, None] * (

@@ -39,8 +39,8 @@ from fecontact.halfspace.smooth import Corrected, Product, Term
 PER_ROUND = 0.2
 """Factor by which the gaps on the set shrink before the set is updated."""
 
-MOST_ROUNDS = 150
-MOST_STEPS = 60
+MAX_ROUNDS = 150
+MAX_ITERATIONS = 60
 """Conjugate gradient steps on one set; the preconditioned method needs a dozen for ten digits."""
 
 DRIFT = 0.1
@@ -163,7 +163,7 @@ def solve_on_grid(problem: GridProblem, start: Array, active: Mask, tolerance: f
     u = problem.compliance.apply(p)
     at = GridIterate(p, u, np.zeros(len(problem.F)), active, 0, 0, False, ())
     changed = True
-    while at.rounds < MOST_ROUNDS:
+    while at.rounds < MAX_ROUNDS:
         at = _equalise(problem, at, tolerance, PER_ROUND if changed else 0.0, work)
         found = _judged(problem, at, tolerance)
         if found.closes(tolerance) and at.drift > DRIFT * tolerance * found.scale:
@@ -368,7 +368,7 @@ def _equalise(problem: GridProblem, at: GridIterate, tolerance: float, factor: f
     dq, rho, largest = balance.precondition()
     work.d[...] = work.z
     first, steps, q = rho, 0, q + dq
-    while steps < MOST_STEPS and largest > closed and rho > factor**2 * first:
+    while steps < MAX_ITERATIONS and largest > closed and rho > factor**2 * first:
         problem.rough.apply(work.d, work.image)
         curvature = sum(problem.each(lambda strip: float(np.vdot(work.d[strip], work.image[strip]))))
         if curvature <= 0:

@@ -19,7 +19,7 @@ from fecontact.halfspace.compliance import (
     tangential_compliance,
 )
 from fecontact.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
-from fecontact.halfspace.friction import FIRST_TURN, MOST_TURNS, PER_TURN, SLIDING, Friction
+from fecontact.halfspace.friction import FIRST_TURN, MAX_STAGGERED, PER_TURN, SLIDING, Friction
 from fecontact.halfspace.grid import Even, even_axes, part_of, unfold
 from fecontact.halfspace.nested import GridIterate, GridLevel, solve_coarser, solve_nested
 from fecontact.halfspace.smooth import Corrected, Product, Term
@@ -30,7 +30,7 @@ from fecontact.solvers.problem import Outcome
 
 Part = tuple[slice, slice]
 
-MOST_CELLS = 3000
+MAX_CELLS = 3000
 """Cells in a scene's rows up to which the compliance among them is formed as a matrix."""
 
 DENSE_LIMIT = 1500
@@ -39,7 +39,7 @@ DENSE_LIMIT = 1500
 APART = 1e-9
 """Opening by a motion, relative to the largest, that is rounding."""
 
-MOST_SHARES = 20
+MAX_SHARES = 20
 """Largest number of reassignments of cells under several bodies."""
 
 
@@ -150,7 +150,7 @@ class CellModel:
         Few cells: from the table of offsets. Many: by one transform for each row's force.
         """
         used = np.unique(rows.indices)
-        if len(used) > MOST_CELLS:
+        if len(used) > MAX_CELLS:
             columns = [rows @ self.product.apply(row.toarray().reshape(self.shape)).ravel() for row in rows]
             S = np.stack(columns, axis=1) / self.body.grid.area
             return np.asarray((S + S.T) / 2)
@@ -232,7 +232,7 @@ class GridCompliance(LinearOperator):
         """
         q, forces, nit = np.zeros(problem.m), np.zeros(problem.n), 0
         several = len(np.unique(self.cells)) < problem.n
-        for _ in range(MOST_SHARES if several else 1):
+        for _ in range(MAX_SHARES if several else 1):
             owner = self._owners(problem.g + problem.B.T @ q)
             at, q = _solve(self.model, self.cells[owner], problem, owner, tolerance)
             nit += at.nit
@@ -312,7 +312,7 @@ class FrictionCompliance(LinearOperator):
         slip, B, F = on_grid(problem.g), on_grid(Tt.T @ problem.B), Tt.T @ problem.F / grid.area
         x, m, q = np.zeros(problem.n), np.zeros(len(F)), None
         within = max(FIRST_TURN, tolerance) if coupled else tolerance
-        for turn in range(MOST_TURNS):
+        for turn in range(MAX_STAGGERED):
             x[normals] = 0.0
             g = (problem.g + self @ x)[normals] if coupled and turn else problem.g[normals]
             pressed = ContactProblem(self.normal(normals), g, Tn.T @ problem.B[:, normals], Tn.T @ problem.F)

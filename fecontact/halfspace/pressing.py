@@ -24,7 +24,7 @@ from fecontact.halfspace.smooth import Product
 from fecontact.solvers import ContactProblem, Residuals
 
 #: Least tolerance of a certificate: rounding of the transforms alone leaves some 1e-15.
-LEAST_TOLERANCE = 1e-14
+MIN_TOLERANCE = 1e-14
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ def check_settings(tolerance: float, symmetry: bool, workers: int | None) -> Non
     ------
     InputError
     """
-    if share("the tolerance", tolerance) < LEAST_TOLERANCE:
-        raise InputError(f"The tolerance must be at least {LEAST_TOLERANCE:g}, above rounding; found {tolerance!r}.")
+    if share("the tolerance", tolerance) < MIN_TOLERANCE:
+        raise InputError(f"The tolerance must be at least {MIN_TOLERANCE:g}, above rounding; found {tolerance!r}.")
     flag("symmetry", symmetry)
     if workers is not None:
         whole("workers", workers, most=10**4)

@@ -25,11 +25,11 @@ WEIGHED = 16
 """1/r over the displacement of a cell by itself; with 1, many cells that stick are taken to slip, far from the answer.
 """
 
-MOST_ROUNDS = 20
+MAX_ROUNDS = 20
 PATIENCE = 6
 PROGRESS = 0.7
 ALTERNATIONS = 30
-MOST_STEPS = 200
+MAX_ITERATIONS = 200
 """Conjugate gradient steps in one Newton step."""
 
 CLOSE = 0.05
@@ -168,7 +168,7 @@ def solve_tresca(problem: TrescaProblem, q: Array, m: Array, tolerance: float) -
     """
     q = projected(np.where(problem.touching, q, 0.0), problem.limit)
     at = _measured(problem, TrescaIterate(q, problem.slip(q, m), m))
-    for _ in range(MOST_ROUNDS):
+    for _ in range(MAX_ROUNDS):
         found = _newton(problem, at, tolerance)
         if found.defect <= tolerance:
             return found
@@ -293,7 +293,7 @@ def _solve_linear(
         residual, m = residual + np.tensordot(dm, rows, 1), m - dm
         rho = float(np.vdot(residual, z))
         first = rho if steps == 0 else first
-        if steps == MOST_STEPS or rho <= factor**2 * first or np.abs(residual).max(initial=0.0) <= small:
+        if steps == MAX_ITERATIONS or rho <= factor**2 * first or np.abs(residual).max(initial=0.0) <= small:
             break
         d = z + (rho / before) * d if steps else z
         image, product = linear.product(d)

@@ -14,10 +14,10 @@ from fecontact.surfaces.between_nodes import FALL, ROUNDING, overlap_outline, sm
 #: A `HalfSpace` or a `HalfSpaceContact`, which ask for their own warnings: `grid`, `material`, `layers`, `periodic`.
 OnCells = Any
 
-LARGEST_STRAIN = 0.3
+MAX_STRAIN = 0.3
 """Displacement over half-width, a/R of a ball, from which results are warned of: linear theory errs by its square."""
 
-LARGEST_SLOPE = 0.3
+MAX_SLOPE = 0.3
 """Rms slope of the counter-surface in the contact from which results are warned of."""
 
 
@@ -34,13 +34,13 @@ def validity_warnings(body: OnCells, pressure: Array, gap: Array, displacement: 
     if not active.any():
         return
     strain, by = _strain(body, active, pressure, displacement)
-    if strain > LARGEST_STRAIN:
+    if strain > MAX_STRAIN:
         yield (
             f"Strains are not small: {by} is {strain:.2g}, and errors are of the order of its square. Linear "
             "elasticity needs less than some 0.3: take a smaller load, and check the units of load, modulus and sizes."
         )
     slope = rms_slope(gap - displacement, body.grid.cell, active)
-    if slope > LARGEST_SLOPE:
+    if slope > MAX_SLOPE:
         yield (
             f"The counter-surface is steep where it touches: its rms slope is {slope:.2g}, and a half-space's contact "
             "assumes less than some 0.3. Check that heights and sizes are in the same unit."

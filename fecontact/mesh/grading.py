@@ -12,9 +12,9 @@ from fecontact.common.checks import lengths, share, whole
 from fecontact.common.errors import InputError, shown
 
 #: Cells through the depth of a thin layer, at all levels.
-FEWEST_LAYERS = 4
+MIN_LAYERS = 4
 #: Cells along a line of a graded mesh, and their least width over the size of the block; points nearer than 1e-9 merge.
-MOST_CELLS, NARROWEST = 1000, 1e-8
+MAX_CELLS, NARROWEST = 1000, 1e-8
 #: Width of cells in a thin layer, times their number along the core, over sqrt(a b / 2).
 IN_THIN_LAYER = 0.4
 
@@ -32,8 +32,8 @@ def geometric(first: float, growth: float, total: float, widest: float = np.inf)
     """
     positions, step = [0.0], first
     while positions[-1] + 1.5 * step < total:
-        if len(positions) > MOST_CELLS:
-            raise InputError(f"More than {MOST_CELLS} cells would be needed between {first:g} and {total:g}; coarsen.")
+        if len(positions) > MAX_CELLS:
+            raise InputError(f"More than {MAX_CELLS} cells would be needed between {first:g} and {total:g}; coarsen.")
         positions.append(positions[-1] + step)
         step = min(step * growth, widest)
     return np.array([*positions, total])
@@ -86,8 +86,8 @@ class Level:
     growth: float = 1.8
 
     def __post_init__(self) -> None:
-        whole("the core of a Level", self.core, most=MOST_CELLS)
-        whole("the number of rings of a Level", self.rings, most=MOST_CELLS)
+        whole("the core of a Level", self.core, most=MAX_CELLS)
+        whole("the number of rings of a Level", self.rings, most=MAX_CELLS)
         share("the edge of a Level", self.edge)
         lengths(layer=self.layer, growth=self.growth)
         if self.growth < 1:
@@ -159,7 +159,7 @@ def grading(contact_radius: float, extent: float, depth: float, level: int | Lev
     widest = np.inf
     if thin:
         width = IN_THIN_LAYER / cut.core * np.sqrt(contact_radius * depth / 2)
-        widest = depth / np.ceil(max(depth / width, FEWEST_LAYERS) * (1 - 1e-12)) / thin
+        widest = depth / np.ceil(max(depth / width, MIN_LAYERS) * (1 - 1e-12)) / thin
     inside = contact_radius * _towards_edge(cut.core, cut.rings, cut.edge)
     if inside[0] > cut.core * widest:
         inside = np.concatenate([[cut.core * widest], inside])

@@ -128,7 +128,7 @@ class Layer:
 STEP = 0.8
 #: Least thickness that is left, relative to the given one, and largest share of the area that yields: a layer that
 #: needs more is too thick altogether.
-LEAST, MOST_AREA = 0.15, 0.25
+MIN_THICKNESS, MAX_AREA = 0.15, 0.25
 #: Slope at which the thickness returns to the given one.
 SLOPE = 0.5
 
@@ -149,7 +149,7 @@ def thinned(layer: Layer, given: Array) -> tuple[Array, tuple[str, ...]]:
     Raises
     ------
     MeshError
-        If it would have to yield by more than `LEAST` or on more than `MOST_AREA` of the surface.
+        If it would have to yield by more than `MIN_THICKNESS` or on more than `MAX_AREA` of the surface.
     """
     t, checked = given.copy(), np.arange(len(layer.facets))
     sides = _sides(layer)
@@ -162,7 +162,7 @@ def thinned(layer: Layer, given: Array) -> tuple[Array, tuple[str, ...]]:
         before, t = t, t.copy()
         t[layer.facets[bad]] *= STEP
         t = given - _spread(given - t, *sides)
-        if (t < LEAST * given).any() or _share(layer, t < given) > MOST_AREA:
+        if (t < MIN_THICKNESS * given).any() or _share(layer, t < given) > MAX_AREA:
             layer.refuse_folds(given)
         checked = np.flatnonzero((t != before)[layer.facets].any(axis=1))
 
@@ -206,7 +206,7 @@ def _told(layer: Layer, given: Array, t: Array) -> tuple[str, ...]:
 
 
 #: Elements through the thickness of a layer.
-MOST_LAYERS = 1000
+MAX_LAYERS = 1000
 Thickness = float | ArrayLike | Callable[[Array], ArrayLike]
 
 
@@ -275,7 +275,7 @@ def _fractions(layers: int | Sequence[float]) -> Array:
     if isinstance(layers, int | np.integer):
         if layers < 1:
             raise InputError(f"A layer needs at least one element through its thickness; found layers={layers}.")
-        return np.linspace(0.0, 1.0, whole("layers", layers, most=MOST_LAYERS) + 1)
+        return np.linspace(0.0, 1.0, whole("layers", layers, most=MAX_LAYERS) + 1)
     found = array_of(layers)
     fractions = np.zeros(0) if found is None else found
     if fractions.ndim != 1 or len(fractions) < 2 or fractions[0] != 0 or fractions[-1] != 1:

@@ -13,7 +13,7 @@ from fecontact.mesh.mesh import CellGroup, Mesh
 CANDIDATES = 40
 """Cells with the nearest centres, relative to their size, in which a point is looked for."""
 
-NEWTON, SETTLED = 30, 1e-12
+MAX_ITERATIONS, STEP_TOLERANCE = 30, 1e-12
 """Steps of Newton's method in a cell, and the step in reference coordinates that ends them."""
 
 OUTSIDE = 0.05
@@ -57,7 +57,7 @@ def interpolation(mesh: Mesh, points: Array) -> tuple[sp.csr_matrix, Mask]:
         near = np.take_along_axis(near, order, axis=1)
         for column in near.T:
             beside = np.maximum(low[column] - points, points - high[column]).max(axis=1)
-            todo = np.flatnonzero((best > SETTLED) & (beside <= OUTSIDE * sizes[column]))
+            todo = np.flatnonzero((best > STEP_TOLERANCE) & (beside <= OUTSIDE * sizes[column]))
             cells = column[todo]
             N, away = _nearest(mesh, group, cells, points[todo])
             better = away / sizes[cells] < best[todo]
@@ -78,7 +78,7 @@ def _nearest(mesh: Mesh, group: CellGroup, cells: IntArray, points: Array) -> tu
     """
     nodes = mesh.points[group.nodes[cells]]
     X = np.full(points.shape, 0.5)
-    for _ in range(NEWTON):
+    for _ in range(MAX_ITERATIONS):
         N, dN = element_basis(mesh.cells.shape[1], group.pattern, group.midfaces, X)
         off = points - (N[:, None] @ nodes)[:, 0]
         # a collapsed edge has no coordinate along itself
@@ -86,7 +86,7 @@ def _nearest(mesh: Mesh, group: CellGroup, cells: IntArray, points: Array) -> tu
         after = np.clip(X + step, 0.0, 1.0)
         moved = np.abs(after - X).max(initial=0.0)
         X = after
-        if moved < SETTLED:
+        if moved < STEP_TOLERANCE:
             break
     N = element_basis(mesh.cells.shape[1], group.pattern, group.midfaces, X)[0]
     return N, np.linalg.norm(points - (N[:, None] @ nodes)[:, 0], axis=1)

@@ -52,7 +52,7 @@ INNER = np.array([0.01, 0.5, 0.99])
 AMBIENT = 0.7
 LIGHT = np.array([-0.35, 0.55, 0.76])
 #: Size in pixels below which edges of facets are not drawn; they are fully drawn at five times it.
-SMALLEST_OUTLINED = 3.0
+MIN_OUTLINED = 3.0
 DARKEST = 0.5
 #: Translucent surfaces: grey level and opacity.
 VEIL = np.array([0.55, 0.6, 0.66])
@@ -425,7 +425,7 @@ def _grouped(counts: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
 def _edge_samples(patches: Array) -> Iterator[tuple[Array, Array]]:
     """Position and strength of samples on the facets' sides."""
     extent = _extents(patches) / OVERSAMPLING
-    strength = DARKEST * np.clip(extent.min(axis=1) / SMALLEST_OUTLINED - 1, 0.0, 4.0) / 4
+    strength = DARKEST * np.clip(extent.min(axis=1) / MIN_OUTLINED - 1, 0.0, 4.0) / 4
     for axis, end in ((0, 0), (0, 2), (1, 0), (1, 2)):
         along = 1 - axis
         shown = np.flatnonzero((strength > 0) & (extent[:, along] > 0))

@@ -16,12 +16,12 @@ from fecontact.mesh.mesh import Mesh
 #: Distance from a plane, relative to the size of a boundary, within which a node lies in it.
 IN_PLANE = 1e-9
 #: Steps to a surface within planes, and the distance from it, relative to the size, at which they end.
-MOST_STEPS, SETTLED = 30, 1e-14
+MAX_ITERATIONS, DISTANCE_TOLERANCE = 30, 1e-14
 #: Sine of the angle between a surface and a plane below which nodes in the plane stay where they are.
-LEAST_ANGLE = 0.05
+MIN_ANGLE = 0.05
 #: Least Jacobian of a cell, relative to its largest, that moved nodes may leave, and the part of what it was that they
 #: may leave of a lower one; how often they are drawn back.
-LEAST_JACOBIAN, LEAST_LEFT, HALVINGS = 0.2, 0.5, 5
+MIN_JACOBIAN, MIN_REMAINING, HALVINGS = 0.2, 0.5, 5
 
 
 class Foot(Protocol):
@@ -72,11 +72,11 @@ class Placement:
         on = self.within(points, size)
         free = self._free_directions(on)
         out, left = points.copy(), np.arange(len(points))
-        for _ in range(MOST_STEPS):
+        for _ in range(MAX_ITERATIONS):
             foot = self.surface.project(out[left])
             direction = np.einsum("nij,nj->ni", free[left], foot.normals)
             slope = np.einsum("ni,ni->n", direction, foot.normals)
-            moving = (np.abs(foot.gap) > SETTLED * size) & (slope > LEAST_ANGLE**2)
+            moving = (np.abs(foot.gap) > DISTANCE_TOLERANCE * size) & (slope > MIN_ANGLE**2)
             step = np.where(moving, -foot.gap / np.where(moving, slope, 1.0), 0.0)
             out[left] += step[:, None] * direction
             left = left[moving]
@@ -93,7 +93,7 @@ class Placement:
         held, free = on.any(axis=1), np.tile(np.eye(3), (len(on), 1, 1))
         normals = self.planes[:, :3]
         values, vectors = np.linalg.eigh(np.einsum("nk,ki,kj->nij", on[held].astype(float), normals, normals))
-        inside = np.where((values < LEAST_ANGLE**2)[:, None], vectors, 0.0)
+        inside = np.where((values < MIN_ANGLE**2)[:, None], vectors, 0.0)
         free[held] = inside @ inside.transpose(0, 2, 1)
         return free
 
@@ -187,7 +187,7 @@ def unfolded(mesh: Mesh, points: Array, moved: Mask) -> tuple[Mesh, int]:
         if mesh.hanging is not None:
             now = mesh.hanging.followed(now)
         least = least_jacobians(_part(mesh, now, touched))
-        folds = least < np.minimum(LEAST_JACOBIAN, LEAST_LEFT * before)
+        folds = least < np.minimum(MIN_JACOBIAN, MIN_REMAINING * before)
         if mesh.cells.shape[1] >= 20:
             folds |= (np.abs(mid_edge_places(now, mesh.cells[touched]) - 0.5) >= QUARTER).any(axis=1)
         folded = touched[folds]

@@ -20,8 +20,8 @@ from fecontact.common.errors import InputError, shown
 from fecontact.mesh.grading import Level, RingGrading, grading
 from fecontact.mesh.section_mesh import SectionMesh, counter_clockwise, merge_sections
 from fecontact.mesh.shapes import (
-    MOST_ALONG,
-    MOST_CELLS,
+    MAX_ALONG,
+    MAX_CELLS,
     beyond_45_degrees,
     coons,
     division,
@@ -55,8 +55,8 @@ def grid(
     """
     among("element of a section", element, ELEMENTS)
     n1, n2 = divisions
-    if n1 * n2 > MOST_CELLS:
-        raise InputError(f"{n1} x {n2} cells are more than {MOST_CELLS:.0e}.")
+    if n1 * n2 > MAX_CELLS:
+        raise InputError(f"{n1} x {n2} cells are more than {MAX_CELLS:.0e}.")
     number = np.arange((2 * n1 + 1) * (2 * n2 + 1)).reshape(2 * n1 + 1, 2 * n2 + 1)
     places = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1)][: ELEMENTS[element]]
     cells = np.stack([number[i : i + 2 * n1 - 1 : 2, j : j + 2 * n2 - 1 : 2].ravel() for i, j in places], axis=1)
@@ -153,7 +153,7 @@ def annulus(
     divisions = items("divisions", divisions, "two counts")
     if len(divisions) != 2:
         raise InputError(f"An annulus takes two divisions; found {shown(divisions)}.")
-    around = whole("the division around", divisions[0], most=MOST_ALONG)
+    around = whole("the division around", divisions[0], most=MAX_ALONG)
     across = inner + division(outer - inner, divisions[1], "radial division")
 
     def shape(index: Array) -> Array:

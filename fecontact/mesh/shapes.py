@@ -42,7 +42,7 @@ from fecontact.mesh.refine import divided as divided
 SAME_POSITION = 1e-9
 
 #: Largest numbers of cells, of a mesh and along one line; beyond, arrays of nodes alone fill tens of gigabytes.
-MOST_CELLS, MOST_ALONG = 10**8, 10**6
+MAX_CELLS, MAX_ALONG = 10**8, 10**6
 
 _NODES = {"hex8": 8, "hex20": 20, "hex27": 27}
 
@@ -62,8 +62,8 @@ def lattice(divisions: Sequence[int], names: Sequence[str | None], element: str 
     if len(given) != 3:
         raise InputError(f"Divisions must be three positive integers; found {shown(divisions)}.")
     n = np.array([whole("a division", count) for count in given])
-    if np.prod(n.astype(float)) > MOST_CELLS:
-        raise InputError(f"{given} divisions are {np.prod(n.astype(float)):.3g} cells, more than {MOST_CELLS:.0e}.")
+    if np.prod(n.astype(float)) > MAX_CELLS:
+        raise InputError(f"{given} divisions are {np.prod(n.astype(float)):.3g} cells, more than {MAX_CELLS:.0e}.")
     index = np.arange(np.prod(n + 1)).reshape(n + 1)
     points = np.stack(np.meshgrid(*(np.arange(k + 1.0) for k in n), indexing="ij"), axis=-1).reshape(-1, 3)
     corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
@@ -88,7 +88,7 @@ def division(size: float, given: int | ArrayLike, what: str) -> Array:
         If they do not increase or do not run from 0 to `size`; `what` names them in the message.
     """
     if isinstance(given, int | np.integer):
-        return np.linspace(0.0, size, whole(f"the {what}", given, most=MOST_ALONG) + 1)
+        return np.linspace(0.0, size, whole(f"the {what}", given, most=MAX_ALONG) + 1)
     found = array_of(given)
     positions = np.zeros(0) if found is None else found
     if positions.ndim != 1 or len(positions) < 2 or not (np.diff(positions) > 0).all():

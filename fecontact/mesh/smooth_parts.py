@@ -26,12 +26,12 @@ from fecontact.mesh.pick import shared_sides, side_normals
 SMOOTH = float(np.cos(np.radians(40.0))) - 1e-9
 #: Angle (radians, 5 degrees) from which an edge may be a crease, and by how much the turn per length has to exceed all
 #: turns the same way near by.
-LEAST_CREASE, EXCESS = float(np.radians(5.0)), 3.0
+MIN_CREASE, EXCESS = float(np.radians(5.0)), 3.0
 #: Part of a facet's width by which edges lie apart, so that they are not pieces of one crease.
 APART = 0.3
 #: Sums of the angles of coplanar facets at a corner (radians, 150 and 300 degrees) above which it is on a straight
 #: edge, and in their interior.
-LEAST_ON_EDGE, LEAST_INSIDE = float(np.radians(150.0)), float(np.radians(300.0))
+MIN_ON_EDGE, MIN_INSIDE = float(np.radians(150.0)), float(np.radians(300.0))
 #: Turn per length from a strip to the facets beside it, relative to theirs to the next, above which it is a side of a
 #: polygon: there it is 1, from a flat strip to the first chord of an arc of the same width 1/2.
 POLYGON = 0.75
@@ -131,8 +131,8 @@ def _plane_plates(points: Array, facets: IntArray, whole: IntArray, plate: IntAr
     site = np.unique(np.stack([corners, np.repeat(whole, 4)]), axis=1, return_inverse=True)[1].ravel()
     angle = np.bincount(site, _corner_angles(points, facets).ravel())
     only = _one_value(site, np.repeat(plate, 4))
-    sure = np.union1d(only[angle > LEAST_INSIDE], _one_value(whole, plate))
-    along = only[(angle > LEAST_ON_EDGE) & (only >= 0)]
+    sure = np.union1d(only[angle > MIN_INSIDE], _one_value(whole, plate))
+    along = only[(angle > MIN_ON_EDGE) & (only >= 0)]
     return np.union1d(sure, along), np.setdiff1d(along, sure)
 
 
@@ -196,7 +196,7 @@ def _side_lines(points: Array, facets: IntArray, first: IntArray, second: IntArr
 def _creases(points: Array, facets: IntArray, first: IntArray, second: IntArray, cosine: Array) -> Mask:
     """Which shared sides (n,), given as 4 facet + side of either facet, turn far more than those near by."""
     turn = np.arccos(np.clip(cosine, -1.0, 1.0))
-    tested = np.flatnonzero((turn >= LEAST_CREASE) & (cosine >= SMOOTH))
+    tested = np.flatnonzero((turn >= MIN_CREASE) & (cosine >= SMOOTH))
     out = np.zeros(len(first), bool)
     if len(tested) == 0:
         return out

@@ -166,7 +166,7 @@ PRINTED = ("force_x", "force_y", "force_z", "area", "max_pressure", "mean_pressu
 #: Of a side of a plane.
 OF_SIDES = ("force", "area", "max_pressure")
 #: Maps in a montage at most.
-MOST_MAPS = 100
+MAX_MAPS = 100
 #: Figure, relative to the largest of its column, that is shown as zero.
 ROUNDING = 1e-9
 
@@ -430,8 +430,8 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         from fecontact.results.pictures.case_pictures import plot_montage
 
         maps, names = self.fields(what, contact, cases), [self.names[k] for k in self._numbers(cases)]
-        if len(maps) > MOST_MAPS:
-            raise InputError(f"{len(maps)} maps do not fit into a picture: choose at most {MOST_MAPS} by cases=.")
+        if len(maps) > MAX_MAPS:
+            raise InputError(f"{len(maps)} maps do not fit into a picture: choose at most {MAX_MAPS} by cases=.")
         return plot_montage(maps, names, f"{what}, {self.labels[contact]}", self.units, path)
 
     def animate(

@@ -10,7 +10,7 @@ import numpy as np
 from fecontact.bodies.halfspace import HalfSpace
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.error_estimate import ErrorEstimate
-from fecontact.halfspace.grid_error import LEAST_SHARE, EdgeCells, cells_error_estimate, edge_area, edge_cells
+from fecontact.halfspace.grid_error import MIN_SHARE, EdgeCells, cells_error_estimate, edge_area, edge_cells
 from fecontact.halfspace.surface import GridSurface
 from fecontact.results.error_estimate import AT_KINKS
 from fecontact.surfaces.facet_surface import Surface, has_cells
@@ -88,8 +88,8 @@ class CellContact:
             pressure=pressure,
             geometry=found.geometry,
             interior=float(np.hypot(of_cells.interior, found.interior)),
-            peak=np.inf if unbounded else max(of_cells.peak, LEAST_SHARE * pressure, AT_KINKS * found.geometry),
-            area=max(of_cells.area, LEAST_SHARE * pressure),
+            peak=np.inf if unbounded else max(of_cells.peak, MIN_SHARE * pressure, AT_KINKS * found.geometry),
+            area=max(of_cells.area, MIN_SHARE * pressure),
             unbounded=unbounded,
         )
 

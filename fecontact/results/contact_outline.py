@@ -218,9 +218,9 @@ def _across(normal: Array, plane: Array) -> Array:
 
 
 #: Length of a wave of which half is left, in steps of scatter, and at most as a share of a closed curve.
-WAVE, LARGEST_SHARE = 3.0, 0.25
+WAVE, MAX_SHARE = 3.0, 0.25
 #: Points for each step of scatter, and on a curve at least.
-DENSITY, FEWEST = 6, 24
+DENSITY, MIN_POINTS = 6, 24
 #: Length beyond the ends of a stretch, in waves, by which it is continued.
 CONTINUED = 3
 #: Distance from a plane of symmetry, in steps, that is on it.
@@ -276,11 +276,11 @@ def smoothed(points: Array, smooth: Mask, step: Array, mirrors: Sequence[Mirror]
 def _graduated(points: Array, step: Array, *, closed: bool = False, mirrors: Sequence[Mirror] = ()) -> Array:
     """Smoothed points (k, d) at equal steps along a polyline (n, d); of a closed one without the last."""
     place = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1) * 2 / (step[1:] + step[:-1])))
-    n = max(FEWEST, int(np.ceil(DENSITY * place[-1])))
+    n = max(MIN_POINTS, int(np.ceil(DENSITY * place[-1])))
     even = np.linspace(0.0, place[-1], n + 1)
     x = np.stack([np.interp(even, place, column) for column in points.T], axis=1)
     # a stretch is half of a curve or less
-    wave = n / place[-1] * min(WAVE, (1 if closed else 2) * LARGEST_SHARE * place[-1])
+    wave = n / place[-1] * min(WAVE, (1 if closed else 2) * MAX_SHARE * place[-1])
     beyond = min(n, int(np.ceil(CONTINUED * wave)))
     if closed:
         x = x[:-1]

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 #: Errors, relative to a facet's size: of distances by pressures, over the root of the distance; by gaps, times the
 #: root of the distance, and at least. The factors are the scatter of nodal values round Hertz's, on hexahedra and
 #: tetrahedra, nodal and mortar coupling.
-BY_PRESSURE, BY_GAP, LEAST = 0.1, 0.03, 0.02
+BY_PRESSURE, BY_GAP, MIN_ERROR = 0.1, 0.03, 0.02
 #: Distances in facets at which the first of these errors grows no smaller and the second no larger.
 NEAREST = (0.1, 0.01)
 #: Iterations of the factor A, and its exponent on the slope: a pressure alone would want 1/2, a gap alone 3/2.
@@ -190,7 +190,7 @@ def _by_roots(found: _Patches) -> tuple[Array, Mask]:
 def _variance(distance: Array, inside: Mask) -> Array:
     """Squared errors (n_pairs,) of distances in facets."""
     by_pressure = BY_PRESSURE**2 * np.maximum(distance, NEAREST[0])
-    by_gap = BY_GAP**2 / np.maximum(distance, NEAREST[1]) + LEAST**2
+    by_gap = BY_GAP**2 / np.maximum(distance, NEAREST[1]) + MIN_ERROR**2
     return np.where(inside, by_pressure, by_gap)
 
 

@@ -43,7 +43,7 @@ from fecontact.solvers.equality import solve_on
 DEGREES, STEPS = (2, 4, 6), 8
 #: Largest change of a coefficient in a step, and largest movement, relative to the size, when the outline has settled,
 #: and the one accepted after the last step.
-LARGEST_STEP, SETTLED, NEARLY_SETTLED = 0.1, 2e-5, 5e-4
+MAX_STEP, STEP_TOLERANCE, ACCEPTED_STEP = 0.1, 2e-5, 5e-4
 #: Movement by terms of the next degree, relative to the size, up to which they are not needed.
 FOUND = 2e-3
 #: Layers of facets from the edge on which c is to be smooth.
@@ -51,7 +51,7 @@ SMOOTH_LAYERS = 4
 #: Accepted tension over the peak, overlap outside over the elastic deflection, and change of area beyond the surface.
 TENSION, OVERLAP, AREA = 1e-2, 2e-3, 0.05
 #: Most difference from the nodal pressure over the misfit of its reconstructions, and samples of a facet to find it.
-MOST_CHANGE, SAMPLES = 1.5, 6
+MAX_CHANGE, SAMPLES = 1.5, 6
 #: Accepted imbalance and mean gap, relative.
 BALANCE = 1e-10
 
@@ -304,9 +304,9 @@ def _settled(setting: _Problem, regions: list[EdgeRegion]) -> tuple[list[EdgeReg
             steps = _steps(setting, regions, answer)
             moved = max(_movement(r.outline, step) for r, step in zip(regions, steps, strict=True))
             regions = [replace(r, outline=r.outline.moved(step)) for r, step in zip(regions, steps, strict=True)]
-            if moved < SETTLED:
+            if moved < STEP_TOLERANCE:
                 break
-        if moved > NEARLY_SETTLED:
+        if moved > ACCEPTED_STEP:
             raise _NotFoundError("its outline did not settle")
         higher = [replace(r, outline=r.outline.to_degree(degree + 2, r.mirrors)) for r in regions]
         answer = _answer(setting, higher, smooth)
@@ -338,7 +338,7 @@ def _step(setting: _Problem, region: EdgeRegion, found: RegionFunctions, c: Arra
     if system.shape[0] < system.shape[1]:
         raise _NotFoundError("too few facets lie round its edge")
     step = np.linalg.lstsq(system, -c[own], rcond=1e-10)[0][: changes.shape[1]]
-    return np.clip(step, -LARGEST_STEP, LARGEST_STEP)
+    return np.clip(step, -MAX_STEP, MAX_STEP)
 
 
 def _movement(outline: Outline, step: Array) -> float:
@@ -368,7 +368,7 @@ def _residuals(setting: _Problem, answer: _Answer, moved: float, change: float) 
 
 def _objection(found: EdgePressure, r: EdgeResiduals) -> str:
     """Why an edge pressure does not pass; empty if it does."""
-    likely = MOST_CHANGE * found.contact.misfit
+    likely = MAX_CHANGE * found.contact.misfit
     checks = (
         (r.tension > TENSION, f"it would pull, by {r.tension:.1%} of its peak"),
         (r.overlap > OVERLAP, f"the bodies would overlap beside it, by {r.overlap:.1%} of the elastic deflection"),

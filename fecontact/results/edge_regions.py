@@ -12,7 +12,7 @@ from fecontact.results.contact_fields import ContactFields
 from fecontact.results.contact_outline import Mirror, Outline, ellipse_of_moments, planes_of_symmetry
 
 #: Fewest points of a region with an outline of its own.
-FEWEST = 12
+MIN_POINTS = 12
 #: Width of points over their length that counts as a line.
 ON_A_LINE = 1e-6
 
@@ -53,7 +53,7 @@ def regions_with_edge(contact: ContactFields) -> list[EdgeRegion]:
     out = []
     for k in range(1, int(contact.region.max(initial=0)) + 1):
         points = np.flatnonzero(contact.region == k)
-        if len(points) < FEWEST or _flat(contact.points[points]):
+        if len(points) < MIN_POINTS or _flat(contact.points[points]):
             continue
         own, alien = (of_facet == k).any(axis=1), ((of_facet != k) & (of_facet > 0)).any(axis=1)
         near = (beside @ (beside.T @ own.astype(float)) > 0) & ~alien

@@ -38,11 +38,11 @@ if TYPE_CHECKING:
     from fecontact.results.contact_fields import ContactFields
 
 #: Least and largest number of samples along each side of a face, and the total above which it is reduced.
-SAMPLES, MOST_SAMPLES = (3, 6), 40_000
+SAMPLES, MAX_SAMPLES = (3, 6), 40_000
 #: Facets per block, which bounds the memory.
 BLOCK = 4096
 #: Least error of the largest pressure as a share of the mean error: force in excess at the edge is missing inside.
-LEAST_SHARE = 0.25
+MIN_SHARE = 0.25
 #: That share over the mean error, where this is larger: with pressures off by 30 % peaks are off by up to as much.
 COARSE_SHARE = 1.6
 #: Depth in faces, and as a share of the faces across, up to which the largest pressure lies at the edge, as below flat
@@ -65,7 +65,7 @@ RIM_SAMPLES = 12
 #: Faces across a contact down to whose width elements below it are looked at.
 NARROWEST = 2.0
 #: Share of a contact's force above which a region counts.
-LEAST_REGION = 0.05
+MIN_REGION = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +147,7 @@ def readings_of(contact: ContactFields, samples: int | None = None) -> PressureR
     if field is None:
         return None
     chosen = np.flatnonzero(field.loaded)
-    n = samples or int(np.clip(np.sqrt(MOST_SAMPLES / len(chosen)), *SAMPLES))
+    n = samples or int(np.clip(np.sqrt(MAX_SAMPLES / len(chosen)), *SAMPLES))
     highest = int(np.argmax(np.nan_to_num(field.known)))
     past = _past_rim(contact, chosen)
     blocks = [_read(contact, field, past, chosen[k : k + BLOCK], n, highest) for k in range(0, len(chosen), BLOCK)]
@@ -317,7 +317,7 @@ def error_estimate(contact: ContactFields, readings: PressureReadings | None) ->
     pressure = float(np.sqrt(readings.error**2 + geometry**2 + interior**2))
     cornered = contact.facets.shape[1] > 3 and triangular(contact.facets).any()
     of_area = AREA_SHARE_OF_TRIANGLES if cornered else AREA_SHARE
-    share = min(1.0, max(LEAST_SHARE, COARSE_SHARE * pressure))
+    share = min(1.0, max(MIN_SHARE, COARSE_SHARE * pressure))
     if readings.peak_depth <= min(AT_EDGE, AT_EDGE_OF_WIDTH * readings.across):
         share = 1.0
     found = ErrorEstimate(
@@ -366,7 +366,7 @@ def faces_across(contact: ContactFields, readings: PressureReadings) -> float:
     region = at_nodes.max(axis=1).toarray().ravel().astype(np.int64)
     of_facet = contact.facet_region[readings.facets]
     load = np.bincount(contact.region, contact.forces)
-    least = min(LEAST_REGION * load.sum(), load.max())  # of many regions none may carry so much
+    least = min(MIN_REGION * load.sum(), load.max())  # of many regions none may carry so much
     chosen = [k for k in np.flatnonzero(load >= least) if k > 0]
     return min(_across(contact, readings, of_facet == k, share, contact.node_numbers[region == k]) for k in chosen)
 

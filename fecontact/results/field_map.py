@@ -19,7 +19,7 @@ FIELDS = ("pressure", "gap", "friction")
 #: Cells per side into which a facet is divided for a smooth picture; points per side of a section.
 FINENESS, ALONG = 6, 16
 #: Share of the area whose pressures a scale shows where the peak is unbounded; peaks this close to a scale are on it.
-MOST, ROUNDING = 0.95, 1e-9
+SHOWN_SHARE, ROUNDING = 0.95, 1e-9
 
 
 @one_line
@@ -137,7 +137,7 @@ def scale_top(contact: ContactFields) -> float:
     pressure, area = contact.pressure[contact.active], contact.weights[contact.active]
     order = np.argsort(pressure)
     share = np.cumsum(area[order]) / area.sum()
-    return float(pressure[order[int(np.argmax(share >= MOST * (1 - ROUNDING)))]])
+    return float(pressure[order[int(np.argmax(share >= SHOWN_SHARE * (1 - ROUNDING)))]])
 
 
 def field_map(contact: ContactFields, what: str) -> FieldMap:

@@ -224,7 +224,7 @@ def friction_fields(
 
 
 #: Tractions, as a share of what friction could bear (both in L2), below which their error is relative to this share.
-LEAST_TRACTION = 0.1
+MIN_TRACTION = 0.1
 
 
 def has_reserve(friction: FrictionFields) -> bool:
@@ -256,7 +256,7 @@ def traction_misfit(
     misfit : (n,) array
         Integral over each facet of `pressed` of the squared difference, the larger of the two.
     error : float
-        Relative L2 norm, see `LEAST_TRACTION`; one where no facet counts.
+        Relative L2 norm, see `MIN_TRACTION`; one where no facet counts.
     """
     mu = friction.mu
     assert isinstance(mu, float)
@@ -270,5 +270,5 @@ def traction_misfit(
     found = fields.pop("interpolated")
     misfit = larger_misfit(pressed.areas, found, list(fields.values())) * counted
     norm = (pressed.areas * found**2)[counted].sum()
-    norm = max(norm, (LEAST_TRACTION * mu) ** 2 * pressed.norm)
+    norm = max(norm, (MIN_TRACTION * mu) ** 2 * pressed.norm)
     return misfit, float(np.sqrt(misfit.sum() / norm)) if counted.any() else 1.0

@@ -82,7 +82,7 @@ class CarriedMotion:
 #: Tolerated error of linearised motions, relative to the approach.
 BEARABLE = 1e-3
 #: Largest number of points examined in contact, and of the nearest others.
-MOST_POINTS = 400
+MAX_POINTS = 400
 #: Opening by a unit of a rigid motion, relative to the largest, below which the motion changes no gap.
 NEUTRAL = 1e-7
 #: Largest weight of inner nodes in a closest point on the rim.
@@ -90,7 +90,7 @@ ON_RIM = 1e-9
 #: Share of the force up to which a point does not make a contact wider.
 ALONE = 1e-6
 #: Least approach, relative to the smallest body, used as a scale: less is rounding.
-LEAST_APPROACH = 1e-9
+MIN_APPROACH = 1e-9
 
 
 def linearisation_error(result: ContactResult) -> LinearisationError:
@@ -107,7 +107,7 @@ def linearisation_error(result: ContactResult) -> LinearisationError:
     """
     if result.linearisation is not None:
         return result.linearisation
-    least = LEAST_APPROACH * float(result.scene.sizes.min())
+    least = MIN_APPROACH * float(result.scene.sizes.min())
     found = [LinearisationError(0.0, least, 0.0)]
     motions = driven_motions(result)
     after = {
@@ -226,7 +226,7 @@ def _of_contact(interface: Interface, fields: ContactFields, after: dict[int, _M
     # a closest point on the rim does not show how the surface continues
     seen = inside if (active & inside).any() else seen
     if not active.any():
-        overlooked = bool((projection.gap[seen] < -LEAST_APPROACH * interface.slave.size).any())
+        overlooked = bool((projection.gap[seen] < -MIN_APPROACH * interface.slave.size).any())
         return LinearisationError(np.inf if overlooked else 0.0, 1.0, 0.0)
     if not (active & seen).any():
         return LinearisationError(np.inf, 1.0, 0.0)
@@ -283,11 +283,11 @@ def _indentation(fields: ContactFields) -> float:
 
 
 def _looked_at(fields: ContactFields) -> IntArray:
-    """Points in contact and the nearest others, at most `MOST_POINTS` each; all pairs without contact."""
+    """Points in contact and the nearest others, at most `MAX_POINTS` each; all pairs without contact."""
     active = np.flatnonzero(fields.active)
     others = fields.candidates[fields.forces[fields.candidates] <= 0] if len(active) else np.arange(len(fields.gap))
-    nearest = others[np.argsort(fields.gap[others], kind="stable")[:MOST_POINTS]]
-    return np.concatenate([active[:: 1 + len(active) // MOST_POINTS], nearest])
+    nearest = others[np.argsort(fields.gap[others], kind="stable")[:MAX_POINTS]]
+    return np.concatenate([active[:: 1 + len(active) // MAX_POINTS], nearest])
 
 
 def _at_rim(surface: Surface, projection: Projection) -> Mask:

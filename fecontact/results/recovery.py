@@ -19,7 +19,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 #: Weight of a node at a distance of r faces: area / (OFFSET + r)^2.
 OFFSET = 0.3
 #: Least weight of a node's area, relative to the mean.
-LEAST_AREA = 1e-3
+MIN_AREA = 1e-3
 #: Ratio of the eigenvalues of a patch's moments below which its nodes do not determine a polynomial.
 INDEPENDENT = 1e-4
 #: By the number of monomials of second degree: numbers of monomials fitted, and least number of nodes for each. A
@@ -120,7 +120,7 @@ def recovered(
 
 def node_weights(areas: Array, local: Array) -> Array:
     """Weights (n_pairs,) of nodes by their areas and their coordinates (n_pairs, d) from the centre of a facet."""
-    return np.asarray(np.maximum(areas, LEAST_AREA * areas.mean()) / (OFFSET + np.linalg.norm(local, axis=1)) ** 2)
+    return np.asarray(np.maximum(areas, MIN_AREA * areas.mean()) / (OFFSET + np.linalg.norm(local, axis=1)) ** 2)
 
 
 def facet_frames(nodes: Array, facets: IntArray) -> tuple[Array, Array]:

@@ -51,11 +51,11 @@ OF_FACES = 0.9
 #: strains have no bound and those recovered are too smooth.
 STIFFNESS = 1.65
 #: Largest number of closed points for which changes of forces are found, by a factor of their compliance.
-MOST_POINTS = 4000
+MAX_POINTS = 4000
 #: Contacts, the most loaded, whose forces are estimated.
-MOST_CONTACTS = 4
+MAX_CONTACTS = 4
 #: Share of the largest displacement below which a rotation is no tilt, and of a force below which a change is rounding.
-LEAST_TILT, LEAST_CHANGE = 0.01, 1e-6
+MIN_TILT, MIN_CHANGE = 0.01, 1e-6
 
 
 @one_line
@@ -130,7 +130,7 @@ class ResponseErrors:
             return
         touching = [k for k, c in enumerate(self.contacts) if c.active.any()]
         only_pressed = not self.frictional and all(part.loads is None for part in parts)
-        known = problem.is_dense and not self.frictional and len(closed) <= MOST_POINTS
+        known = problem.is_dense and not self.frictional and len(closed) <= MAX_POINTS
         alone = len(touching) == 1 and only_pressed and self._start[-1] == problem.n
         elastic = sum(float(each.energy.sum()) for each in self.primal)
         if only_pressed or elastic == 0:
@@ -143,7 +143,7 @@ class ResponseErrors:
             whole = self._with_faces(cells, forces, elastic)
             yield ("approach", whole.over(1 + whole.growth)) if driven else ("force", whole)
         turned = list(self._turned())
-        several = [] if alone else sorted(touching, key=lambda k: -self.contacts[k].total_force)[:MOST_CONTACTS]
+        several = [] if alone else sorted(touching, key=lambda k: -self.contacts[k].total_force)[:MAX_CONTACTS]
         if not known or not (several or turned):
             return
         change = _Change.of(problem.S[np.ix_(closed, closed)], problem.B[:, closed])
@@ -156,7 +156,7 @@ class ResponseErrors:
             along = np.zeros(problem.n)
             along[self._start[k] : self._start[k + 1]] = contact.normals[contact.candidates] @ pull
             y = change.by(along[closed] / size, np.zeros(len(problem.F)))
-            if np.abs(y).max() * elastic > LEAST_CHANGE * forces.max() * size:
+            if np.abs(y).max() * elastic > MIN_CHANGE * forces.max() * size:
                 yield "force", self._products(closed, y, size)
         wanted = [("tilt", row / size, size) for row, size in turned]
         if driven and several:
@@ -174,7 +174,7 @@ class ResponseErrors:
                 continue
             turn = self.rotation(part.body)
             size = float(np.linalg.norm(turn))
-            if size * part.body.size > LEAST_TILT * self.state.scale:
+            if size * part.body.size > MIN_TILT * self.state.scale:
                 row = np.zeros(len(self.condensed.problem.F))
                 row[own] = free.T @ turn
                 yield row, size

@@ -114,7 +114,7 @@ FALLS = 0.3
 #: The same of a single point with friction, above which it grows there.
 GROWS = 1.01
 #: Power of the distance up to which a rise is a kink, and its least slope times E*, over the highest pressure.
-KINK, LEAST_KINK = 1.1, 0.1
+KINK, MIN_KINK = 1.1, 0.1
 #: Distance from its own rim, relative to a face, at which a node counts as on it.
 ON_RIM = 1e-3
 #: Distance between the edges of two elastic bodies, relative to a face, up to which they end together.
@@ -184,7 +184,7 @@ def _sharp_tip(contact: ContactFields) -> SingularEdge | None:
     assert surface is not None
     size = float(surface.mean_facet_size[contact.sharing[highest].indices].mean())
     tip = sharpest(heights, master.pose.to_body(contact.points[[highest]])[0, :2], size)
-    if tip.power > KINK or contact.slave.contact_modulus * tip.slope < LEAST_KINK * pressure[highest]:
+    if tip.power > KINK or contact.slave.contact_modulus * tip.slope < MIN_KINK * pressure[highest]:
         return None
     x, y, z = (float(v) for v in contact.points[highest])
     exponent = 1 - tip.power if 1 - tip.power > BOUNDED else 0.0

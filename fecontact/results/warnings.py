@@ -17,7 +17,7 @@ from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
 from fecontact.common.arrays import Array, Mask
-from fecontact.common.error_estimate import LARGEST_ERROR, ErrorEstimate, percent
+from fecontact.common.error_estimate import MAX_ERROR, ErrorEstimate, percent
 from fecontact.contact.coupling.surface_pair import STEEPEST, opposition
 from fecontact.contact.interface import Interface
 from fecontact.contact.search.region import with_rings
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 
 
 #: Strain above which a result warns: the relative error of small-strain elasticity is of the size of the strain.
-LARGEST_STRAIN = 0.05
+MAX_STRAIN = 0.05
 #: Motion, relative to a body's size, above which it has moved.
-LEAST_MOVED = 1e-9
+MIN_MOVED = 1e-9
 #: Error of linearised motions above which a result warns whose poses were carried along already: nothing else mends it,
 #: so that less than a percent, of the size of other errors of modelling, needs no action.
 UNMENDED = 0.01
@@ -50,7 +50,7 @@ def unborne_motions(result: ContactResult) -> Iterator[str]:
     # change by no more than twice the turn of a body change by its motion
     turned = error.direction <= 2 * np.sqrt(2 * error.stretch)
     carries = not result.originals and (error.deflected < 1 or turned)
-    if error.worst > (BEARABLE if carries else UNMENDED) or error.friction > LARGEST_ERROR:
+    if error.worst > (BEARABLE if carries else UNMENDED) or error.friction > MAX_ERROR:
         if not np.isfinite(error.gap):
             what = "linearised motions lose or overlook the contact"
         else:
@@ -84,7 +84,7 @@ def pushed_aside(result: ContactResult) -> Iterator[str]:
         motion = result.rigid_motion(given)
         moved = np.concatenate([motion.translation, size * motion.rotation])
         moved[list(result.loading.frames[number].prescribed_components)] = 0.0
-        if (most := float(np.abs(moved).max())) > LEAST_MOVED * size:
+        if (most := float(np.abs(moved).max())) > MIN_MOVED * size:
             yield (
                 f"Nothing touches any more: {body.name!r} was pushed aside by what overlapped it, by {most:.2g}, as "
                 "neither a support nor friction holds it. Hold that motion, if it is to be pressed."
@@ -113,7 +113,7 @@ def large_strains(result: ContactResult) -> Iterator[str]:
     for body in result.elastic_bodies:
         u, errors = displaced[id(body)]
         strain = errors.largest if len(errors.cells) else float(np.nanmax(np.abs(body.model.gauss_strain(u))))
-        if strain > LARGEST_STRAIN:
+        if strain > MAX_STRAIN:
             yield f"{body.name!r} is strained by {100 * strain:.1f} %: small-strain elasticity is a guess there."
 
 
@@ -153,7 +153,7 @@ def missed_accuracy(result: ContactResult) -> Iterator[str]:
 
 def stiff_bodies(result: ContactResult) -> Iterator[str]:
     """Warning of forces and motions that are off because the elements of the bodies are too stiff."""
-    found = {name: v for name, v in vars(result.response_error).items() if v is not None and v > LARGEST_ERROR}
+    found = {name: v for name, v in vars(result.response_error).items() if v is not None and v > MAX_ERROR}
     if found and result.convergence is None:
         stiff = result.response_errors.stiff
         ways = {name: f"too {SIGNS[name]}" if stiff[name] else "off" for name in found}
@@ -192,7 +192,7 @@ def large_steps(result: ContactResult) -> Iterator[str]:
             float(np.linalg.norm(size / np.sqrt(contact.friction.weights)))
             for size in (moved.changes, np.linalg.norm(contact.friction.forces, axis=1))
         )
-        if changed > LARGEST_ERROR * rubbed:
+        if changed > MAX_ERROR * rubbed:
             yield (
                 f"The load steps are large: the tractions of friction between {contact.slave.name!r} and "
                 f"{contact.master.name!r} may be off by about {percent(changed / rubbed)}, as steps in halves change "
@@ -241,7 +241,7 @@ def notes_of_scene(result: ContactResult) -> Iterator[str]:
 
 
 #: Depth, relative to the smaller body, above which an overlap counts: chords of touching round faces make less.
-LEAST_DEPTH = 1e-4
+MIN_DEPTH = 1e-4
 
 
 def undeclared_overlaps(result: ContactResult) -> Iterator[str]:
@@ -255,7 +255,7 @@ def undeclared_overlaps(result: ContactResult) -> Iterator[str]:
         if frozenset((id(one.body), id(other.body))) in declared:
             continue
         depth = max(one.depth_in(other), other.depth_in(one))
-        if depth > LEAST_DEPTH * min(one.outside.length, other.outside.length):
+        if depth > MIN_DEPTH * min(one.outside.length, other.outside.length):
             yield (
                 f"{one.body.name!r} and {other.body.name!r} overlap by {depth:.4g} and no contact between them was "
                 "declared, so that nothing keeps them apart: add a Contact, or move one of them."
@@ -311,9 +311,9 @@ class _Placed:
 
 #: Overlap of nodes, relative to the sum of elastic displacement and overlap, above which a result warns, and relative
 #: to a face, below which it is rounding.
-LEAST_OVERLAP, ROUNDING = 0.2, 1e-4
+MIN_OVERLAP, ROUNDING = 0.2, 1e-4
 #: Excess of a second moment above which a result warns.
-LARGEST_EXCESS = 0.01
+MAX_EXCESS = 0.01
 
 
 class _Side(NamedTuple):
@@ -350,7 +350,7 @@ def overlap_left(result: ContactResult) -> Iterator[str]:
         one, elastic, size, facets = _deepest(slave, master, np.asarray(np.isin(slave.before.facets, ours).any(axis=1)))
         other, yielded, _, _ = _deepest(master, slave, facets)
         depth, given = max(one, other), elastic + yielded
-        if depth > LEAST_OVERLAP * (depth + given) and depth > ROUNDING * size:
+        if depth > MIN_OVERLAP * (depth + given) and depth > ROUNDING * size:
             points = int(contact.active.sum())
             carry = "no point" if points == 0 else "1 point" if points == 1 else f"{points} points"
             carry += " of the contact between them " + ("carries" if points < 2 else "carry")
@@ -406,7 +406,7 @@ def _remedy(result: ContactResult, contact: ContactFields) -> str:
 
 
 def coarse_pressures(result: ContactResult) -> Iterator[str]:
-    """Warnings of contacts not resolved, or whose pressure, peak or area may be off by more than `LARGEST_ERROR`."""
+    """Warnings of contacts not resolved, or whose pressure, peak or area may be off by more than `MAX_ERROR`."""
     for contact in result.contacts:
         if not contact.active.any():
             continue
@@ -426,14 +426,14 @@ def coarse_pressures(result: ContactResult) -> Iterator[str]:
                 f"The contact of {between} is {estimate.faces_across:.2g} faces across: its peak and area are not "
                 f"resolved, and its pressure may be off by about {estimate.amount}. Refine the faces there{remedy}."
             )
-        elif estimate.largest > LARGEST_ERROR:
+        elif estimate.largest > MAX_ERROR:
             cause = (
                 f"the shape of {contact.master.name!r} varies between the nodes. Refine the faces there{remedy}."
                 if contact.unseen**2 > estimate.pressure**2 / 2
                 else _cause(estimate, remedy)
             )
             yield f"The pressure between {between} may be off by about {estimate.amount}: {cause}"
-        elif estimate.worst > LARGEST_ERROR:
+        elif estimate.worst > MAX_ERROR:
             yield (
                 f"The tractions of friction between {between} may be off by about {percent(estimate.worst)} in the "
                 "mean, most at the edge of what sticks. Refine the faces there or solve the path with accuracy=0.05."
@@ -467,7 +467,7 @@ def springs_at_nodes(result: ContactResult) -> Iterator[str]:
             continue
         # the faces across count an ellipse of as many faces as the rectangle has
         excess = 8 / (np.pi * contact.error_estimate.faces_across**2)
-        if excess > LARGEST_EXCESS:
+        if excess > MAX_EXCESS:
             yield (
                 f"The springs of {contact.slave.name!r} stand at its nodes, and it is covered up to its rim: its "
                 f"resistance to tilt may be {percent(excess)} too large. Give it quadratic faces, by "
@@ -476,7 +476,7 @@ def springs_at_nodes(result: ContactResult) -> Iterator[str]:
 
 
 #: Share of a contact's force within one face of the rim above which a result warns.
-LEAST_AT_RIM = 0.005
+MIN_AT_RIM = 0.005
 #: Distance from its own rim, relative to a face, at which a node counts as on it.
 ON_RIM = 1e-3
 
@@ -516,7 +516,7 @@ def _at_rims(contact: ContactFields, interface: Interface) -> Iterator[str]:
     for body, name, mine, other in ((slave, names[0], ours, theirs), (master, names[1], theirs, ours)):
         cut_off = mine.smooth & ~other.sharp
         share = float(forces[cut_off].sum() / forces.sum())
-        if share > LEAST_AT_RIM and (mine.reached & cut_off).any():
+        if share > MIN_AT_RIM and (mine.reached & cut_off).any():
             yield _sentence(contact, body, name, share)
 
 

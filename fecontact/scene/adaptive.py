@@ -178,7 +178,7 @@ def facets_opposite(interface: Interface, facets: IntArray) -> IntArray:
 #: Safety factor of an estimate: the smallest ratio of estimate and error in docs/error_estimates.md is 0.92.
 SAFETY = 1.1
 #: Largest number of divisions, and of divisions in a row without a lower error.
-MOST_DIVISIONS, PATIENCE = 12, 2
+MAX_DIVISIONS, PATIENCE = 12, 2
 #: Ratio to the last error below which a division counts as progress.
 PROGRESS = 0.9
 #: Share of a face by which candidates on the divided mesh reach beyond the last active points. The farthest point that
@@ -336,8 +336,8 @@ def _reason_to_end(steps: Sequence[Step], target: Target, factors: int, least: f
     before = [s.over(wanted) for s in steps[: -1 - PATIENCE]]
     if len(steps) > PATIENCE + 1 and min(s.over(wanted) for s in steps[-1 - PATIENCE :]) > PROGRESS * min(before):
         return f"the last {PATIENCE + 1} divisions did not lower the error: a singular edge, or geometry"
-    if len(steps) > MOST_DIVISIONS:
-        return f"the meshes have been divided {MOST_DIVISIONS} times"
+    if len(steps) > MAX_DIVISIONS:
+        return f"the meshes have been divided {MAX_DIVISIONS} times"
     growth = max(least, last.n_dofs / steps[-2].n_dofs if len(steps) > 1 else GROWTH)
     if target.max_dofs is not None and growth * last.n_dofs > target.max_dofs:
         return f"the next division would exceed max_dofs={target.max_dofs}"

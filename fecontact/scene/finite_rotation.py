@@ -35,14 +35,14 @@ from fecontact.scene.settings import Settings
 
 #: Change of pose, relative to the elastic displacements, at convergence. The last change is included in the linearised
 #: solution, so the remaining error is of its square.
-SETTLED = 1e-4
+STEP_TOLERANCE = 1e-4
 #: Change of pose, relative to the motions, at which 'auto' stops: a load that goes along with a body turns it further,
 #: which the errors of gaps do not show.
 CARRIED = 1e-3
 #: Largest rotation (radians) of one step, and largest translation or error of a linearised gap (relative to a body's
 #: size), so that a distant contact is not overshot.
-LARGEST_STEP = 0.2
-MOST_STEPS = 60
+MAX_STEP = 0.2
+MAX_ITERATIONS = 60
 #: Steps without a better result after which the motions count as not converging.
 PATIENCE = 8
 #: Correction, relative to the first motion, above which the motions count as diverging.
@@ -86,17 +86,17 @@ def solve_finite(
     if poses:
         path.begin_at(poses)
     change = np.inf
-    for k in range(MOST_STEPS):
+    for k in range(MAX_ITERATIONS):
         tell_part(f"pose {k + 1}")
         result = path.solved()
         change = path.size_of(path.steps(result)) / _elastic_size(result)
         carried = path.carried(result)
-        if change <= SETTLED:
+        if change <= STEP_TOLERANCE:
             return path.finished(replace(result, carried=None if poses else carried))
         path.go_on(result)
     raise SolverError(
-        f"The poses have not settled after {MOST_STEPS} steps (last change {change:.1e} of the elastic displacement). "
-        "Start nearer to the contact, or hold the components in which the load does not bring the bodies to rest.",
+        f"The poses have not settled after {MAX_ITERATIONS} steps (last change {change:.1e} of the elastic "
+        "displacement). Start nearer to the contact, or hold the components in which the load does not bring the bodies to rest.",
         code="not-settled",
     )
 
@@ -168,7 +168,7 @@ def _followed(path: _Path, best: ContactResult, least: float) -> ContactResult:
     waited = 0
     carried: CarriedMotion | None = None
     try:
-        for k in range(MOST_STEPS):
+        for k in range(MAX_ITERATIONS):
             tell_part(f"pose {k + 2}")
             now, error = _judged(path.solved())
             change = path.carried(now)
@@ -357,12 +357,12 @@ class _Path:
 
     def at_rest(self, result: ContactResult) -> bool:
         """Whether the poses have converged."""
-        return self.size_of(self.steps(result)) <= SETTLED * _elastic_size(result)
+        return self.size_of(self.steps(result)) <= STEP_TOLERANCE * _elastic_size(result)
 
     def runs_away(self, result: ContactResult) -> bool:
         """Whether the next step is far larger than the motion it corrects and than the step limit."""
         relative = self._lengths(self.steps(result)) / self._sizes[:, None]
-        return bool(self.size_of(self.steps(result)) > GROWTH * self._first and relative.max() > LARGEST_STEP)
+        return bool(self.size_of(self.steps(result)) > GROWTH * self._first and relative.max() > MAX_STEP)
 
     def steps(self, result: ContactResult) -> Array:
         """Change of the iterate (n_bodies, 6) by the present problem."""
@@ -379,13 +379,13 @@ class _Path:
     def _share(self, steps: Array, result: ContactResult) -> float:
         """Admissible share of a step, limited by rotation, translation and the error of linearised gaps."""
         shift, turn = (float(each.max()) for each in self._lengths(steps).T / self._sizes)
-        if max(shift, turn) <= LARGEST_STEP:
+        if max(shift, turn) <= MAX_STEP:
             return 1.0
-        allowed = LARGEST_STEP * float(self._sizes.min())
+        allowed = MAX_STEP * float(self._sizes.min())
         error = linearisation_error(result).gap
         # the error grows with the square of the step
         far = np.sqrt(allowed / error) if error > allowed else 1.0
-        return min(max(far, LARGEST_STEP / shift if shift else 1.0), LARGEST_STEP / turn if turn else 1.0)
+        return min(max(far, MAX_STEP / shift if shift else 1.0), MAX_STEP / turn if turn else 1.0)
 
     def go_on(self, result: ContactResult) -> None:
         """Set the next iterate from the present one and its step."""
@@ -409,7 +409,7 @@ class _Path:
 
 #: Largest rotation (radians) and translation (relative to the largest body, gap and elastic displacement) of a body
 #: held by contacts; a larger motion was resisted by rounding or the corners of facets only.
-LARGEST_TURN, LARGEST_SHIFT = 1.0, 1e3
+MAX_TURN, MAX_SHIFT = 1.0, 1e3
 
 
 def check_rest(result: ContactResult) -> ContactResult:
@@ -429,16 +429,16 @@ def check_rest(result: ContactResult) -> ContactResult:
     known = max(sizes) + float(np.abs(gaps[np.isfinite(gaps)]).max(initial=0.0))
     found = [motion - frame.prescribed for frame, motion in zip(frames, state.motions, strict=True)]
     shifts, turns = np.linalg.norm(np.reshape(found, (-1, 2, 3)), axis=2).T
-    if turns.max() <= LARGEST_TURN and shifts.max() <= LARGEST_SHIFT * known:
+    if turns.max() <= MAX_TURN and shifts.max() <= MAX_SHIFT * known:
         return result
     # a load that deforms the bodies by as much has an equilibrium, if an absurd one; strains are warned of
     rest = [u - f.modes(m[:, None])[:, 0] for u, f, m in zip(state.displacements, frames, state.motions, strict=True)]
     elastic = max(float(np.abs(r).max(initial=0.0)) for r in rest)
     texts = []
     for frame, motion, turn, shift in zip(frames, found, turns, shifts, strict=True):
-        if turn > LARGEST_TURN * max(1.0, elastic / max(sizes)):
+        if turn > MAX_TURN * max(1.0, elastic / max(sizes)):
             texts.append(f"{frame.describe(motion)}, by {turn:.3g} rad")
-        elif shift > LARGEST_SHIFT * max(known, elastic):
+        elif shift > MAX_SHIFT * max(known, elastic):
             texts.append(f"{frame.describe(motion)}, by {shift:.3g}")
     if not texts:
         return result

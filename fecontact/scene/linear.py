@@ -23,7 +23,7 @@ from fecontact.contact.friction_rows import TangentialRows, friction_problem
 from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
-from fecontact.contact.search.candidates import FEWEST, KnownContact, first_candidates, grow, widen
+from fecontact.contact.search.candidates import MIN_CANDIDATES, KnownContact, first_candidates, grow, widen
 from fecontact.contact.search.region import SearchRadius
 from fecontact.contact.springs import spring_rows
 from fecontact.contact.step_end import Moved, StepEnd
@@ -33,7 +33,7 @@ from fecontact.scene.settings import Settings
 from fecontact.solvers import InfeasibleLoadError, SlidingLoadError, solve, solve_friction
 
 #: Largest number of enlargements of the candidates.
-MOST_ROUNDS = 12
+MAX_ROUNDS = 12
 #: Penetration outside the candidates, relative to the largest displacement of the surfaces, that counts as rounding.
 OUTSIDE_TOLERANCE = 1e-9
 #: Solvers that need products with the compliance only.
@@ -89,7 +89,7 @@ def solved(
             # all pairs together can balance the load, the candidates cannot: there are too few
             wider = [widen(c, o) for c, o in zip(chosen, opening, strict=True)]
             complete = all(len(w) == len(c) for w, c in zip(wider, chosen, strict=True))
-            if rounds == MOST_ROUNDS or complete or _slides_within(error, condensed, chosen):
+            if rounds == MAX_ROUNDS or complete or _slides_within(error, condensed, chosen):
                 if friction:
                     raise slides(error, loading, friction) from error
                 raise
@@ -108,9 +108,9 @@ def solved(
         smaller = chosen
         chosen = [grow(c, o, p) if p.any() else c for c, o, p in zip(chosen, opening, penetrating, strict=True)]
         start = _warm_start(smaller, chosen, solution.active)
-        if rounds == MOST_ROUNDS:
+        if rounds == MAX_ROUNDS:
             raise SolverError(
-                f"The candidates still grew after {MOST_ROUNDS} rounds; the contact does not settle. "
+                f"The candidates still grew after {MAX_ROUNDS} rounds; the contact does not settle. "
                 "Check the loads and the initial gap."
             )
     fields = friction_fields(friction, chosen, frictional, state)
@@ -204,7 +204,7 @@ def _from_known(
         contact = condition.as_contact
         if contact is not None and tells is not None:
             found = tells.candidates(contact)
-            if len(found) >= FEWEST:
+            if len(found) >= MIN_CANDIDATES:
                 chosen[k], start[k] = found, tells.touching(contact, found)
     return chosen, np.concatenate(start)
 

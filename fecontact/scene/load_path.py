@@ -238,7 +238,7 @@ class _Done(NamedTuple):
 #: Excess of the path of a point over its chord from which a step is cut: a turn on the spot by 0.22 rad.
 CURVED = 2e-3
 #: Change of a prescribed rotation (radians) from which a step is cut at once: poses do not tell whole turns.
-LARGEST_TURN = 3.0
+MAX_TURN = 3.0
 #: Format of the rows of a file; those of another one are refused.
 ROW_FORMAT = 4
 #: Friction of points pressed anew by a step, over the limit of all points, from which the step is solved in halves too.
@@ -565,8 +565,8 @@ def _part(way: _Way, given: LoadStep, step: LoadStep, before: ContactResult | No
     # the frictionless solution is a better start than the forces of the last step
     past = None if before is None or before.step_end is None else replace(before.step_end, forces=np.zeros(0))
     poses = () if past is None else carried_poses(way.model, given, step, past.poses)
-    if way.finite_motion and not way.model.twists and _largest_turn(given, step) > LARGEST_TURN:
-        raise SolverError(f"A body turns by more than {LARGEST_TURN:g} rad. {SMALLER}")
+    if way.finite_motion and not way.model.twists and _largest_turn(given, step) > MAX_TURN:
+        raise SolverError(f"A body turns by more than {MAX_TURN:g} rad. {SMALLER}")
     found = way.solved(step, past, poses)
     if before is not None and _coupling(found) != _coupling(before):
         # loads may suggest another coupling, whose points have no past

@@ -193,7 +193,7 @@ def _movement(result: ContactResult, interface: Interface) -> tuple[RigidIncreme
 
 
 #: Number of search radii tried before whole surfaces are paired.
-MOST_REACHES = 4
+MAX_REACHES = 4
 
 
 @dataclass
@@ -226,7 +226,7 @@ def solve_local(
         search_radii = [
             predict_radius(known, first) for known, first in zip(history.search_radii, search_radii, strict=True)
         ]
-    tries = 0 if all(r is None for r in search_radii) else MOST_REACHES
+    tries = 0 if all(r is None for r in search_radii) else MAX_REACHES
     for _ in range(tries):
         try:
             result = solved(scene, loading, search_radii, settings, timer)

@@ -39,7 +39,7 @@ SMALL = 0.6
 ON_PLANE = 1.0
 """Distance of the first touch from a plane of symmetry, relative to the contact, within which it lies on it."""
 
-MOST_WINDOWS = 8
+MAX_WINDOWS = 8
 """Windows tried in turn."""
 
 Solve = Callable[[SceneModel, LoadStep, Sequence[KnownContact | None]], ContactResult]
@@ -67,7 +67,7 @@ def solve_with_windows(model: SceneModel, step: LoadStep, solve: Solve) -> Conta
     Raises
     ------
     InputError
-        If a contact still reaches the rim of its window after `MOST_WINDOWS` windows.
+        If a contact still reaches the rim of its window after `MAX_WINDOWS` windows.
     """
     # the bodies move by their prescribed motions before they touch
     loading = step.on(model.bodies)
@@ -83,7 +83,7 @@ def solve_with_windows(model: SceneModel, step: LoadStep, solve: Solve) -> Conta
             if not bodies[k].is_placed:
                 leading.append(k)
                 bodies[k] = _first_window(cast(LocalBody, body), model, loading)
-    for _ in range(MOST_WINDOWS):
+    for _ in range(MAX_WINDOWS):
         carried = with_bodies(model, bodies)
         _check_facing(carried.scene)
         result = solve(carried.scene, carried.step(step), ())
@@ -95,7 +95,7 @@ def solve_with_windows(model: SceneModel, step: LoadStep, solve: Solve) -> Conta
         bodies = fitted
     told = ", ".join(f"{bodies[k].name!r} {cast(LocalBody, bodies[k]).window.grid.size}" for k in leading)
     raise InputError(
-        f"The contact still reaches the rim of its window after {MOST_WINDOWS} windows; the last: {told}. It is not "
+        f"The contact still reaches the rim of its window after {MAX_WINDOWS} windows; the last: {told}. It is not "
         "small beside the body: use the ElasticBody itself with accuracy= when the scene is solved."
     )
 

@@ -24,7 +24,7 @@ from fecontact.mesh.facets import distinct_columns, facet_centres, facet_nodes, 
 #: Points per block: some dozens of numbers each should fit in a core's cache.
 BLOCK = 4096
 #: Step in a facet's coordinates at which a nearest point is found.
-SETTLED = 1e-13
+STEP_TOLERANCE = 1e-13
 #: Distance from a triangle's side, in its local coordinates, that counts as on it.
 ON_SIDE = 1e-13
 
@@ -153,7 +153,7 @@ class FacetPolynomials:
                 hessian = np.stack([np.stack([a, b], axis=1), np.stack([b, d], axis=1)], axis=1)
                 new[:, rows] = _step_in_triangle(before[:, rows].T, gradient[:, rows].T, hessian).T
             local[:, active] = new
-            moving = np.flatnonzero(np.abs(new - before).max(axis=0) > SETTLED)
+            moving = np.flatnonzero(np.abs(new - before).max(axis=0) > STEP_TOLERANCE)
             if len(moving) == 0:
                 break
             if len(moving) < len(active):

@@ -34,7 +34,7 @@ SHORTEST_OFFSET = 1e-12
 #: steps of Newton's method.
 EQUAL = 1e-12
 #: Most parts into which a side of a slender facet is divided for the search of the nearest facets.
-MOST_PARTS = 256
+MAX_PARTS = 256
 #: Distance from a side, in a facet's coordinates, that counts as on it, and what a corner's function may lack of one.
 BESIDE, CORNER = 1e-9, 1e-8
 #: Sine of the angle between offset and normal above which a point whose closest point is on the rim lies outside.
@@ -229,7 +229,7 @@ class FacetSurface:
         longest = length.max(axis=1, keepdims=True, initial=np.finfo(float).tiny)
         area = (1 + self.triangle) * self.mean_facet_size**2
         # twice the width is as far apart as they are
-        parts = np.ceil(length / np.maximum(2 * area[:, None] / longest, longest / MOST_PARTS))
+        parts = np.ceil(length / np.maximum(2 * area[:, None] / longest, longest / MAX_PARTS))
         if parts.max(initial=0) <= 2:
             return None
         sides, which = np.unique(ends, axis=0, return_inverse=True)

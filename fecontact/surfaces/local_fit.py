@@ -37,27 +37,27 @@ TERMS = np.array(
 KINDS = (np.arange(5), np.arange(8), np.r_[:5, 8:17])
 #: Neighbours of a node that a fit should have, in the interior and on the rim of a part, where they are on one side
 #: only, and rings of facets within which they are looked for.
-NEIGHBOURS, AT_RIM, MOST_RINGS = 24, 36, 5
+NEIGHBOURS, AT_RIM, MAX_RINGS = 24, 36, 5
 #: Data beyond the unknowns, per unknown, that a fit must have.
 SURPLUS = 0.25
 #: Cosines of the angle to a node's normal below which neighbours do not count: of a polynomial in u, v, which steepens
 #: there, and of a quadric, which may turn away.
-LEAST_COSINE, LEAST_OF_QUADRIC = 0.45, 0.1
+MIN_COSINE, MIN_OF_QUADRIC = 0.45, 0.1
 #: Weight of a term: of all solutions the least is taken, whatever the axes (Bombieri's norm), and low powers first.
 SIZE = np.array([0.7 ** (a + b + c) * np.sqrt(comb(a + b, a)) for a, b, c in TERMS.tolist()])
 #: Largest ratio of the sizes of terms, in neighbourhoods far longer than wide.
-LARGEST_SIZE = 1e4
+MAX_SIZE = 1e4
 #: Singular value, relative to the largest, below which data do not tell terms apart, of each kind.
 CUT = (1e-4, 1e-4, 1e-3)
 #: Least slope of F along w at the nearer data of a quadric: where it vanishes the surface folds.
-LEAST_SLOPE = 0.25
+MIN_SLOPE = 0.25
 #: Validation, relative to that of fits with fewer terms, below which a quartic is taken: on few nodes it fits anything.
 BETTER = 0.25
 #: Residual, relative to the spread of the data, that is rounding, and validation, relative to its square, below which a
 #: fit is exact.
 ROUNDING, EXACT = 1e-12, 100.0
 #: Spread of neighbours along an axis, relative to the largest, below which it is not scaled.
-LEAST_SPREAD = 1e-3
+MIN_SPREAD = 1e-3
 #: Residual of a fit, relative to how far the surface departs from its tangent plane, above which it is no fit: noise,
 #: or an edge.
 WORST = 0.3
@@ -98,7 +98,7 @@ class LocalFits:
         for _ in range(steps):
             value, slope = self._level(node, start + t[:, None] * along)
             rate = np.einsum("ni,ni->n", slope, along)
-            steep = rate * scale[:, 2] > LEAST_SLOPE / 2
+            steep = rate * scale[:, 2] > MIN_SLOPE / 2
             step = np.clip(value / np.where(steep, rate, np.inf), -0.5 * size, 0.5 * size)
             t = t - step
             if (np.abs(step) <= 1e-15 * size).all():
@@ -203,10 +203,10 @@ def _neighbourhoods(belongs: sp.csr_matrix, wanted: IntArray, wish: IntArray) ->
     """
     rows = np.arange(len(wanted))
     ring = belongs[wanted]
-    for k in range(MOST_RINGS):
+    for k in range(MAX_RINGS):
         near = (ring @ belongs.T).tocsr()
         count = np.diff(near.indptr)
-        enough = (count > wish[rows]) | (k == MOST_RINGS - 1)
+        enough = (count > wish[rows]) | (k == MAX_RINGS - 1)
         for chosen in np.array_split(np.flatnonzero(enough)[np.argsort(count[enough], kind="stable")], 3):
             if len(chosen):
                 of = near[chosen]
@@ -226,17 +226,17 @@ def _fit(fits: LocalFits, points: Array, normals: Array, wanted: IntArray, rows:
     real = (near >= 0) & (near != node[:, None])
     offset = np.where(real[..., None], points[near] - points[node][:, None], 0.0)
     cosine = np.einsum("nmi,ni->nm", normals[near], normals[node])
-    real &= cosine > LEAST_OF_QUADRIC
+    real &= cosine > MIN_OF_QUADRIC
     axes = _axes(offset, normals[node])
     local = np.einsum("nmi,nki->nmk", offset, axes)
     count = np.maximum(real.sum(axis=1), 1)
     scale = np.sqrt((local**2).sum(axis=1) / count[:, None])
-    scale = np.maximum(scale, LEAST_SPREAD * scale.max(axis=1, keepdims=True))
+    scale = np.maximum(scale, MIN_SPREAD * scale.max(axis=1, keepdims=True))
     scale = np.where(scale > 0, scale, 1.0)
     local = local / scale[:, None]
     # near neighbours count more
     weight = np.where(real, cosine / (np.linalg.norm(local[..., :2], axis=2) + 0.1) ** 2, 0.0)
-    coefficients, is_fitted = _least_squares(local, weight, cosine > LEAST_COSINE, scale)
+    coefficients, is_fitted = _least_squares(local, weight, cosine > MIN_COSINE, scale)
     fits.axes[rows], fits.scale[rows] = axes, scale
     fits.coefficients[rows], fits.is_fitted[rows] = coefficients, is_fitted
 
@@ -261,7 +261,7 @@ def _least_squares(local: Array, weight: Array, faces: Mask, scale: Array) -> tu
     u, v, w = (power[..., exponent] for power, exponent in zip(_powers(local), TERMS.T, strict=True))
     terms = u * v * w * SIZE
     size = (scale[:, :2].max(axis=1, keepdims=True) / scale)[:, None] ** TERMS
-    size = np.clip(size.prod(axis=2), None, LARGEST_SIZE)
+    size = np.clip(size.prod(axis=2), None, MAX_SIZE)
     best, out = np.full(len(local), np.inf), np.zeros((len(local), len(TERMS)))
     floor = ROUNDING**2 * (weight**2).sum(axis=1)
     for k, (kind, cut) in enumerate(zip(KINDS, CUT, strict=True)):
@@ -276,7 +276,7 @@ def _least_squares(local: Array, weight: Array, faces: Mask, scale: Array) -> tu
         score = np.where(surplus >= SURPLUS * rank, (rest + floor[rows]) / np.maximum(surplus, 1) ** 2, np.inf) * count
         if quadric:
             slope = 1 - np.einsum("nmi,ni->nm", local[rows] * [1, 1, 2], c[:, 5:8])
-            score[((slope < LEAST_SLOPE) & faces[rows] & (own > 0)).any(axis=1)] = np.inf
+            score[((slope < MIN_SLOPE) & faces[rows] & (own > 0)).any(axis=1)] = np.inf
         better = score < (BETTER if k == 2 else 1.0) * best[rows]
         rows = rows[better]
         best[rows], out[rows] = score[better], 0.0

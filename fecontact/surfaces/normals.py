@@ -1,7 +1,7 @@
 """Normals of a surface of facets that are continuous over its facets' sides.
 
 The normal of a facet is discontinuous at its sides. A line of action needs a continuous one, so nodal normals, averaged
-over the facets round each node, are interpolated like positions. On an edge (`SHARPEST`) the normal is not unique:
+over the facets round each node, are interpolated like positions. On an edge (`MAX_ANGLE`) the normal is not unique:
 facets keep their own there. At the rim half of a node's neighbourhood is missing and the average is inclined, which
 matters on planes of symmetry only: there the normal is projected onto the plane.
 
@@ -36,7 +36,7 @@ from fecontact.surfaces.facet_surface import BESIDE, FacetSurface, Projection, S
 
 #: Largest angle (degrees) between the average at a node and the normal of a facet there, so that a polygon of eight
 #: sides counts as round and an edge of 50 degrees as an edge.
-SHARPEST = 25.0
+MAX_ANGLE = 25.0
 #: Largest inclination of an average to a plane of symmetry, relative to the change of the normal over the facets there:
 #: half of it for flat facets, more where they become narrower; curved ones are inclined by the cube of their size only.
 BIAS_FLAT, BIAS_CURVED = 2.0, 0.2
@@ -84,7 +84,7 @@ def opposing(surface: FacetSurface, nodes: IntArray) -> Array:
 
 def _normals(surface: FacetSurface) -> Normals:
     nodal, cosine = averaged_normals(surface.points, surface.facets)
-    sharp = cosine < np.cos(np.radians(SHARPEST)) + ROUNDING
+    sharp = cosine < np.cos(np.radians(MAX_ANGLE)) + ROUNDING
     if surface.planes is not None:
         nodal = _within(surface, nodal, *surface.planes)
     if surface.ties is not None:
@@ -130,11 +130,11 @@ FACING = 0.2
 #: Extension of a facet beyond its sides.
 SLACK = 0.5
 #: Largest number of Newton steps; three or four suffice for small gaps.
-MOST_STEPS = 15
+MAX_ITERATIONS = 15
 #: Step in a facet's coordinates at convergence: the remaining error is of the order of its square.
-SETTLED = 1e-8
+STEP_TOLERANCE = 1e-8
 #: Largest number of facets tried in turn.
-MOST_FACETS = 4
+MAX_FACETS = 4
 
 
 def project_along(
@@ -164,7 +164,7 @@ def project_along(
     facet, local = nearest.facet.copy(), nearest.local.copy()
     found = np.zeros(len(points), bool)
     rows = np.arange(len(points))
-    for _ in range(MOST_FACETS):
+    for _ in range(MAX_FACETS):
         place, met = meet(surface, facet[rows], local[rows], points[rows], normals[rows], share)
         on = met & _on_facet(surface, facet[rows], place)
         found[rows[on]] = True
@@ -265,7 +265,7 @@ def _met(
     polynomials = polynomials[..., active]
     only_triangles = surface.polynomials.only_triangles
     d: Array | None = None
-    for _ in range(MOST_STEPS if len(active) else 0):
+    for _ in range(MAX_ITERATIONS if len(active) else 0):
         before = local[:, active]
         value, along_s, along_t = first_derivatives(polynomials, before[0], before[1], only_triangles)
         r, m = value[:3], value[3:]
@@ -280,7 +280,7 @@ def _met(
         d = d - dot(F, cross(a, b)) / det
         after = np.clip(before + np.clip(step, -1.0, 1.0), -slack, 1 + slack)
         local[:, active] = after
-        small = forward & (np.abs(step).max(axis=0) <= SETTLED)
+        small = forward & (np.abs(step).max(axis=0) <= STEP_TOLERANCE)
         met[active[small]] = True
         left = np.flatnonzero(forward & ~small & (after != before).any(axis=0))
         if len(left) == 0:

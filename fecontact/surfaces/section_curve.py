@@ -209,7 +209,7 @@ class _Ribbon(FacetSurface):
 CLOSE = 1e-14
 """Step, relative to the extent of the points, at which the search has converged."""
 
-MOST_STEPS = 60
+MAX_ITERATIONS = 60
 
 STEEPEST = 0.1
 """Cosine between a line and the surface's inward normal below which the line does not meet it: 84 degrees."""
@@ -249,7 +249,7 @@ def along_line(
     travel = np.zeros(len(start))
     lost = np.zeros(len(start), bool)
     size = float(np.ptp(start, axis=0).max())
-    for step in range(MOST_STEPS):
+    for step in range(MAX_ITERATIONS):
         found = first if step == 0 and first is not None else surface.project(start + travel[:, None] * direction)
         cosine = -(found.normals @ direction)
         lost |= (cosine if facing else np.abs(cosine)) < STEEPEST

@@ -37,7 +37,7 @@ from fecontact.surfaces.local_fit import LocalFits, local_fits
 #: Largest distance of the surface from a facet, in sizes of the facet, that is believed.
 FARTHEST = 0.5
 #: Steps by which the closest point is found, and the distance sideways, relative to the size, at which they end.
-MOST_STEPS, SETTLED = 8, 1e-6
+MAX_ITERATIONS, STEP_TOLERANCE = 8, 1e-6
 #: Points of a facet at which its nodes' fits are compared, in the middles of its quarters.
 IN_SQUARE = np.array([[0.25, 0.25], [0.75, 0.25], [0.75, 0.75], [0.25, 0.75]])
 IN_TRIANGLE = np.array([[1, 1], [4, 1], [1, 4], [2, 2]]) / 6
@@ -124,7 +124,7 @@ class SmoothSurface:
     def project(self, points: Array) -> Projection:
         """Projection of points (n, 3): facets' closest points first, then steps along the smooth surface."""
         start = points
-        for _ in range(MOST_STEPS):
+        for _ in range(MAX_ITERATIONS):
             under = self.base.project(start)
             assert under.facet is not None
             assert under.local is not None
@@ -133,7 +133,7 @@ class SmoothSurface:
             sideways = offset - np.einsum("ni,ni->n", offset, normals)[:, None] * normals
             # on the rim nothing is left to step to
             sideways[under.outside] = 0.0
-            if np.abs(sideways).max(initial=0.0) <= SETTLED * self.size:
+            if np.abs(sideways).max(initial=0.0) <= STEP_TOLERANCE * self.size:
                 break
             start = under.points + sideways
         gap = np.einsum("ni,ni->n", offset, normals)

@@ -31,7 +31,7 @@ from fecontact.surfaces.smooth import fitted_facets
 #: Error of the volume, and distance from the surface over its size, up to which a mesh is not made finer.
 CLOSE = 0.01
 #: How often it is made finer, the least and largest share of the size then, and the most cells that come of it.
-MOST_TRIALS, SHARES, MOST_CELLS = 2, (0.4, 0.8), 20_000
+MAX_TRIALS, SHARES, MAX_CELLS = 2, (0.4, 0.8), 20_000
 
 
 def mesh_solid(
@@ -132,14 +132,14 @@ def _within(surface: SurfaceMesh, sizes: Sizes, source: str, scale: float) -> Me
     best = _trial(points, triangles, shells, sizes, source)
     told: tuple[str, ...] = ()
     wanted = sizes.size is not None
-    for _ in range(MOST_TRIALS):
+    for _ in range(MAX_TRIALS):
         # a size that was asked for is kept, with a warning, where a body can be made of the mesh
         if best.off <= CLOSE or (wanted and best.fault is None):
             break
         # errors go down with the square of the size
         share = float(np.clip(0.9 * np.sqrt(CLOSE / best.off), *SHARES))
         sizes = sizes.finer(share, float(np.linalg.norm(np.ptp(points, axis=0))))
-        if len(best.mesh.cells) > MOST_CELLS * share**3:
+        if len(best.mesh.cells) > MAX_CELLS * share**3:
             break
         try:
             now = _trial(points, triangles, shells, sizes, source)

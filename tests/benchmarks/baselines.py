@@ -37,7 +37,7 @@ from fecontact import InputError, SolverError
 from fecontact.common.arrays import Array
 from fecontact.solvers import ContactProblem, Residuals
 
-SETTLED = 1e-10
+STEP_TOLERANCE = 1e-10
 """Change of the forces within one increment, relative to the largest, at which its cycles end."""
 
 
@@ -213,7 +213,7 @@ def gap_elements(
         change = np.inf
         step = np.zeros(problem.n)
         solves = 0
-        while solves < cycles and change > SETTLED:
+        while solves < cycles and change > STEP_TOLERANCE:
             before = step
             # l + step = l + k (gap before - gap after), and gap after - before = S step + closing + B^T motion
             step, motion = _solve(S, 1 / stiffness, problem.B, everywhere, -closing, load)
@@ -223,7 +223,7 @@ def gap_elements(
             solves += 1
         forces, q, gap = forces + step, q + motion, gap + moved
         history.append(Increment((k + 1) / increments, solves, int((gap <= 0).sum()), change))
-    settled = all(increment.change <= SETTLED for increment in history)
+    settled = all(increment.change <= STEP_TOLERANCE for increment in history)
     return Approximation(forces, q, gap, problem.residuals(forces, q), settled, tuple(history))
 
 

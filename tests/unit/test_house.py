@@ -260,7 +260,7 @@ def test_a_strangers_path_that_is_not_true_is_named() -> None:
 #: Rooms above `bodies`, which ask bodies, surfaces and meshes instead of looking at their classes.
 ASKING = list(ROOMS)[list(ROOMS).index("bodies") + 1 :]
 #: Type tests in them: checks of what a user gave, arrays or operators as compliances, and a shape of the user's own.
-MOST_TYPE_TESTS = 10
+MAX_TYPE_TESTS = 10
 #: What each of them has, or a class as a key.
 LOOKS = r"\b(?:isinstance|issubclass|singledispatch|register|hasattr|type)\(|^ *case |[{,]\s*%s\s*:"
 
@@ -309,7 +309,7 @@ def test_rooms_above_bodies_ask_and_do_not_look_at_classes() -> None:
         if may.search(QUOTED.sub("", text))
         for line in type_tests(nodes(text)[0], classes)
     ]
-    assert len(found) <= MOST_TYPE_TESTS, found
+    assert len(found) <= MAX_TYPE_TESTS, found
 
 
 @pytest.mark.parametrize(

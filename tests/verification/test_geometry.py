@@ -14,7 +14,7 @@ RADIUS, CONTACT = 10.0, 0.5
 LEVEL = fc.shapes.Level(core=2, rings=3, edge=0.08, layer=0.2)
 QUARTER = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
 #: Where divisions of the meshes as they are end: their errors do not fall.
-MOST_DOFS = 30000
+MAX_DOFS = 30000
 
 
 def pressure_error(contact, exact):
@@ -35,7 +35,7 @@ def quarter_ball(mesh, geometry, accuracy):
     ball, plane = fc.ElasticBody(mesh, SOFT, "cap", QUARTER, geometry=geometry), fc.RigidBody(fc.Plane())
     force = SOFT.plane_strain_modulus * CONTACT**3 / (3 * RADIUS)
     scene = fc.Scene([ball, plane], [fc.Contact(ball, plane)])
-    return scene.solve(forces={plane: (0, 0, force)}, accuracy=accuracy, max_dofs=MOST_DOFS)
+    return scene.solve(forces={plane: (0, 0, force)}, accuracy=accuracy, max_dofs=MAX_DOFS)
 
 
 def hold(row, case, results, exact, within):
@@ -171,7 +171,7 @@ def test_a_layer_on_an_stl_file(tmp_path, row):
     for geometry in ("plain", "auto"):
         layer = fc.ElasticBody(mesh, SOFT, "top", {"base": "xyz"}, geometry=geometry)
         scene = fc.Scene([layer, plane], [fc.Contact(layer, plane)])
-        results[geometry] = scene.solve(accuracy=0.05, max_dofs=MOST_DOFS)
+        results[geometry] = scene.solve(accuracy=0.05, max_dofs=MAX_DOFS)
     order = np.argsort(reference.points[:, 0])
 
     def exact(x):

@@ -48,7 +48,7 @@ from fecontact.fem.stiffness import determinant_3x3, element_stiffness
 from fecontact.mesh.element import CORNERS, EDGES
 
 #: Change of strain, relative to the largest strain, below which the second term of S* is rounding.
-SMALLEST_CHANGE = 1e-6
+MIN_CHANGE = 1e-6
 #: The same for any strain: energies are rounded to 1e-16 of the modulus, which divided by the change is an error of the
 #: stress; without the term the error is the square of the change. Both are equal at the third root of 1e-16.
 ROUNDED_CHANGE = 5e-6
@@ -118,7 +118,7 @@ def forces_between(solid: Elastic, q0: Array, q1: Array) -> Array:
             change = (C1 - C0) / 2
             size = (change * change).sum(axis=(2, 3))
             strain = max(np.abs(C0 - np.eye(3)).max(), np.abs(C1 - np.eye(3)).max()) / 2
-            large = size > max(SMALLEST_CHANGE * strain, ROUNDED_CHANGE) ** 2
+            large = size > max(MIN_CHANGE * strain, ROUNDED_CHANGE) ** 2
             S = _discrete(S, after - before, change, large, size)
             v, v0, v1 = (solid.dilatation(F) for F in (middle, F0, F1))
             if v is not None and v0 is not None and v1 is not None:

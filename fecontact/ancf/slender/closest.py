@@ -20,8 +20,8 @@ from fecontact.common.arrays import Array, IntArray, Mask
 
 #: Places along each axis of an element from which the search begins.
 SAMPLES = 5
-MOST_STEPS = 40
-MOST_HALVINGS = 12
+MAX_ITERATIONS = 40
+MAX_HALVINGS = 12
 #: Change of a coordinate that ends the search: Newton's next one would be about its square.
 STILL = 1e-9
 #: Relative rise of a squared distance that is rounding.
@@ -176,10 +176,10 @@ def _minimised(distance: Callable[[Array, IntArray], tuple[Array, Array, Array]]
     """Coordinates (n, k) from 0 to 1 at a local minimum of functions with their gradients and Hessians."""
     p, left = np.array(start, dtype=float), np.arange(len(start))
     value, slope, H = distance(p, left)
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_ITERATIONS):
         step = _descent(p[left], slope, H)
         share, trial = np.ones(len(left)), distance(p[left] + step, left)
-        for _ in range(MOST_HALVINGS):
+        for _ in range(MAX_HALVINGS):
             worse = trial[0] > value * (1 + RISE)
             if not worse.any():
                 break

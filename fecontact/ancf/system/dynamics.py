@@ -27,11 +27,11 @@ from fecontact.common.one_line import one_line
 from fecontact.common.renamed import renamed
 
 #: Halvings of the step, less the steps made since, after which the motion stops.
-MOST_HALVINGS = 12
+MAX_HALVINGS = 12
 #: Distance of a start from where its supports hold it, relative to the size of the bodies, that is rounding.
 HELD = 1e-8
 #: Overlap, relative to the size of the bodies, that is rounding.
-LEAST_OVERLAP = 1e-9
+MIN_OVERLAP = 1e-9
 #: Steps after which stages are compared with those of a record.
 SAMPLED = (0, 1, 3, 10, 30, 100, 300, 1000)
 
@@ -364,7 +364,7 @@ def _march(
                 wrong, trouble = np.inf, str(error)
             if trouble:
                 halvings, h = halvings + 1, length / 2
-                if halvings > MOST_HALVINGS:
+                if halvings > MAX_HALVINGS:
                     message = f"Stopped at t = {now.time:.6g}: {trouble} The last good state is kept."
                     return record.motion(False, message)
                 continue
@@ -415,7 +415,7 @@ class _Record:
             moves = np.stack([a.solids[k].translation(e) for e in np.eye(3)])
             depth = touch.overlap(now.q, part, forces)
             resultants.append(moves @ a.part(part.G.T @ forces, k) + dragged.sum(axis=0))
-            resultants.append(np.array([depth if depth > LEAST_OVERLAP * a.size else 0.0]))
+            resultants.append(np.array([depth if depth > MIN_OVERLAP * a.size else 0.0]))
         potential = -float(load @ (now.q - a.q0))
         # the work of constant loads is the change of their potential
         work = now.work + potential - (self.rows[0][3] if self.rows else potential)

@@ -108,7 +108,7 @@ class ModifiedNewton:
         return tolerance * (OLD if self.again else 1.0)
 
 
-MOST_ITERATIONS = 25
+MAX_ITERATIONS = 25
 #: Change of a coordinate, relative to the size of the bodies, that counts as rounding.
 ROUNDING = 1e-14
 #: Change of a coordinate in one iteration, relative to the size of the bodies, from which iterations have run away.
@@ -228,7 +228,7 @@ class GeneralisedAlpha:
         q = q + end.jump(q)
         kept, since = ModifiedNewton(), _since(begin, now)
         tangential = now.tangential
-        for nit in range(1, MOST_ITERATIONS + 1):
+        for nit in range(1, MAX_ITERATIONS + 1):
             b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
             acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
             conditions = a.conditions(q)
@@ -276,7 +276,7 @@ class EnergyMomentum:
         before = begin.assembly.conditions(now.q)
         halfway, kept = half.assembly if _moved(begin, end) else None, ModifiedNewton()
         since, forces, tangential = _since(begin, now), now.forces, now.tangential
-        for nit in range(1, MOST_ITERATIONS + 1):
+        for nit in range(1, MAX_ITERATIONS + 1):
             middle = (now.q + q) / 2
             internal = np.concatenate(
                 [s.forces_between(a.part(now.q, k), a.part(q, k)) for k, s in enumerate(half.assembly.solids)]

@@ -49,12 +49,12 @@ from fecontact.solvers.coulomb import Residuals
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST_HALVINGS = 10
-MOST_ITERATIONS = 30
+MAX_HALVINGS = 10
+MAX_ITERATIONS = 30
 #: Whole steps without a search, where there is no contact.
-MOST_WHOLE_STEPS = 15
+MAX_FULL_STEPS = 15
 #: Smallest load step, as a share of the whole load.
-SMALLEST_STEP = 1e-4
+MIN_STEP = 1e-4
 #: Iterations up to which the next load step is enlarged.
 EASY = 8
 #: Conditions with a gap above this multiple of their width are left out of an iteration.
@@ -290,7 +290,7 @@ def equilibrium(
                 state = still or _balanced(Iterate(now, q, friction, forces, no_stresses), goal, tolerance)
             except (UnstableError, InvertedError, SolverError) as error:
                 cuts, step, trouble = cuts + 1, step / 2, str(error)
-                if step < SMALLEST_STEP:
+                if step < MIN_STEP:
                     message = (
                         f"Stopped at level {level:.4g}: no equilibrium found with steps down to {step:.1e}. "
                         f"{trouble} The last good state is kept."
@@ -490,7 +490,7 @@ def _balanced(it: Iterate, level: float, tolerance: float) -> State:
     """
     if not it.a.contacts or all(s.is_slender for s in it.a.solids):
         try:
-            return _iterated(it, level, tolerance, MOST_WHOLE_STEPS)
+            return _iterated(it, level, tolerance, MAX_FULL_STEPS)
         except (UnstableError, InvertedError, SolverError):
             pass
     return _iterated(it, level, tolerance)
@@ -499,7 +499,7 @@ def _balanced(it: Iterate, level: float, tolerance: float) -> State:
 def _iterated(it: Iterate, level: float, tolerance: float, whole_steps: int = 0) -> State:
     """The iterations, with a search along each step unless a number of whole steps is given."""
     floats, rounded = check_supports(it.a), 0.0
-    for nit in range(1, (whole_steps or MOST_ITERATIONS) + 1):
+    for nit in range(1, (whole_steps or MAX_ITERATIONS) + 1):
         K = it.a.tangent(it.q)
         rounded = rounded or ROUNDING * _largest(it.a, abs(K) @ np.abs(it.q))
         direction, after = _newton(it, K, floats)
@@ -509,7 +509,7 @@ def _iterated(it: Iterate, level: float, tolerance: float, whole_steps: int = 0)
         if balanced and closed and np.abs(it.strains).max(initial=0.0) <= STRAIN:
             it.a.check_inverted(it.q)
             return it.state(level, nit, tolerance)
-    raise UnstableError(f"Newton's iterations did not settle in {whole_steps or MOST_ITERATIONS} steps.")
+    raise UnstableError(f"Newton's iterations did not settle in {whole_steps or MAX_ITERATIONS} steps.")
 
 
 def _newton(it: Iterate, K: sp.csr_matrix, floats: bool) -> tuple[Array, Iterate]:
@@ -572,7 +572,7 @@ def _searched(it: Iterate, direction: Array, after: Iterate) -> Iterate:
     slope += friction_work(it.slip.slip + it.slip.T @ direction) - friction_work(it.slip.slip)
     tiny = np.abs(a.lengths * direction).max(initial=0.0) < 1e-6 * a.size
     share = 1.0
-    for _ in range(MOST_HALVINGS):
+    for _ in range(MAX_HALVINGS):
         trial = replace(after, q=it.q + share * direction)
         try:
             if driven:

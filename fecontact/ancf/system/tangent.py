@@ -28,9 +28,9 @@ from fecontact.common.errors import FecontactError
 from fecontact.fem.factor import condense
 
 #: Operations of a factor above which a sparse one is faster.
-MOST_OPERATIONS = 2e8
+MAX_OPERATIONS = 2e8
 #: Products per entry of a matrix above which it is reduced by matrix products.
-MOST_ENTRIES = 16
+MAX_ENTRIES = 16
 #: Coordinates up to which a dense factor is faster than a sparse one.
 SMALL = 300
 #: Largest difference from the transpose, relative to the largest entry, that is rounding.
@@ -202,7 +202,7 @@ class BandOrder:
         new[order] = np.arange(n)
         row, column = new[np.repeat(np.arange(n), np.diff(K.indptr))], new[K.indices]
         width = int((row - column).max())
-        if n * (width + 1.0) ** 2 > MOST_OPERATIONS:
+        if n * (width + 1.0) ** 2 > MAX_OPERATIONS:
             return None
         source = np.flatnonzero(row >= column)
         return cls(order, width, source, (row - column)[source] * n + column[source])
@@ -273,7 +273,7 @@ class Reduction:
         row = np.repeat(np.arange(n), np.diff(K.indptr))
         # every entry K_ab meets all entries Z_ai and Z_bj
         many = counts[row] * counts[K.indices]
-        if many.sum() > MOST_ENTRIES * K.nnz:
+        if many.sum() > MAX_ENTRIES * K.nnz:
             return None
         entry = np.repeat(np.arange(K.nnz), many)
         each = np.arange(len(entry)) - np.repeat(np.cumsum(many) - many, many)

@@ -94,7 +94,7 @@ class IndentationLoad:
 BOX = 3.0
 """Default side of a grid, in half-widths of the contact."""
 
-SMALLEST_BOX = 2.2
+MIN_BOX = 2.2
 """Least side of a free grid in half-widths of the contact; less is refused before a solve."""
 
 STEEP = 5.0
@@ -186,7 +186,7 @@ def _grid(
         return ground.on((BOX * widths[0], BOX * widths[1]), cells)
     if widths is not None and not ground.layers:
         for axis, (side, w) in enumerate(zip(size, widths, strict=True)):
-            if side < SMALLEST_BOX * w:
+            if side < MIN_BOX * w:
                 raise InputError(
                     f"The grid is smaller than the contact along {'xy'[axis]}: its side is {side:g}, the contact will "
                     f"be {2 * w:.4g} wide. Give it {BOX * w:.4g}."

@@ -16,11 +16,11 @@ from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.surfaces.facet_surface import FacetSurface
 
 #: Newton steps along a normal; each halves what is left where the surfaces are at 60 degrees, far more elsewhere.
-MOST_STEPS = 60
+MAX_ITERATIONS = 60
 #: Least cosine between the normals of both surfaces.
 STEEPEST = 0.2
 #: Step, relative to the size of the bone, at which the thickness is found.
-SETTLED = 1e-10
+STEP_TOLERANCE = 1e-10
 
 
 def cartilage_body(
@@ -76,14 +76,14 @@ def thickness_between(bone: SurfaceMesh, outer: SurfaceMesh) -> Array:
     nodes, size = bone.nodes, float(np.linalg.norm(np.ptp(bone.points, axis=0)))
     start, along = bone.points[nodes], bone.normals[nodes]
     way = np.zeros(len(nodes))
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_ITERATIONS):
         found = surface.project(start + way[:, None] * along)
         cosine = np.einsum("ni,ni->n", along, found.normals)
         step = found.gap / np.maximum(cosine, STEEPEST)
         way -= step
-        if np.abs(step).max() <= SETTLED * size:
+        if np.abs(step).max() <= STEP_TOLERANCE * size:
             break
-    wrong = found.outside | ~(way > 0) | (cosine < STEEPEST) | (np.abs(step) > SETTLED * size)
+    wrong = found.outside | ~(way > 0) | (cosine < STEEPEST) | (np.abs(step) > STEP_TOLERANCE * size)
     if wrong.any():
         point = start[np.argmax(wrong)]
         raise InputError(

@@ -17,7 +17,7 @@ from fecontact.bodies.local.meshed_windows import MeshedWindows
 from fecontact.bodies.local.placing import WindowRequest, facing_window, free_facets, place_window
 from fecontact.bodies.local.pressed import NodalFields
 from fecontact.bodies.local.remainder import (
-    LARGEST_DEFECT,
+    MAX_DEFECT,
     Remainder,
     on_divided_mesh,
     remainder,
@@ -252,7 +252,7 @@ class LocalBody(MeshedWindows):
         """What its compliance is beside a half-space's; the same object in every pose."""
         if "remainder" not in self.shared:
             found = self.known.remainder(self.factored, self.window, self.material)
-            if found.defect > LARGEST_DEFECT:
+            if found.defect > MAX_DEFECT:
                 found = self.known.on_divided_mesh(self.body, found, self.name)
             self.shared["remainder"] = found
         return cast(Remainder, self.shared["remainder"])

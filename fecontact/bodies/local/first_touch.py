@@ -18,10 +18,10 @@ from fecontact.surfaces.section_curve import STEEPEST, along_line
 SAMPLES = 9
 """Places along a side of the patch in which gaps are fitted by a parabola."""
 
-FEWEST = 20
+MIN_POINTS = 20
 """Places of a patch that must lie on both surfaces: a quarter of them, at a corner of two planes of symmetry."""
 
-MOST_ROUNDS, SETTLED = 12, 0.01
+MAX_ROUNDS, STEP_TOLERANCE = 12, 0.01
 """Fits at most, and the change of the contact's size that ends them."""
 
 PATCH = 1.5
@@ -90,12 +90,12 @@ def first_touch(
     """
     point, size = _nearest_node(own, other, pose, names, start)
     semi_axes, least, vectors, tangents = (size, size), math.inf, np.eye(2), np.eye(3)[:2]
-    for _ in range(MOST_ROUNDS):
+    for _ in range(MAX_ROUNDS):
         before, half = semi_axes, PATCH * semi_axes[1]
         found = own.project(point[None])
         point, normal = found.points[0], own.smooth_normals(found)[0]
         x, gap, tangents = _gaps(own, other, pose, point, normal, half)
-        if len(gap) < FEWEST:  # the patch reaches over an edge
+        if len(gap) < MIN_POINTS:  # the patch reaches over an edge
             semi_axes = (semi_axes[0] / 2, semi_axes[1] / 2)
             continue
         least, slope, bend = _parabola(x, gap)
@@ -116,7 +116,7 @@ def first_touch(
         if semi_axes[0] > own.size:
             raise _conforming(names, values)
         point = point + step @ tangents
-        if abs(semi_axes[1] / before[1] - 1) < SETTLED and np.linalg.norm(step) < SETTLED * semi_axes[0]:
+        if abs(semi_axes[1] / before[1] - 1) < STEP_TOLERANCE and np.linalg.norm(step) < STEP_TOLERANCE * semi_axes[0]:
             break
     if math.isinf(least):
         raise InputError(

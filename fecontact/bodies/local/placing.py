@@ -41,7 +41,7 @@ STEEPEST = 0.5
 SAMPLES = 10
 """Places along a side of a window at which its surface is checked."""
 
-MOST_TURNS, SETTLED, ROUND = 8, 1e-12, 1e-3
+MAX_ITERATIONS, STEP_TOLERANCE, ROUND = 8, 1e-12, 1e-3
 """Adjustments of a window to its surface, their size when it has settled, and the difference of two principal
 curvatures, relative to the larger, up to which every direction is principal."""
 
@@ -149,7 +149,7 @@ def _on_relief(
     InputError
         If the surface ends within the window, has kinks, or is too steep.
     """
-    for _ in range(MOST_TURNS):
+    for _ in range(MAX_ITERATIONS):
         depths = _Depths(window, skin, geometry)
         relief = fit(depths, window.half, window.mirrored)
         x, y = window.node_places(SAMPLES)
@@ -160,7 +160,7 @@ def _on_relief(
         if turning is None:
             break
         turn = _turn(relief, turning)
-        if np.abs(turn - np.eye(3)).max() < SETTLED:
+        if np.abs(turn - np.eye(3)).max() < STEP_TOLERANCE:
             break
         window = replace(window, axes=window.axes @ turn)
     if relief.misfit > KINKS * float(window.half.min()):

@@ -49,7 +49,7 @@ OF_DEFECT = 0.5
 DECAY = 0.7
 """Ratio of these coefficients at one order to those at the last from which more nodes are of no use."""
 
-LARGEST_DEFECT = 0.01
+MAX_DEFECT = 0.01
 """Asymmetry of the remainder, relative to the mean compliance of the window, from which it is found on a finer mesh."""
 
 BESIDE = 0.05
@@ -64,7 +64,7 @@ RULES = ((1.0, 11), (2.5, 6), (5.0, 4), (np.inf, 3))
 OF_LAYERS = 24
 """Nodes along each side of a window for the mean effect of layers."""
 
-LEAST_MEAN = 1e-3
+MIN_MEAN = 1e-3
 """Mean compliance of a window, relative to a half-space's, below which it is not resolved: taken as that, so that the
 asymmetry and the last coefficients show it."""
 
@@ -171,7 +171,7 @@ def _at_order(factored: Factored, window: Window, material: Material, order: int
     smooth = _mean(core, window, order)
     if stack is not None:
         smooth += _mean(stack.difference(window, OF_LAYERS), window, OF_LAYERS)
-    mean = max(alone + smooth, LEAST_MEAN * alone)
+    mean = max(alone + smooth, MIN_MEAN * alone)
     return Remainder(window, order, core, fields, material, loads, mean, asymmetry / mean, tail / mean, stack)
 
 
@@ -314,10 +314,10 @@ def surface_weights(mesh: Mesh, window: Window, points: Array) -> sp.csr_matrix:
 SIZES = (2.0, 1.0, 0.5, 0.25)
 """Sizes of cells that are tried, over their distance from the images of the window's points."""
 
-LEAST_GAP = 0.05
+MIN_GAP = 0.05
 """Least distance of a point from the other faces that counts, over the half-diagonal of the window."""
 
-MOST_CELLS, GROWTH = 4000, 3
+MAX_CELLS, GROWTH = 4000, 3
 """Cells up to which a mesh is divided by itself, and up to how many times its own; some ten seconds."""
 
 HOPELESS = 10.0
@@ -333,9 +333,9 @@ def on_divided_mesh(body: ElasticBody, window: Window, material: Material, found
     InputError
         If that takes too many cells.
     """
-    finer, tried, most = body, len(body.mesh.cells), max(MOST_CELLS, GROWTH * len(body.mesh.cells))
+    finer, tried, most = body, len(body.mesh.cells), max(MAX_CELLS, GROWTH * len(body.mesh.cells))
     for times, size in enumerate(SIZES):
-        if times >= 2 and found.defect > HOPELESS * LARGEST_DEFECT:
+        if times >= 2 and found.defect > HOPELESS * MAX_DEFECT:
             break
         finer = _divided(finer, window, found.order, size, most)
         if len(finer.mesh.cells) > most:
@@ -344,7 +344,7 @@ def on_divided_mesh(body: ElasticBody, window: Window, material: Material, found
             continue
         tried = len(finer.mesh.cells)
         found = remainder(Factored.of(finer.model, window.origin[None]), window, material)
-        if found.defect <= LARGEST_DEFECT:
+        if found.defect <= MAX_DEFECT:
             _, same = cKDTree(finer.mesh.points).query(body.mesh.points)
             fields = found.fields.reshape(len(finer.mesh.points), 3, -1)[same]
             return replace(found, fields=fields.reshape(3 * len(same), -1))
@@ -353,7 +353,7 @@ def on_divided_mesh(body: ElasticBody, window: Window, material: Material, found
         needs = f"it would take more than {len(finer.mesh.cells)} cells"
     raise InputError(
         f"The compliance of {name!r} in its window contradicts Betti's theorem by {100 * found.defect:.2g} %, more "
-        f"than {100 * LARGEST_DEFECT:g} %, also with its mesh divided round the window, to {tried} cells: {needs} to "
+        f"than {100 * MAX_DEFECT:g} %, also with its mesh divided round the window, to {tried} cells: {needs} to "
         "what lies beside or below the window (edges, holes, supports, layers). Take a smaller window, or a finer mesh "
         f"there; its sides are {window.grid.size}.",
         code="compliance-not-symmetric",
@@ -372,7 +372,7 @@ def _divided(body: ElasticBody, window: Window, order: int, size: float, most: i
         there = FacetSurface(body.mesh.points, facets).project(points).points
         away = np.linalg.norm(there - points, axis=1)
         nearest, gap = np.where((away < gap)[:, None], there, nearest), np.minimum(away, gap)
-    gap = np.maximum(gap, LEAST_GAP * float(np.linalg.norm(window.half)))
+    gap = np.maximum(gap, MIN_GAP * float(np.linalg.norm(window.half)))
     while len(body.mesh.cells) <= most:
         corners = body.mesh.points[body.mesh.cells[:, : body.mesh.n_corners]]
         away = np.full(len(corners), np.inf)

@@ -121,7 +121,7 @@ class Window:
         return (points - self.origin) @ self.axes
 
 
-LEAST_FACING = 0.5
+MIN_FACING = 0.5
 """Cosine between the normal of a face and the direction from which the face looks along it."""
 
 
@@ -139,10 +139,10 @@ def facing(mesh: Mesh, faces: IntArray, direction: Array) -> IntArray:
     across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     triangle = np.linalg.norm(corners[:, 3] - corners[:, 2], axis=1) == 0
     across[triangle] = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[triangle]
-    return faces[across @ direction > LEAST_FACING * np.linalg.norm(across, axis=1)]
+    return faces[across @ direction > MIN_FACING * np.linalg.norm(across, axis=1)]
 
 
-LEAST = 1e-5
+MIN_EFFECT = 1e-5
 """Effect of slopes, relative to the compliance, below which it is left out."""
 
 OWN, ROUND = 0.25, 8
@@ -232,7 +232,7 @@ def inclined(window: Window, material: Material) -> Iterator[InclinedTerm]:
         return
     x, y = window.places
     slopes = window.relief.slopes(x, y)
-    if abs(3 * material.nu - 1) / (2 * (1 - material.nu)) * (slopes**2).sum(axis=1).max() > LEAST:
+    if abs(3 * material.nu - 1) / (2 * (1 - material.nu)) * (slopes**2).sum(axis=1).max() > MIN_EFFECT:
         depths = window.relief.depth(x, y).reshape(window.shape)
         yield InclinedTerm(depths, slopes.reshape(*window.shape, 2), window.grid.cell, material, window.mirrored)
 

@@ -15,7 +15,7 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.local.body import LocalBody
 from fecontact.bodies.local.factored import Factored
 from fecontact.bodies.local.meshed_windows import MeshedWindows
-from fecontact.bodies.local.remainder import LARGEST_DEFECT, surface_weights
+from fecontact.bodies.local.remainder import MAX_DEFECT, surface_weights
 from fecontact.bodies.local.surface import WindowSurface
 from fecontact.bodies.local.window import Window
 from fecontact.bodies.pose import Pose
@@ -174,10 +174,10 @@ def _across(parts: Sequence[LocalBody], name: str) -> tuple[dict[tuple[int, int]
     found = {(i, j): _seen(parts[i], parts[j]) for i, j in pairs}
     scale = min(part.remainder.mean for part in parts)
     defect = max(float(np.abs(found[i, j] - found[j, i].T).max()) for i, j in pairs) / 2 / scale
-    if defect > LARGEST_DEFECT:
+    if defect > MAX_DEFECT:
         raise InputError(
             f"The compliance of {name!r} between its windows contradicts Betti's theorem by {100 * defect:.2g} %, more "
-            f"than {100 * LARGEST_DEFECT:g} %: its mesh is too coarse. Take a finer mesh, or smaller windows."
+            f"than {100 * MAX_DEFECT:g} %: its mesh is too coarse. Take a finer mesh, or smaller windows."
         )
     return {(i, j): (found[i, j] + found[j, i].T) / 2 for i, j in pairs}, defect
 

@@ -30,7 +30,7 @@ from fecontact.surfaces.nodal_weights import contact_weights, facet_weights
 
 #: Least share of the faces that lies over the other body: less is due to rounding and chords of curved sides on bodies
 #: that meet on a line.
-LEAST_SHARE = 1e-3
+MIN_SHARE = 1e-3
 
 
 def check_faced(interface: Interface, seen: Averted | None = None) -> None:
@@ -69,11 +69,11 @@ def check_faced(interface: Interface, seen: Averted | None = None) -> None:
             code="not-facing",
         )
     share = 0.0 if empty else _covered_share(interface, surface)
-    if share < LEAST_SHARE:
+    if share < MIN_SHARE:
         raise InputError(
             f"The surfaces {one} and {other} meet on a line, a point or a sliver only: the area in which they face "
             f"each other is {pairing.weights.sum():.3g}, {share:.1e} of the faces there; expected "
-            f"{LEAST_SHARE:g} or more. Check the poses and which boundaries are named, or refine the faces there.",
+            f"{MIN_SHARE:g} or more. Check the poses and which boundaries are named, or refine the faces there.",
             code="sliver",
         )
 

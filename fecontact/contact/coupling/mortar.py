@@ -41,7 +41,7 @@ AREAS = 50_000
 #: Covered share of a multiplier's area, over that of a neighbour, from which on nothing is lent: half a multiplier's.
 FULL = 0.5
 #: Largest share of a multiplier that acts with neighbours that have less of their area.
-MOST_LENT = 0.99
+MAX_LENT = 0.99
 #: The same ratio below which two multipliers would be independent by rounding only: such ones join their neighbours.
 NOTHING = 1e-4
 
@@ -253,7 +253,7 @@ def _lent(slave: FacetSurface, weights: Array, whole: Array) -> tuple[IntArray, 
     At the rim of an overlap a multiplier has a part of its area only. Independent it would follow the peak of the
     pressure at the rim, the closer the less it has; left out, it would move the centre of the pressure inwards, by a
     jump where the rim passes. So it acts together with a share of its neighbours along sides of facets that have more
-    of their area. This share falls from `MOST_LENT` where it has nothing to zero where its part of its area is half of
+    of their area. This share falls from `MAX_LENT` where it has nothing to zero where its part of its area is half of
     theirs, as at a rim along sides of facets. All functions stay non-negative, they sum to one, and they change
     continuously as the rim moves over the facets, and so do forces and moments.
     """
@@ -271,8 +271,8 @@ def _lent(slave: FacetSurface, weights: Array, whole: Array) -> tuple[IntArray, 
     parts = np.where(joined, 1 / np.maximum(np.bincount(poor, joined, n), 1)[poor], 0.0)
     diagonal = np.arange(n)
     own = _matrix(np.where(lost, 0.0, 1.0), parts, diagonal, rich, poor)[used]
-    lent = np.where(lost[poor] | lost[rich], 0.0, MOST_LENT * np.maximum(1 - ratio / FULL, 0.0) ** 2)
-    lent /= np.maximum(np.bincount(rich, lent, n) / MOST_LENT, 1.0)[rich]
+    lent = np.where(lost[poor] | lost[rich], 0.0, MAX_LENT * np.maximum(1 - ratio / FULL, 0.0) ** 2)
+    lent /= np.maximum(np.bincount(rich, lent, n) / MAX_LENT, 1.0)[rich]
     shares = _matrix(1.0 - np.asarray(np.bincount(rich, lent, n), dtype=float), lent, diagonal, poor, rich)
     return used, own, shares[used][:, used]
 

@@ -26,7 +26,7 @@ MARGIN = 0.72
 #: The same of a thin layer whose overlap is prescribed: it touches wherever it overlaps.
 LAYER_MARGIN = 1.0
 #: Least number of candidates of a contact.
-FEWEST = 12
+MIN_CANDIDATES = 12
 
 
 def approach_for_load(gap: Array, area: Array, modulus: float, force: float, thickness: float | None = None) -> float:
@@ -70,7 +70,7 @@ def approach_for_load(gap: Array, area: Array, modulus: float, force: float, thi
 
 
 def choose(gap: Array, approach: float, layer: bool = False) -> IntArray:
-    """Pairs whose gap above the smallest is within `MARGIN` (`LAYER_MARGIN`) times an approach, at least `FEWEST`.
+    """Pairs whose gap above the smallest is within `MARGIN` (`LAYER_MARGIN`) of an approach, at least `MIN_CANDIDATES`.
 
     Examples
     --------
@@ -81,7 +81,7 @@ def choose(gap: Array, approach: float, layer: bool = False) -> IntArray:
     order = np.argsort(gap, kind="stable")
     above = gap[order] - gap[order[0]]
     n = int(np.searchsorted(above, (LAYER_MARGIN if layer else MARGIN) * approach, side="right"))
-    return np.sort(order[: max(n, FEWEST)])
+    return np.sort(order[: max(n, MIN_CANDIDATES)])
 
 
 def grow(chosen: IntArray, gap: Array, penetrating: Mask) -> IntArray:
@@ -151,7 +151,7 @@ def first_candidates(interface: Interface, opening: Array, loading: Loading) -> 
         rows = interface.rows(body)
         if rows is not None:
             ready &= body.model.has_condensed(rows[near])
-    return near[ready] if ready.all() and len(near) >= FEWEST else np.union1d(first, near[ready])
+    return near[ready] if ready.all() and len(near) >= MIN_CANDIDATES else np.union1d(first, near[ready])
 
 
 def likely_nodes(surfaces: SurfacePair, areas: Array, bodies: tuple[Body, Body], loading: Loading) -> IntArray:

@@ -38,7 +38,7 @@ OPTIONS = {
 }
 PREFIX = "fecontact_"
 #: Largest number of steps of one solve, of passes on its true residual, and solutions kept to start from.
-MOST_STEPS, PASSES, KEPT = 2000, 2, 2
+MAX_ITERATIONS, PASSES, KEPT = 2000, 2, 2
 
 
 class Sums:
@@ -213,7 +213,7 @@ class Process:
             if size == 0.0 or best <= rtol * size:
                 break
             solver = self._free_solver()
-            solver.setTolerances(rtol=rtol, atol=0.0, max_it=MOST_STEPS)
+            solver.setTolerances(rtol=rtol, atol=0.0, max_it=MAX_ITERATIONS)
             self.pair[0].setArray(b)
             self.pair[1].setArray(x)
             solver.solve(*self.pair)

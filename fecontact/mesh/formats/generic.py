@@ -25,7 +25,7 @@ SHEETS = {"triangle": "tri3", "triangle6": "tri6", "quad": "quad4", "quad8": "qu
 #: Cells of lower dimension, which are ignored.
 _LINES_AND_POINTS = ("vertex", "line", "line3", "line4")
 #: Integer cell data with more distinct values than this are cell numbers, not regions.
-MOST_REGIONS = 64
+MAX_REGIONS = 64
 #: Permutation of a wedge's nodes (6 and 15) that exchanges its two triangles.
 _TURNED_WEDGE = (3, 4, 5, 0, 1, 2, 9, 10, 11, 6, 7, 8, 12, 13, 14)
 
@@ -89,7 +89,7 @@ def read_vtk(path: Path) -> RawMesh:
         name: blocks
         for name, blocks in mesh.cell_data.items()
         if all(np.asarray(b).ndim == 1 and np.issubdtype(np.asarray(b).dtype, np.integer) for b in blocks)
-        and len(np.unique(np.concatenate(blocks))) <= MOST_REGIONS
+        and len(np.unique(np.concatenate(blocks))) <= MAX_REGIONS
     }
 
     def regions(block: int, dim: int) -> list[tuple[str, IntArray]]:

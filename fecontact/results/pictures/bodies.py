@@ -43,7 +43,7 @@ AUTO, ROUNDING = 0.05, 1e-9
 #: Divisions per side of a curved face for pyvista, which draws flat faces only.
 SUBDIVISION = 6
 #: Pixels along a side of a drawing.
-LEAST_PIXELS, MOST_PIXELS = 16, 20_000
+MIN_PIXELS, MAX_PIXELS = 16, 20_000
 
 
 def plot_solids(
@@ -155,7 +155,7 @@ def _size(pixels: tuple[int, int]) -> tuple[int, int]:
     two = items("pixels", pixels, "two whole numbers")
     if len(two) != 2:
         raise InputError(f"Pixels must be a width and a height; found {shown_value(pixels)}.", code="pixels")
-    width, height = (whole("each of pixels", n, least=LEAST_PIXELS, most=MOST_PIXELS) for n in two)
+    width, height = (whole("each of pixels", n, least=MIN_PIXELS, most=MAX_PIXELS) for n in two)
     return width, height
 
 

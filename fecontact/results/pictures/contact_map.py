@@ -28,7 +28,7 @@ STICK, SLIDE = "tab:blue", "tab:red"
 #: Label of circumferential tractions.
 ROUND = "round the axis"
 #: Arrows drawn at most.
-MOST_ARROWS = 300
+MAX_ARROWS = 300
 
 
 def draw_friction_curve(axes: Any, contact: ContactFields, friction: FrictionFields, units: Units) -> None:
@@ -57,7 +57,7 @@ def draw_arrows(axes: Any, contact: ContactFields, friction: FrictionFields, pro
     flat = projection.flat(contact.points)
     traction = projection.directions(contact.points, friction.traction)
     largest = float(np.linalg.norm(traction, axis=1).max(initial=0.0))
-    every = max(1, -(-int(friction.touching.sum()) // MOST_ARROWS))
+    every = max(1, -(-int(friction.touching.sum()) // MAX_ARROWS))
     for chosen, colour, name in _states(friction):
         axes.plot(*flat[chosen].T, ".", color=colour, markersize=3.0, label=name)
         some = np.flatnonzero(chosen)[::every]

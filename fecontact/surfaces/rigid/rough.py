@@ -15,7 +15,7 @@ from fecontact.common.checks import among, number_array, one_of, positive, posit
 from fecontact.common.errors import InputError, shown
 
 #: Points along one side.
-MOST_POINTS = 10**5
+MAX_POINTS = 10**5
 TRENDS = ("mean", "plane", "quadratic")
 
 
@@ -94,7 +94,7 @@ def self_affine(
     share("the Hurst exponent", hurst)
     whole("the seed", seed, 0, 2**63)
     positives("the size", size, 2)
-    nx, ny = (whole("a number of points", n, 2, MOST_POINTS) for n in _pair(shape))
+    nx, ny = (whole("a number of points", n, 2, MAX_POINTS) for n in _pair(shape))
     shape = (nx, ny)
     for name, wavelength in (("roll_off", roll_off), ("longest", longest), ("shortest", shortest)):
         if wavelength is not None:

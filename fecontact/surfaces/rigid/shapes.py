@@ -27,8 +27,8 @@ from fecontact.surfaces.facet_surface import Projection
 Heights = Callable[[Array, Array], Array]
 Derivatives = Callable[[Array, Array], tuple[Array, Array, Array, Array, Array]]
 
-MOST_STEPS = 60
-SETTLED = 1e-14
+MAX_ITERATIONS = 60
+STEP_TOLERANCE = 1e-14
 """Step, relative to the size of the surface, at convergence."""
 
 
@@ -56,7 +56,7 @@ def nearest(points: Array, heights: Heights, derivatives: Derivatives, size: flo
     """
     X, Y, Z = points.T
     x, y = X.copy(), Y.copy()
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_ITERATIONS):
         f = heights(x, y)
         known = np.isfinite(f)
         f = np.where(known, f, 0.0)
@@ -70,7 +70,7 @@ def nearest(points: Array, heights: Heights, derivatives: Derivatives, size: flo
         det = a * c - b**2
         dx, dy = -(c * gx - b * gy) / det, -(a * gy - b * gx) / det
         x, y = x + dx, y + dy
-        if max(float(np.abs(dx).max(initial=0.0)), float(np.abs(dy).max(initial=0.0))) <= SETTLED * size:
+        if max(float(np.abs(dx).max(initial=0.0)), float(np.abs(dy).max(initial=0.0))) <= STEP_TOLERANCE * size:
             break
     f = heights(x, y)
     outside = ~np.isfinite(f)

@@ -138,7 +138,7 @@ def test_refusals(case: str) -> None:
 
 
 def test_a_window_at_an_edge_is_refused_if_that_takes_too_many_cells(monkeypatch) -> None:
-    monkeypatch.setattr("fecontact.bodies.local.remainder.MOST_CELLS", 150)  # three times its own are divided anyway
+    monkeypatch.setattr("fecontact.bodies.local.remainder.MAX_CELLS", 150)  # three times its own are divided anyway
     local = fc.LocalBody(block(), (0.31, 2.0, 2.0), 0.6, (8, 8))
     with refused(fc.InputError, "compliance-not-symmetric", "it would take more than 492 cells"):
         local.remainder  # noqa: B018

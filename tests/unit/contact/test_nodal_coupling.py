@@ -173,7 +173,7 @@ def test_choose_and_grow():
     gap = np.linspace(0, 1, 101)
     chosen = candidates.choose(gap, 0.5)
     assert np.array_equal(chosen, np.arange(int(0.5 * candidates.MARGIN * 100) + 1))
-    assert len(candidates.choose(gap, 0.0)) == candidates.FEWEST
+    assert len(candidates.choose(gap, 0.0)) == candidates.MIN_CANDIDATES
     assert len(candidates.choose(gap[:5], 0.0)) == 5
     penetrating = np.zeros(101, bool)
     penetrating[[40, 61]] = True

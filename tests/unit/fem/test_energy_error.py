@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.fem.energy_error import MOST_MATERIALS, by_material, energy_density, energy_error
+from fecontact.fem.energy_error import MAX_MATERIALS, by_material, energy_density, energy_error
 from fecontact.fem.stress import hooke
 
 UNIT = fc.Material(E=1.0, nu=0.3)
@@ -80,7 +80,7 @@ def test_strains_of_two_materials_are_not_averaged():
     assert error < 1e-12 * energy
     assert totals(energy_error(mesh, u, 0 * shear, np.ones(len(shear)), every))[0] > 0.01 * energy
     assert len(by_material(0 * shear, shear, every)) == 2
-    many = np.linspace(1, 2, MOST_MATERIALS + 1)
+    many = np.linspace(1, 2, MAX_MATERIALS + 1)
     assert len(by_material(0 * many, many, np.arange(len(many)))) == 1
 
 

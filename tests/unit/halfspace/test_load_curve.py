@@ -41,7 +41,7 @@ def test_a_load_of_a_curve_is_that_load_alone(curve):
 
 
 def test_a_tilting_surface_and_warnings_of_coarse_loads(monkeypatch):
-    monkeypatch.setattr("fecontact.halfspace.contact.LARGEST_ERROR", 0.06)  # between the two estimates
+    monkeypatch.setattr("fecontact.halfspace.contact.MAX_ERROR", 0.06)  # between the two estimates
     half = fc.HalfSpace(SOFT, size=(3 * LENGTH, 3 * LENGTH), shape=(16, 16))
     found = half.curve(fc.surfaces.Paraboloid(1.0), [0.0002, 0.002], load_point=(0.05 * LENGTH, 0.0))
     assert len(found) == 2

@@ -6,7 +6,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact.mesh.check import check_mesh, least_jacobians
-from fecontact.mesh.layer import LEAST, SLOPE
+from fecontact.mesh.layer import MIN_THICKNESS, SLOPE
 
 
 def sheet(height, n=(48, 6), size=(8.0, 1.0)):
@@ -40,7 +40,7 @@ def test_a_layer_yields_in_a_round_channel_and_nowhere_else():
     t, x = thickness_of(mesh, surface), mesh.points[mesh.cells[:, :4], 0]
     assert t[np.abs(x - 4) < 0.05].max() < 0.5
     assert np.allclose(t[np.abs(x - 4) > 0.45 + 0.7 / SLOPE], 0.7, rtol=1e-12)
-    assert LEAST * 0.7 < t.min() < 0.5
+    assert MIN_THICKNESS * 0.7 < t.min() < 0.5
     # it returns to the given thickness no faster than the slope
     side = np.linalg.norm(mesh.points[mesh.cells[:, :4]] - mesh.points[mesh.cells[:, [1, 2, 3, 0]]], axis=2)
     assert (np.abs(t - np.roll(t, -1, axis=1)) <= SLOPE * side + 1e-12).all()

@@ -142,7 +142,7 @@ def test_lever_on_a_rope_finds_its_angle():
 
 def test_motions_that_do_not_settle_are_warned_of(monkeypatch):
     monkeypatch.setattr(finite, "BEARABLE", 1e-30)
-    monkeypatch.setattr(finite, "MOST_STEPS", 1)
+    monkeypatch.setattr(finite, "MAX_ITERATIONS", 1)
     result, ball = under_ball(3.0, motions={"z": -3.05, "x": 0.3}, finite_motion="auto")
     assert abs(result.rigid_motion(ball).translation[0] - 0.3) < 1e-12
     for error, warned in ((0.009, False), (0.011, True)):

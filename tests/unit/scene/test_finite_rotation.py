@@ -211,7 +211,7 @@ def test_poses_at_rest_are_not_solved_again(monkeypatch):
 
 
 def test_poses_that_have_not_settled_are_refused_with_what_is_left(monkeypatch):
-    monkeypatch.setattr(finite, "MOST_STEPS", 1)
+    monkeypatch.setattr(finite, "MAX_ITERATIONS", 1)
     mesh = fc.shapes.block((4.0, 4.0, 1.0), (2, 2, 1)).translated((-2.0, -2.0, -1.0))
     pad = fc.ElasticBody(mesh, fc.Material(E=1000.0, nu=0.3), "top", {"bottom": "xyz"}, name="pad")
     ball = fc.RigidBody(fc.Sphere(radius=5.0), name="ball").placed((0.0, 0.0, 3.0))

@@ -8,7 +8,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact import SupportError
-from fecontact.scene.finite_rotation import LARGEST_SHIFT, LARGEST_TURN, check_rest
+from fecontact.scene.finite_rotation import MAX_SHIFT, MAX_TURN, check_rest
 
 STEEL = fc.Material(E=210e3, nu=0.3)
 
@@ -58,9 +58,9 @@ def test_no_rest_is_said_from_one_radian_and_a_thousand_bodies_on(at_rest):
     assert check_rest(at_rest) is at_rest
     for share, wrong in ((0.99, False), (1.01, True)):
         for motion, words in (
-            ([0, 0, 0, 0, share * LARGEST_TURN, 0], ("block: rotation about y", f", by {share:.3g} rad")),
+            ([0, 0, 0, 0, share * MAX_TURN, 0], ("block: rotation about y", f", by {share:.3g} rad")),
             (
-                [share * LARGEST_SHIFT * known, 0, 0, 0, 0, 0],
+                [share * MAX_SHIFT * known, 0, 0, 0, 0, 0],
                 ("block: translation along x", f", by {share * 1732.05:.3g}"),
             ),
         ):

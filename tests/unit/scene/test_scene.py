@@ -309,7 +309,7 @@ def test_candidates_that_were_too_few_grow(monkeypatch, loads):
     given = {"forces": {body: (0, 0, -300.0)}} if loads == "force" else {"motions": {body: {"z": -0.005}}}
     enough = pressed(body, plane, **given)
     monkeypatch.setattr(candidates, "MARGIN", 0.01)
-    monkeypatch.setattr(candidates, "FEWEST", 1)
+    monkeypatch.setattr(candidates, "MIN_CANDIDATES", 1)
     few = pressed(body, plane, **given)
     assert few.rounds > 1
     assert enough.n_active > 10
