@@ -96,7 +96,8 @@ def solve_finite(
         path.go_on(result)
     raise SolverError(
         f"The poses have not settled after {MAX_ITERATIONS} steps (last change {change:.1e} of the elastic "
-        "displacement). Start nearer to the contact, or hold the components in which the load does not bring the bodies to rest.",
+        "displacement). Start nearer to the contact, or hold the components in which the load does not bring the "
+        "bodies to rest.",
         code="not-settled",
     )
 
