@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from fecontact.common.material import Material
     from fecontact.contact.contact import Contact
     from fecontact.contact.springs import Spring
+    from fecontact.fem.laws import HolmesMow, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
     from fecontact.halfspace import FrictionContact, FrictionPath, HalfSpaceContact, Layer, LoadCurve, PressStep
     from fecontact.mesh import pick, shapes
     from fecontact.mesh import section_shapes as sections
@@ -83,6 +84,7 @@ __all__ = [
     "GroodSuntay",
     "HalfSpace",
     "HalfSpaceContact",
+    "HolmesMow",
     "InputError",
     "Joint",
     "Layer",
@@ -92,6 +94,9 @@ __all__ = [
     "Mesh",
     "MeshError",
     "MissingPackageError",
+    "MooneyRivlin",
+    "NeoHookean",
+    "Ogden",
     "Plane",
     "PlaneBody",
     "Pose",
@@ -103,6 +108,7 @@ __all__ = [
     "SolverNotFoundError",
     "Sphere",
     "Spring",
+    "StVenantKirchhoff",
     "SupportError",
     "SurfaceMesh",
     "WindowedBody",
@@ -144,6 +150,7 @@ _PLACES = {
     "GroodSuntay": "fecontact.app.joint.knee_angles:GroodSuntay",
     "HalfSpace": "fecontact.bodies:HalfSpace",
     "HalfSpaceContact": "fecontact.halfspace:HalfSpaceContact",
+    "HolmesMow": "fecontact.fem.laws:HolmesMow",
     "InputError": "fecontact.common.errors:InputError",
     "Joint": "fecontact.app.joint.joint:Joint",
     "Layer": "fecontact.halfspace:Layer",
@@ -154,6 +161,9 @@ _PLACES = {
     "Mesh": "fecontact.mesh.mesh:Mesh",
     "MeshError": "fecontact.common.errors:MeshError",
     "MissingPackageError": "fecontact.common.errors:MissingPackageError",
+    "MooneyRivlin": "fecontact.fem.laws:MooneyRivlin",
+    "NeoHookean": "fecontact.fem.laws:NeoHookean",
+    "Ogden": "fecontact.fem.laws:Ogden",
     "Plane": "fecontact.bodies:Plane",
     "PlaneBody": "fecontact.bodies:PlaneBody",
     "Pose": "fecontact.bodies:Pose",
@@ -165,6 +175,7 @@ _PLACES = {
     "SolverNotFoundError": "fecontact.common.errors:SolverNotFoundError",
     "Sphere": "fecontact.bodies:Sphere",
     "Spring": "fecontact.contact.springs:Spring",
+    "StVenantKirchhoff": "fecontact.fem.laws:StVenantKirchhoff",
     "SupportError": "fecontact.common.errors:SupportError",
     "SurfaceMesh": "fecontact.mesh.surface_mesh:SurfaceMesh",
     "available_solvers": "fecontact.solvers:available_solvers",

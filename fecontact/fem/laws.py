@@ -1,0 +1,454 @@
+"""Hyperelastic laws of finite strain: energy, Kirchhoff stress and spatial moduli at many points.
+
+A law carries its constants and tends to Hooke's law for small strains, whose moduli `Law.at_rest` tells. Its energy per
+initial volume is W = W_c(F) + kappa/2 (ln J)^2, J = det F; the second part may be integrated at other points against
+locking. Laws of the invariants I1 = tr b, I2 = (I1^2 - tr b^2) / 2 and y = ln J, with b = F F^T, need derivatives of
+W_c only. With A_1 = b, A_2 = I1 b - b^2, A_y = 1/2, the derivatives of the invariants by C = F^T F carried to the
+present shape (Holzapfel, Nonlinear Solid Mechanics, 2000, sections 6.2 and 6.6),
+
+    tau = 2 sum_p W_p A_p,    c = 4 sum_pq W_pq A_p (x) A_q + 4 W_2 (b (x) b - b [x] b) - 2 W_y I_sym
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fecontact.common.arrays import Array
+from fecontact.common.checks import array_of, number, positive
+from fecontact.common.errors import FecontactError, InputError, shown
+from fecontact.common.material import Material
+from fecontact.fem.stiffness import determinant_3x3
+from fecontact.fem.stress import VOIGT
+
+#: Components of symmetric tensors in the order of `VOIGT`.
+FIRST, SECOND = np.array(["xyz".index(k) for v in VOIGT for k in v]).reshape(6, 2).T
+#: Unit tensor and symmetric unit tensor of fourth order, as (6,) and (6, 6).
+UNIT = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+SYMMETRIC_UNIT = np.diag([1.0, 1.0, 1.0, 0.5, 0.5, 0.5])
+#: Relative difference of two principal stretches below which the limit of their quotient is taken: the limit is off by
+#: its square, and the quotient by rounding over it.
+EQUAL = 1e-5
+
+
+class InvertedError(FecontactError):
+    """The deformation inverts material (det F <= 0); take a smaller step."""
+
+    code = "inverted-material"
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """Energy, stress and moduli at points.
+
+    Attributes
+    ----------
+    energy : (...) array
+        Per initial volume.
+    stress : (..., 3, 3) array
+        Kirchhoff stress tau = J sigma.
+    lame, shear : (...) arrays
+        Of the part lame 1 (x) 1 + 2 shear I_sym of the spatial moduli c: the Lie derivative of tau is c : d.
+    moduli : (..., 6, 6) array or None
+        What c has beside that part, by components in the order of `VOIGT`; None where it has nothing.
+    """
+
+    energy: Array
+    stress: Array
+    lame: Array
+    shear: Array
+    moduli: Array | None = None
+
+    @property
+    def all_moduli(self) -> Array:
+        """C (..., 6, 6), whole."""
+        c = self.lame[..., None, None] * np.outer(UNIT, UNIT) + 2 * self.shear[..., None, None] * SYMMETRIC_UNIT
+        return c if self.moduli is None else c + self.moduli
+
+
+class Law:
+    """A hyperelastic law with its constants, in any consistent units.
+
+    Attributes
+    ----------
+    density : float, optional
+        Mass per initial volume; needed only for gravity and dynamics.
+    bulk : float
+        Kappa of the part kappa/2 (ln J)^2 of the energy that may be integrated apart; 0 where there is none.
+    """
+
+    density: float | None
+    bulk: float
+
+    @property
+    @abstractmethod
+    def at_rest(self) -> Material:
+        """The linear material that it is at small strains."""
+
+    @abstractmethod
+    def distortion(self, F: Array, J: Array) -> Response:
+        """Response of W_c to deformation gradients F (..., 3, 3) with determinants J (...)."""
+
+    def response(self, F: Array) -> Response:
+        """Response of the whole law to deformation gradients F (..., 3, 3).
+
+        Raises
+        ------
+        InvertedError
+            If det F <= 0 somewhere.
+        """
+        J = determinants(F)
+        part, volume = self.distortion(F, J), dilatation(np.asarray(self.bulk), J)
+        return Response(
+            part.energy + volume.energy,
+            part.stress + volume.stress,
+            part.lame + volume.lame,
+            part.shear + volume.shear,
+            part.moduli,
+        )
+
+    def cauchy(self, F: Array) -> Array:
+        """Cauchy stress (..., 3, 3) under deformation gradients F (..., 3, 3).
+
+        Raises
+        ------
+        InvertedError
+            If det F <= 0 somewhere.
+
+        Examples
+        --------
+        >>> rubber = NeoHookean(E=1.0, nu=0.45)
+        >>> float(abs(rubber.cauchy(np.eye(3))).max())
+        0.0
+        """
+        return np.asarray(self.response(F).stress / determinant_3x3(F)[..., None, None])
+
+
+def determinants(F: Array) -> Array:
+    """Determinants (...) of deformation gradients (..., 3, 3).
+
+    Raises
+    ------
+    InvertedError
+        If one is not positive.
+    """
+    J = determinant_3x3(F)
+    if not (J > 0).all():
+        raise InvertedError(
+            f"The deformation turns the material inside out at {int((~(J > 0)).sum())} points (smallest det F "
+            f"{np.min(J):.3g}). Apply the load in smaller steps."
+        )
+    return J
+
+
+def dilatation(kappa: Array, J: Array) -> Response:
+    """Response of kappa/2 (ln J)^2, by kappa that broadcasts over J (...)."""
+    y = np.log(J)
+    pressure = kappa * y
+    stress = pressure[..., None, None] * np.eye(3)
+    return Response(pressure * y / 2, stress, kappa + np.zeros_like(y), -pressure)
+
+
+class InvariantLaw(Law):
+    """A law of the invariants I1, I2 and y = ln J, by derivatives of its W_c: base of own laws, too.
+
+    A subclass defines `at_rest`, `density` and `derivatives`, and `bulk` if a part of the energy is kappa/2 (ln J)^2.
+    """
+
+    @abstractmethod
+    def derivatives(self, I1: Array, I2: Array, y: Array) -> tuple[Array, Sequence[Array], Sequence[Sequence[Array]]]:
+        """Energy W_c, its three derivatives, and rows (3, 3) of the second ones, () where these and W_2 vanish."""
+
+    def distortion(self, F: Array, J: Array) -> Response:
+        """Response of W_c."""
+        b = F @ np.swapaxes(F, -1, -2)
+        I1, y = np.trace(b, axis1=-2, axis2=-1), np.log(J)
+        square = b @ b
+        I2 = (I1**2 - np.trace(square, axis1=-2, axis2=-1)) / 2
+        energy, (W1, W2, Wy), second = self.derivatives(I1, I2, y)
+        W1, W2, Wy = (np.broadcast_to(w, y.shape) for w in (W1, W2, Wy))
+        tensor = I1[..., None, None] * b - square
+        stress = 2 * W1[..., None, None] * b + Wy[..., None, None] * np.eye(3)
+        zero = np.zeros_like(y)
+        if not len(second):
+            return Response(energy, stress, zero, -Wy)
+        stress += 2 * W2[..., None, None] * tensor
+        A = np.stack([b[..., FIRST, SECOND], tensor[..., FIRST, SECOND], np.broadcast_to(UNIT / 2, (*y.shape, 6))], -2)
+        H = np.stack([np.stack([np.broadcast_to(w, y.shape) for w in row], -1) for row in second], -2)
+        c = np.swapaxes(A, -1, -2) @ (4 * H) @ A
+        first = A[..., 0, :]
+        crossed = (
+            b[..., FIRST[:, None], FIRST] * b[..., SECOND[:, None], SECOND]
+            + b[..., FIRST[:, None], SECOND] * b[..., SECOND[:, None], FIRST]
+        ) / 2
+        c += 4 * W2[..., None, None] * (first[..., :, None] * first[..., None, :] - crossed)
+        return Response(energy, stress, zero, -Wy, c)
+
+
+@dataclass(frozen=True)
+class _ByModuli(InvariantLaw):
+    """A law with Young's modulus and Poisson's ratio of small strains."""
+
+    E: float
+    nu: float
+    density: float | None = None
+
+    def __post_init__(self) -> None:
+        self.at_rest  # noqa: B018 - refuses bad input now
+
+    @cached_property
+    def at_rest(self) -> Material:
+        """The linear material that it is at small strains."""
+        return Material(self.E, self.nu, self.density)
+
+    @cached_property
+    def _lame(self) -> tuple[float, float]:
+        return self.at_rest.lame, self.at_rest.shear_modulus
+
+
+class NeoHookean(_ByModuli):
+    """Compressible: W = mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2.
+
+    For rubber and soft tissue. Source: Bonet & Wood, Nonlinear Continuum Mechanics for Finite Element Analysis (2008),
+    section 6.4.3, equations 6.27-6.31.
+
+    Parameters
+    ----------
+    E, nu : float
+        Young's modulus and Poisson's ratio at small strains.
+    density : float, optional
+
+    Examples
+    --------
+    >>> rubber = NeoHookean(E=1.0, nu=0.45)
+    >>> rubber.cauchy(np.diag([0.5, 1.0, 1.0])).diagonal().round(4).tolist()
+    [-4.8195, -4.3023, -4.3023]
+    """
+
+    @property
+    def bulk(self) -> float:  # type: ignore[override]
+        """The first Lame constant."""
+        return self._lame[0]
+
+    def derivatives(self, I1: Array, I2: Array, y: Array) -> tuple[Array, Sequence[Array], Sequence[Sequence[Array]]]:
+        """Energy and derivatives of W_c."""
+        mu = np.asarray(self._lame[1])
+        return mu / 2 * (I1 - 3) - mu * y, (mu / 2, 0 * mu, -mu), ()
+
+
+class StVenantKirchhoff(_ByModuli):
+    """W = lambda/2 (tr E)^2 + mu E : E of the Green-Lagrange strain E = (F^T F - 1)/2.
+
+    Suitable for large rotations with small strains; it softens under strong compression. Source: Bonet & Wood (2008),
+    section 6.4.1.
+
+    Parameters
+    ----------
+    E, nu : float
+        Young's modulus and Poisson's ratio at small strains.
+    density : float, optional
+
+    Examples
+    --------
+    >>> law = StVenantKirchhoff(E=2.5, nu=0.25)
+    >>> law.cauchy(np.diag([1.1, 1.0, 1.0])).diagonal().round(6).tolist()
+    [0.3465, 0.095455, 0.095455]
+    """
+
+    bulk = 0.0
+
+    def derivatives(self, I1: Array, I2: Array, y: Array) -> tuple[Array, Sequence[Array], Sequence[Sequence[Array]]]:
+        """Energy and derivatives of W, with tr C^2 = I1^2 - 2 I2."""
+        lame, mu = map(np.asarray, self._lame)
+        energy = lame / 8 * (I1 - 3) ** 2 + mu / 4 * (I1**2 - 2 * I2 - 2 * I1 + 3)
+        none, own = 0 * mu, lame / 4 + mu / 2
+        first = lame / 4 * (I1 - 3) + mu / 2 * (I1 - 1), -mu / 2, none
+        return energy, first, ((own, none, none), (none, none, none), (none, none, none))
+
+
+@dataclass(frozen=True)
+class HolmesMow(_ByModuli):
+    """Cartilage: W = c/2 (exp Q - 1), Q = beta/M ((2 mu - lambda)(I1 - 3) + lambda (I2 - 3) - 2 M ln J).
+
+    With the confined modulus M = lambda + 2 mu and c = M / (2 beta). It stiffens under compression. Source: Holmes &
+    Mow, J. Biomech. 23 (1990) 1145, as in the FEBio user's manual.
+
+    Parameters
+    ----------
+    E, nu : float
+        Young's modulus and Poisson's ratio at small strains.
+    beta : float
+        Exponential stiffening, positive.
+    density : float, optional
+
+    Examples
+    --------
+    >>> cartilage = HolmesMow(E=1.0, nu=0.2, beta=0.3)
+    >>> cartilage.cauchy(np.diag([0.8, 1.0, 1.0])).diagonal().round(5).tolist()
+    [-0.25656, -0.06414, -0.06414]
+    """
+
+    _: KW_ONLY
+    beta: float
+    bulk = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        positive("the exponential stiffening beta", self.beta)
+
+    def derivatives(self, I1: Array, I2: Array, y: Array) -> tuple[Array, Sequence[Array], Sequence[Sequence[Array]]]:
+        """Energy and derivatives of W."""
+        lame, mu = self._lame
+        M = lame + 2 * mu
+        rates = np.array([self.beta * (2 * mu - lame) / M, self.beta * lame / M, -2 * self.beta])
+        Q = rates[0] * (I1 - 3) + rates[1] * (I2 - 3) + rates[2] * y
+        c = M / (4 * self.beta)
+        grown = c * np.exp(Q)
+        return (
+            c * np.expm1(Q),
+            grown * rates.reshape(3, *(1,) * grown.ndim),
+            [[grown * p * q for q in rates] for p in rates],
+        )
+
+
+def _rest(shear: float, bulk: float, density: float | None) -> Material:
+    """The linear material of a shear and a bulk modulus."""
+    return Material(9 * bulk * shear / (3 * bulk + shear), (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear)), density)
+
+
+@dataclass(frozen=True)
+class MooneyRivlin(InvariantLaw):
+    """Rubber: W = c10 (I1' - 3) + c01 (I2' - 3) + bulk/2 (ln J)^2 of I1' = J^(-2/3) I1 and I2' = J^(-4/3) I2.
+
+    The shear modulus at small strains is 2 (c10 + c01). Source: Holzapfel, Nonlinear Solid Mechanics (2000), section
+    6.5; with ln J as in FEBio.
+
+    Parameters
+    ----------
+    c10, c01 : float
+        Half moduli (force / length^2); their sum is positive.
+    bulk : float
+        Bulk modulus, positive.
+    density : float, optional
+
+    Examples
+    --------
+    >>> rubber = MooneyRivlin(c10=0.4, c01=0.1, bulk=50.0)
+    >>> round(rubber.at_rest.E, 4), round(rubber.at_rest.nu, 4)
+    (2.9801, 0.4901)
+    """
+
+    c10: float
+    c01: float
+    bulk: float
+    density: float | None = None
+
+    def __post_init__(self) -> None:
+        positive("the sum c10 + c01", number(self.c10) + number(self.c01))
+        positive("the bulk modulus", self.bulk)
+        self.at_rest  # noqa: B018 - refuses bad input now
+
+    @cached_property
+    def at_rest(self) -> Material:
+        """The linear material that it is at small strains."""
+        return _rest(2 * (self.c10 + self.c01), self.bulk, self.density)
+
+    def derivatives(self, I1: Array, I2: Array, y: Array) -> tuple[Array, Sequence[Array], Sequence[Sequence[Array]]]:
+        """Energy and derivatives of W_c."""
+        W1, W2 = self.c10 * np.exp(-2 * y / 3), self.c01 * np.exp(-4 * y / 3)
+        one, two, none = W1 * I1, W2 * I2, np.zeros_like(y)
+        second = (
+            (none, none, -2 / 3 * W1),
+            (none, none, -4 / 3 * W2),
+            (-2 / 3 * W1, -4 / 3 * W2, 4 / 9 * one + 16 / 9 * two),
+        )
+        return one + two - 3 * (self.c10 + self.c01), (W1, W2, -2 / 3 * one - 4 / 3 * two), second
+
+
+@dataclass(frozen=True)
+class Ogden(Law):
+    """Rubber: W = sum_k 2 mu_k / alpha_k^2 (sum_i (J^(-1/3) l_i)^alpha_k - 3) + bulk/2 (ln J)^2 of stretches l_i.
+
+    The shear modulus at small strains is the sum of mu_k. Source: Ogden, Proc. R. Soc. Lond. A 326 (1972) 565; moduli
+    by principal stretches as in Holzapfel (2000), section 6.6.
+
+    Parameters
+    ----------
+    mu : sequence of float
+        Moduli (force / length^2); their sum is positive.
+    alpha : sequence of float
+        As many exponents, none zero.
+    bulk : float
+        Bulk modulus, positive.
+    density : float, optional
+
+    Examples
+    --------
+    >>> rubber = Ogden(mu=(0.4, 0.1), alpha=(2.0, -2.0), bulk=50.0)
+    >>> round(rubber.at_rest.shear_modulus, 4)
+    0.5
+    """
+
+    mu: Sequence[float]
+    alpha: Sequence[float]
+    bulk: float
+    density: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("mu", "alpha"):
+            given = getattr(self, name)
+            found = array_of(given)
+            if found is None or found.ndim != 1 or not len(found) or not np.isfinite(found).all():
+                raise InputError(
+                    f"{name} of Ogden's law must be a sequence of numbers; found {shown(given)}.", code="exponents"
+                )
+            object.__setattr__(self, name, tuple(found.tolist()))
+        if len(self.mu) != len(self.alpha) or 0 in self.alpha:
+            raise InputError(
+                f"Ogden's law needs as many exponents alpha as moduli mu, none zero; found {self.alpha} and {self.mu}.",
+                code="exponents",
+            )
+        positive("the sum of the moduli mu", sum(self.mu))
+        positive("the bulk modulus", self.bulk)
+        self.at_rest  # noqa: B018 - refuses bad input now
+
+    @cached_property
+    def at_rest(self) -> Material:
+        """The linear material that it is at small strains."""
+        return _rest(sum(self.mu), self.bulk, self.density)
+
+    def distortion(self, F: Array, J: Array) -> Response:
+        """Response of W_c."""
+        squares, axes = np.linalg.eigh(F @ np.swapaxes(F, -1, -2))
+        logs = np.log(squares) / 2 - np.log(J)[..., None] / 3
+        mu, alpha = (np.array(v) for v in (self.mu, self.alpha))
+        powers = np.exp(alpha[:, None] * logs[..., None, :])  # (..., k, 3)
+        energy = (powers.sum(axis=-1) - 3) @ (2 * mu / alpha**2)
+        # derivatives by logarithms of stretches, with the deviator P = 1 - 1/3 by J
+        P = np.eye(3) - 1 / 3
+        tau = np.einsum("...ki,k->...i", powers, 2 * mu / alpha) @ P
+        second = P @ (np.einsum("...ki,k->...i", powers, 2 * mu)[..., None] * P)
+        stress = (axes * tau[..., None, :]) @ np.swapaxes(axes, -1, -2)
+        i, j = np.array([0, 1, 0]), np.array([1, 2, 2])
+        step = squares[..., i] - squares[..., j]
+        near = np.abs(step) <= EQUAL * squares[..., i]
+        own = np.diagonal(second, axis1=-2, axis2=-1)
+        limit = (own[..., i] + own[..., j]) / 4 - second[..., i, j] / 2 - (tau[..., i] + tau[..., j]) / 2
+        quotient = (tau[..., i] * squares[..., j] - tau[..., j] * squares[..., i]) / np.where(near, 1.0, step)
+        shears = np.where(near, limit, quotient)
+        n = np.moveaxis(axes, -1, 0)
+        dyads = np.stack([_symmetric(n[a], n[b]) for a, b in ((0, 0), (1, 1), (2, 2), *zip(i, j, strict=True))], -2)
+        D = np.zeros((*J.shape, 6, 6))
+        D[..., :3, :3] = second - 2 * tau[..., None] * np.eye(3)
+        D[..., [3, 4, 5], [3, 4, 5]] = 4 * shears
+        zero = np.zeros_like(J)
+        return Response(energy, stress, zero, zero, np.swapaxes(dyads, -1, -2) @ D @ dyads)
+
+
+def _symmetric(a: Array, b: Array) -> Array:
+    """Components (..., 6) of the symmetric part of a (x) b, of vectors (..., 3)."""
+    return (a[..., FIRST] * b[..., SECOND] + a[..., SECOND] * b[..., FIRST]) / 2

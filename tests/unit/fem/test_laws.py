@@ -1,0 +1,174 @@
+"""Hyperelastic laws: stress and moduli against differences of the energy, and closed forms of simple deformations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.common.arrays import Array
+from fecontact.fem.laws import FIRST, SECOND, InvariantLaw, InvertedError, Law
+from tests.refusals import refused
+
+LAWS: dict[str, Law] = {
+    "neo-hooke": fc.NeoHookean(E=1.0, nu=0.45),
+    "st-venant": fc.StVenantKirchhoff(E=1.0, nu=0.3),
+    "holmes-mow": fc.HolmesMow(E=1.0, nu=0.2, beta=0.3),
+    "mooney": fc.MooneyRivlin(c10=0.4, c01=0.1, bulk=5.0),
+    "ogden": fc.Ogden(mu=(0.4, 0.1, 0.2), alpha=(2.0, -2.0, 4.5), bulk=5.0),
+}
+
+
+def deformations() -> Array:
+    """General ones, one with two equal stretches, the rest and one with stretches that differ by 1e-7."""
+    given = np.eye(3) + 0.25 * np.random.default_rng(1).standard_normal((6, 3, 3))
+    given[:3] = np.diag([1.3, 0.8, 0.8]), np.eye(3), np.diag([1.1, 1.1 + 1e-7, 0.7])
+    assert (np.linalg.det(given) > 0.1).all()
+    return given
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_stress_and_moduli_are_the_derivatives_by_order(law: Law) -> None:
+    F = deformations()
+    G = np.random.default_rng(2).standard_normal(F.shape)
+    at = law.response(F)
+    d = (G + np.swapaxes(G, 1, 2)) / 2
+    lie = np.zeros(F.shape)
+    lie[:, FIRST, SECOND] = np.einsum("nij,nj->ni", at.all_moduli, d[:, FIRST, SECOND] * [1, 1, 1, 2, 2, 2])
+    lie[:, SECOND, FIRST] = lie[:, FIRST, SECOND]
+    rate = lie + G @ at.stress + at.stress @ np.swapaxes(G, 1, 2)
+    power = (at.stress * G).sum(axis=(1, 2))
+    errors = []
+    for h in (2e-3, 1e-3):
+        ahead, behind = (law.response(F + sign * h * G @ F) for sign in (1, -1))
+        errors.append(
+            (
+                np.abs((ahead.energy - behind.energy) / (2 * h) - power).max(),
+                np.abs((ahead.stress - behind.stress) / (2 * h) - rate).max(),
+            )
+        )
+    # central differences are off by the square of their step
+    assert np.array(errors[0]) / errors[1] == pytest.approx(4.0, abs=0.05)
+    assert max(errors[1]) < 1e-3
+
+
+@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+def test_small_strains_follow_hooke_and_rotations_carry_the_stress(law: Law) -> None:
+    strain = 1e-7 * np.array([[1.0, 0.3, -0.2], [0.3, -0.5, 0.7], [-0.2, 0.7, 2.0]])
+    rest = law.at_rest
+    hooke = rest.lame * np.trace(strain) * np.eye(3) + 2 * rest.shear_modulus * strain
+    assert np.abs(law.cauchy(np.eye(3) + strain) - hooke).max() < 1e-6 * np.abs(hooke).max()
+    turn = fc.rotation_about((1.0, 2.0, 3.0), 0.7)
+    F = deformations()
+    assert np.abs(law.cauchy(turn @ F) - turn @ law.cauchy(F) @ turn.T).max() < 1e-13
+    assert np.abs(law.cauchy(F @ turn) - law.cauchy(F)).max() < 1e-12  # isotropic
+
+
+def incompressible(stretch: float) -> dict[str, Array]:
+    """Deformations without a change of volume."""
+    return {
+        "uniaxial": np.diag([stretch, stretch**-0.5, stretch**-0.5]),
+        "biaxial": np.diag([stretch, stretch, stretch**-2]),
+    }
+
+
+CLOSED: dict[str, dict[str, Callable[[float], float]]] = {
+    "neo-hooke": {
+        "uniaxial": lambda s: (s**2 - 1 / s) / 2.9,
+        "biaxial": lambda s: (s**2 - s**-4) / 2.9,
+    },
+    "mooney": {
+        "uniaxial": lambda s: 2 * (s**2 - 1 / s) * (0.4 + 0.1 / s),
+        "biaxial": lambda s: 2 * (s**2 - s**-4) * (0.4 + 0.1 * s**2),
+    },
+    "ogden": {
+        "uniaxial": lambda s: sum(2 * m / a * (s**a - s ** (-a / 2)) for m, a in ((0.4, 2.0), (0.1, -2.0), (0.2, 4.5))),
+        "biaxial": lambda s: sum(2 * m / a * (s**a - s ** (-2 * a)) for m, a in ((0.4, 2.0), (0.1, -2.0), (0.2, 4.5))),
+    },
+}
+
+
+@pytest.mark.parametrize("stretch", [0.5, 0.9, 2.0])
+@pytest.mark.parametrize("kind", ["uniaxial", "biaxial"])
+@pytest.mark.parametrize("name", CLOSED)
+def test_stress_of_a_stretch_at_constant_volume(name: str, kind: str, stretch: float) -> None:
+    """Differences of principal stresses, Holzapfel (2000), section 6.5."""
+    found = LAWS[name].cauchy(incompressible(stretch)[kind]).diagonal()
+    assert found[0] - found[2] == pytest.approx(CLOSED[name][kind](stretch), rel=1e-12)
+
+
+def test_simple_shear() -> None:
+    """Rivlin's relations: s12 = 2 (W1 + W2) g, s11 - s33 = 2 W1 g^2, s22 - s33 = -2 W2 g^2."""
+    g = 0.8
+    F = np.eye(3) + g * np.outer([1, 0, 0], [0, 1, 0])
+    for law, W1, W2 in ((LAWS["mooney"], 0.4, 0.1), (LAWS["neo-hooke"], 0.5 / 2.9, 0.0)):
+        s = law.cauchy(F)
+        assert [s[0, 1], s[0, 0] - s[2, 2], s[1, 1] - s[2, 2]] == pytest.approx(
+            [2 * (W1 + W2) * g, 2 * W1 * g**2, -2 * W2 * g**2], abs=1e-13
+        )
+
+
+@pytest.mark.parametrize("stretch", [0.6, 0.95, 1.2])
+def test_confined_compression(stretch: float) -> None:
+    """Holmes & Mow (1990): M/2 (l^2 - 1) / l^(2 beta + 1) exp(beta (l^2 - 1)); the others by hand."""
+    F = np.diag([1.0, stretch, 1.0])
+    square = stretch**2 - 1
+    M = {name: LAWS[name].at_rest.lame + 2 * LAWS[name].at_rest.shear_modulus for name in LAWS}
+    exact = {
+        "holmes-mow": M["holmes-mow"] / 2 * square * stretch**-1.6 * np.exp(0.3 * square),
+        "st-venant": M["st-venant"] / 2 * square * stretch,
+        "neo-hooke": (square / 2.9 + LAWS["neo-hooke"].at_rest.lame * np.log(stretch)) / stretch,
+    }
+    for name, stress in exact.items():
+        assert LAWS[name].cauchy(F)[1, 1] == pytest.approx(stress, rel=1e-12)
+
+
+def test_ogden_with_one_term_of_2_is_mooney_without_its_second() -> None:
+    one, other = fc.Ogden(mu=(0.5,), alpha=(2.0,), bulk=3.0), fc.MooneyRivlin(c10=0.25, c01=0.0, bulk=3.0)
+    a, b = (law.response(deformations()) for law in (one, other))
+    assert np.abs(a.stress - b.stress).max() < 1e-13
+    assert np.abs(a.all_moduli - b.all_moduli).max() < 1e-8  # two stretches of one deformation are nearly equal
+    assert np.abs(a.energy - b.energy).max() < 1e-13
+
+
+def test_units_scale_the_stress() -> None:
+    F = deformations()
+    soft, hard = fc.HolmesMow(E=1.0, nu=0.2, beta=0.3), fc.HolmesMow(E=1e9, nu=0.2, beta=0.3)
+    assert np.abs(hard.cauchy(F) / 1e9 - soft.cauchy(F)).max() < 1e-12
+
+
+class Linear(InvariantLaw):
+    """An own law: W = (I1 - 3) - 2 ln J, which is neo-Hooke's with mu = 2 and lambda = 0."""
+
+    density = None
+    bulk = 0.0
+    at_rest = fc.Material(E=4.0, nu=0.0)
+
+    def derivatives(self, I1, I2, y):  # type: ignore[no-untyped-def]
+        """Energy and its derivatives."""
+        return I1 - 3 - 2 * y, (1.0, 0.0, -2.0), ()
+
+
+def test_an_own_law_by_its_derivatives() -> None:
+    known, own = (law.response(deformations()) for law in (fc.NeoHookean(E=4.0, nu=0.0), Linear()))
+    assert np.abs(known.stress - own.stress).max() < 1e-14
+    assert np.abs(known.all_moduli - own.all_moduli).max() < 1e-14
+
+
+def test_inverted_material_and_wrong_constants_are_refused() -> None:
+    with refused(InvertedError, "inverted-material", "-0.5"):
+        LAWS["neo-hooke"].cauchy(np.diag([-0.5, 1.0, 1.0]))
+    with refused(fc.InputError, "poisson-ratio", "0.5"):
+        fc.NeoHookean(E=1.0, nu=0.5)
+    with refused(fc.InputError, "not-positive", "-0.1"):
+        fc.MooneyRivlin(c10=0.1, c01=-0.2, bulk=1.0)
+    with refused(fc.InputError, "not-positive", "beta"):
+        fc.HolmesMow(E=1.0, nu=0.3, beta=0.0)
+    with refused(fc.InputError, "not-positive", "bulk"):
+        fc.Ogden(mu=(1.0,), alpha=(2.0,), bulk=-1.0)
+    with refused(fc.InputError, "exponents", "alpha"):
+        fc.Ogden(mu=(1.0, 1.0), alpha=(2.0,), bulk=1.0)
+    with refused(fc.InputError, "exponents", "mu"):
+        fc.Ogden(mu=("a",), alpha=(2.0,), bulk=1.0)  # type: ignore[arg-type]
