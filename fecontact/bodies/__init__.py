@@ -5,8 +5,7 @@ from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.layer import ElasticLayer
-from fecontact.bodies.local.body import LocalBody
-from fecontact.bodies.local.windowed_body import WindowedBody
+from fecontact.bodies.local.body import LocalBody, WindowedBody
 from fecontact.bodies.pose import Pose, rotation_about
 from fecontact.bodies.rigid import Plane, RigidBody, Sphere
 from fecontact.bodies.section import AxisymmetricBody, PlaneBody

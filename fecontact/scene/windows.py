@@ -12,8 +12,7 @@ import numpy as np
 from fecontact.bodies.body import Body
 from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.local import LocalBody
-from fecontact.bodies.local.first_touch import first_touch
-from fecontact.bodies.local.placing import onto_planes, planes_through
+from fecontact.bodies.local.placing import first_touch, onto_planes, planes_through
 from fecontact.bodies.pose import Pose, turned
 from fecontact.bodies.rigid import Plane
 from fecontact.common.errors import InputError

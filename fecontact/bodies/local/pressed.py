@@ -19,9 +19,8 @@ import numpy as np
 
 from fecontact.analytic import rectangle, sheared_rectangle
 from fecontact.analytic.face_loads import FaceLoads, displacements, stresses, tangent_axes
-from fecontact.bodies.local.relief import interpolation, nodes
 from fecontact.bodies.local.remainder import Remainder
-from fecontact.bodies.local.window import Window
+from fecontact.bodies.local.window import Window, interpolation, nodes
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.material import Material
 from fecontact.fem.stress import components, strain_of
@@ -275,7 +274,7 @@ class BelowWindows:
     """Fields of half-spaces below windows under pressure, in the body's axes.
 
     Far from a window the forces at its Chebyshev nodes stand for the pressures: there the field is as smooth in the
-    point of the load as the remainder is, and on supports both cancel. Near it, see `pressed`.
+    point of the load as the remainder is, and on supports both cancel. Near it, see `Pressed`.
 
     Attributes
     ----------

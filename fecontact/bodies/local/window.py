@@ -1,27 +1,180 @@
-"""Window of a local body: the tangent plane round the contact, its cells, and nodes for smooth functions on it.
+"""Window of a local body: the tangent plane round the contact, its cells, the relief of the surface over it.
 
-Faces of a mesh that look along a direction.
-
-Point loads at the nodes of a window, with their mirror images, and what curvature and slopes add to the kernel.
+Its surface in a scene, and half-spaces with their cells opposite those of a window.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
+from numpy.polynomial import chebyshev as series
 
 from fecontact.analytic import curved_kernel
 from fecontact.analytic.face_loads import FaceLoads, displacements
-from fecontact.bodies.local.relief import Relief, nodes
+from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.pose import Pose
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.halfspace.grid import Even, Grid, part_of
+from fecontact.halfspace.operator import CellModel
 from fecontact.halfspace.smooth import InclinedTerm
+from fecontact.halfspace.surface import GridSurface, between_cells
+from fecontact.mesh.facets import sides_of
 from fecontact.mesh.mesh import Mesh
+from fecontact.surfaces.facet_surface import Projection
+
+
+def nodes(half: float, order: int, mirrored: bool) -> Array:
+    """Chebyshev nodes on (-half, half), increasing; of an even number, the positive ones where it is mirrored.
+
+    Examples
+    --------
+    >>> nodes(1.0, 2, True).round(4).tolist()
+    [0.7071]
+    """
+    x = -half * np.cos(np.pi * (np.arange(order) + 0.5) / order)
+    return np.asarray(x[order // 2 :] if mirrored else x)
+
+
+def polynomials(x: Array, half: float, order: int, mirrored: bool) -> Array:
+    """Chebyshev polynomials (n, k) of x / half below an order; where it is mirrored, the even ones.
+
+    Examples
+    --------
+    >>> polynomials(np.array([0.5]), 1.0, 4, True).round(12).tolist()
+    [[1.0, -0.5]]
+    """
+    degree = np.arange(0, order, 2 if mirrored else 1)
+    return np.asarray(np.cos(degree * np.arccos(np.clip(x / half, -1.0, 1.0))[:, None]))
+
+
+def coefficients(half: float, order: int, mirrored: bool) -> Array:
+    """Matrix (k, k) from values at `nodes` to the coefficients of `polynomials`.
+
+    Source: discrete orthogonality at the zeros of T_order (J. C. Mason, D. C. Handscomb, Chebyshev Polynomials, 2003,
+    section 4.6).
+
+    Examples
+    --------
+    >>> values = nodes(2.0, 4, False) ** 2
+    >>> bool(np.allclose(coefficients(2.0, 4, False) @ values, [2.0, 0.0, 2.0, 0.0]))
+    True
+    """
+    T = polynomials(nodes(half, order, mirrored), half, order, mirrored)
+    scale = np.full(T.shape[1], 2.0 / len(T))
+    scale[0] /= 2
+    return np.asarray(scale[:, None] * T.T)
+
+
+def interpolation(x: Array, half: float, order: int, mirrored: bool) -> Array:
+    """Matrix (n, k) from values at `nodes` to the interpolating polynomial at x (n,).
+
+    Examples
+    --------
+    >>> x = np.array([0.3, 1.5])
+    >>> (interpolation(x, 2.0, 3, False) @ nodes(2.0, 3, False) ** 2).round(12).tolist()
+    [0.09, 2.25]
+    """
+    return np.asarray(polynomials(x, half, order, mirrored) @ coefficients(half, order, mirrored))
+
+
+REACH = 1.5
+"""Extent of the polynomial, relative to the window."""
+
+DEGREE = 8
+"""Degree of the polynomial along either direction."""
+
+FITTED = 25
+"""Points along either side at which the surface is sampled."""
+
+Depths = Callable[[Array, Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Relief:
+    """Depth of a surface below its tangent plane, as a polynomial over a window and its surroundings.
+
+    Attributes
+    ----------
+    reach : (2,) array
+        Half the sides of the rectangle.
+    terms : (n, n) array
+        Coefficients of products of Chebyshev polynomials of x / reach and y / reach.
+    misfit : float
+        Largest distance of the samples from it.
+
+    Examples
+    --------
+    >>> ball = fit(lambda x, y: 10 - np.sqrt(100 - x**2 - y**2), np.array([1.0, 1.0]), (True, True))
+    >>> ball.slopes(np.array([0.6]), np.array([0.0])).round(6).tolist()
+    [[0.060108, 0.0]]
+    """
+
+    reach: Array
+    terms: Array
+    misfit: float
+
+    def _derivative(self, x: Array, y: Array, along_x: int, along_y: int) -> Array:
+        terms = series.chebder(series.chebder(self.terms, along_x, axis=0), along_y, axis=1)
+        values = series.chebval2d(x / self.reach[0], y / self.reach[1], terms)
+        return np.asarray(values / self.reach[0] ** along_x / self.reach[1] ** along_y)
+
+    def covers(self, x: Array, y: Array) -> Mask:
+        """Whether places lie within its extent."""
+        return np.asarray((np.abs(x) <= self.reach[0]) & (np.abs(y) <= self.reach[1]))
+
+    def depth(self, x: Array, y: Array) -> Array:
+        """Depths (n,)."""
+        return self._derivative(x, y, 0, 0)
+
+    def slopes(self, x: Array, y: Array) -> Array:
+        """Slopes (n, 2) of the depth."""
+        return np.stack([self._derivative(x, y, 1, 0), self._derivative(x, y, 0, 1)], axis=-1)
+
+    def hessian(self, x: Array, y: Array) -> Array:
+        """Second derivatives (n, 2, 2) of the depth, positive where the body is convex."""
+        xx, xy, yy = (self._derivative(x, y, *k) for k in ((2, 0), (1, 1), (0, 2)))
+        return np.stack([np.stack([xx, xy], axis=-1), np.stack([xy, yy], axis=-1)], axis=-2)
+
+    def curvature(self, x: Array, y: Array) -> Array:
+        """Curvature tensors (n, 3, 3) of the surface, along the plane's directions and its outward normal."""
+        slopes, bend = self.slopes(x, y), self.hessian(x, y)
+        up = np.concatenate([slopes, np.ones((*slopes.shape[:-1], 1))], axis=-1)
+        length = np.linalg.norm(up, axis=-1)
+        n = up / length[..., None]
+        P = np.eye(3) - n[..., :, None] * n[..., None, :]
+        tensor = np.zeros((*x.shape, 3, 3))
+        tensor[..., :2, :2] = bend / length[..., None, None]
+        return np.asarray(P @ tensor @ P)
+
+
+def fit(depths: Depths, half: Array, mirrored: Even) -> Relief:
+    """The relief that fits a surface best, given its depths at places x (n,) and y (n,); NaN where there is none.
+
+    Near the middle the samples are dense, in least squares of all that lie on the surface.
+    """
+    reach = REACH * half
+    along = [nodes(r, 2 * FITTED if even else FITTED, even) for r, even in zip(reach, mirrored, strict=True)]
+    x, y = (c.ravel() for c in np.meshgrid(*along, indexing="ij"))
+    z = depths(x, y)
+    there = np.isfinite(z)
+    steps = [2 if even else 1 for even in mirrored]
+    basis = series.chebvander2d(x / reach[0], y / reach[1], [DEGREE, DEGREE]).reshape(-1, DEGREE + 1, DEGREE + 1)
+    chosen = basis[there, :: steps[0], :: steps[1]]
+    count = chosen.shape[1:]
+    found = np.linalg.lstsq(chosen.reshape(len(chosen), -1), z[there], rcond=1e-12)[0]
+    terms = np.zeros((DEGREE + 1, DEGREE + 1))
+    terms[:: steps[0], :: steps[1]] = found.reshape(count)
+    return Relief(reach, terms, float(np.abs(chosen.reshape(len(chosen), -1) @ found - z[there]).max(initial=0.0)))
+
+
+MAX_SLOPE = 0.5
+"""Largest slope of a surface over its tangent plane: effects of slope^4 are left out of the kernel."""
 
 OPPOSITE = 1e-10
 """Difference of the axes of two windows, and of their middles relative to their size, that is rounding."""
@@ -94,7 +247,7 @@ class Window:
         return plane if self.depths is None else plane - self.depths[:, None] * self.normal
 
     def node_places(self, order: int) -> tuple[Array, Array]:
-        """Coordinates (k,) on the plane of the Chebyshev nodes of an order, see `chebyshev`."""
+        """Coordinates (k,) on the plane of the Chebyshev nodes of an order, see `nodes`."""
         along = (nodes(b, order, even) for b, even in zip(self.half, self.mirrored, strict=True))
         x, y = np.meshgrid(*along, indexing="ij")
         return x.ravel(), y.ravel()
@@ -243,3 +396,171 @@ def principal(window: Window) -> Array:
         return np.zeros(2)
     middle = np.zeros(1)
     return np.diagonal(window.relief.hessian(middle, middle)[0]).copy()
+
+
+@dataclass(frozen=True, eq=False)
+class WindowSurface(GridSurface):
+    """Cell centres of a window among the nodes, quadrilaterals between them as facets; last the nodes of the mesh.
+
+    Parameters
+    ----------
+    window : Window
+    """
+
+    window: Window | None = None
+
+    @property
+    def is_window(self) -> bool:
+        """True."""
+        return True
+
+    @property
+    def _window(self) -> Window:
+        assert self.window is not None
+        return self.window
+
+    @property
+    def axes(self) -> tuple[Array, Array]:
+        """Coordinates of the modelled cells along the window's directions."""
+        return self._window.along
+
+    @property
+    def normal(self) -> Array:
+        """Outward normal (3,) of the window."""
+        return self._window.normal
+
+    @cached_property
+    def on_rim(self) -> Mask:
+        """Mask (n_facets, 4) of the facets' sides on the rim; on a plane of symmetry the window goes on."""
+        rim = super().on_rim.copy()
+        ends = sides_of(self.facets) - self.start
+        for place, mirrored in zip(np.divmod(ends, len(self.axes[1])), self._window.mirrored, strict=True):
+            if mirrored:
+                rim &= (place > 0).any(axis=2)
+        return rim
+
+    def project(self, points: Array, n_near: int = 3) -> Projection:
+        """Projection along the window's normal of points (n, 3)."""
+        window = self._window
+        found = super().project(window.coordinates(points), n_near)
+        assert found.weights is not None
+        normals = np.tile(window.normal, (len(points), 1))
+        plane = window.at(found.points[:, 0], found.points[:, 1])
+        if window.depths is None:
+            return replace(found, points=plane, normals=normals)
+        depth = found.weights[:, self.start : self.start + len(window.depths)] @ window.depths
+        return replace(found, points=plane - depth[:, None] * normals, normals=normals, gap=found.gap + depth)
+
+    def moved(self, rotation: Array, translation: Array) -> Self:
+        """The surface in other axes, rotated and translated."""
+        window = self._window
+        moved = replace(window, origin=rotation @ window.origin + translation, axes=rotation @ window.axes)
+        return replace(super().moved(rotation, translation), window=moved)
+
+
+def window_surface(window: Window, points: Array, name: str, start: int = 0) -> WindowSurface:
+    """The surface of a window whose cells are from number `start` on among a body's points (n, 3)."""
+    facets = between_cells(*window.shape) + start
+    if np.linalg.det(window.axes) < 0:  # seen from the other side
+        facets = facets[:, ::-1]
+    return WindowSurface(points, facets, name, grid=window.grid, window=window, start=start)
+
+
+STEEPEST_LAYERED = 0.01
+"""Largest slope of a layered half-space over the window: effects of slope^2 are left out of its kernel."""
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class FacingHalfSpace(HalfSpace):
+    """A half-space whose cells are those of a window on its surface.
+
+    Parameters
+    ----------
+    half : HalfSpace
+    window : Window
+        In the half-space's axes; with a relief where the half-space inclines to it.
+    """
+
+    window: Window = field(repr=False)
+
+    def __init__(self, half: HalfSpace, window: Window) -> None:
+        super().__init__(
+            half.material,
+            window.grid.size,
+            window.grid.shape,
+            layers=half.layers,
+            against=half.against,
+            arrays=half.arrays,
+            name=half.name,
+        )
+        for key, value in {"pose": half.pose, "window": window}.items():
+            object.__setattr__(self, key, value)
+
+    @cached_property
+    def _cells(self) -> CellModel:
+        slopes = () if self.material is None or self.layers else tuple(inclined(self.window, self.material))
+        return CellModel(self.compliance, self.window.mirrored, slopes)
+
+    @cached_property
+    def facets(self) -> WindowSurface:  # type: ignore[override]
+        """Its surface: cell centres and quadrilaterals between them."""
+        return window_surface(self.window, self.window.cells, "surface")
+
+
+def half_space_opposite(half: HalfSpace, other: Window, pose: Pose, names: tuple[str, str]) -> HalfSpace:
+    """A half-space with its cells opposite those of a window; itself if they are.
+
+    Parameters
+    ----------
+    half : HalfSpace
+    other : Window
+    pose : Pose
+        Of the window's axes in the half-space's.
+    names : (str, str)
+        Of the half-space and the window's body, for messages.
+
+    Raises
+    ------
+    InputError
+        If the half-space does not lie opposite, is not symmetric where the window is, or has other pressures.
+    """
+    if isinstance(half, FacingHalfSpace) and half.window.faces(other, pose):
+        return half
+    if half.periodic or half.pressure != "uniform":
+        found = "it is periodic" if half.periodic else f"it has pressure={half.pressure!r}"
+        raise InputError(
+            f"{names[0]!r} meets the local body {names[1]!r} cell on cell, with pressures uniform over the cells and "
+            f"none beyond the window; {found}. Make it with periodic=False and pressure='uniform'.",
+            code="local-body-coupling",
+        )
+    axes = pose.rotation @ other.axes * np.array([1.0, 1.0, -1.0])
+    slopes = axes[2, :2] / axes[2, 2] if axes[2, 2] > 0 else np.full(2, np.inf)
+    steepest = STEEPEST_LAYERED if half.layers else MAX_SLOPE
+    if np.linalg.norm(slopes) > steepest:
+        raise InputError(
+            f"The surface of {names[0]!r} inclines by {np.linalg.norm(slopes):.3g} to the window of {names[1]!r}; up "
+            f"to {steepest:g} is possible. Put the window where the surfaces are parallel, or check the poses.",
+            code="window-inclined",
+        )
+    across = [side for side, even, s in zip("xy", other.mirrored, slopes, strict=True) if even and abs(s) > OPPOSITE]
+    if across:
+        raise InputError(
+            f"{names[1]!r} is modelled up to planes of symmetry, to which {names[0]!r} is not normal. Model the body "
+            "without them, or check the poses.",
+            code="not-normal-to-symmetry",
+        )
+    origin = pose.to_world(other.origin[None])[0]
+    origin = origin - origin[2] / axes[2, 2] * axes[:, 2]
+    return FacingHalfSpace(half, _on_plane(Window(origin, axes, other.grid, other.mirrored), slopes))
+
+
+def _on_plane(window: Window, slopes: Array) -> Window:
+    """A window with the depths of the plane z = 0 below it, which has these slopes."""
+    if np.abs(slopes).max() <= OPPOSITE:
+        return window
+
+    def depths(x: Array, y: Array) -> Array:
+        return slopes[0] * x + slopes[1] * y
+
+    relief = fit(depths, window.half, window.mirrored)
+    return Window(window.origin, window.axes, window.grid, window.mirrored, relief, depths(*window.places))

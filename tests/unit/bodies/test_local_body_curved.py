@@ -5,7 +5,7 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
-from fecontact.bodies.local.relief import fit
+from fecontact.bodies.local.window import fit
 from fecontact.mesh.shapes import Level
 
 SOLID = fc.Material(E=2.0, nu=0.0)

@@ -6,8 +6,8 @@ import scipy.sparse as sp
 from refusals import refused
 
 import fecontact as fc
-from fecontact.bodies.local.relief import coefficients, interpolation, nodes
 from fecontact.bodies.local.remainder import _divided, remainder
+from fecontact.bodies.local.window import coefficients, interpolation, nodes
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.halfspace.smooth import SmoothTerm
 

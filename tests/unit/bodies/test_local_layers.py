@@ -6,7 +6,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact.bodies.local import remainder
-from fecontact.bodies.local.stack import Stack, stack_below
+from fecontact.bodies.local.remainder import Stack, stack_below
 from fecontact.surfaces import Paraboloid
 
 SOFT, HARD, RUBBER = fc.Material(E=1.0, nu=0.4), fc.Material(E=4.0, nu=0.25), fc.Material(E=1.0, nu=0.49)

@@ -6,7 +6,7 @@ import scipy.sparse as sp
 from refusals import refused
 
 import fecontact as fc
-from fecontact.bodies.local import meshed_windows
+from fecontact.bodies.local import body as local_body
 from fecontact.common.stopwatch import Stopwatch
 
 SOLID = fc.Material(E=1.0, nu=0.3)
@@ -67,9 +67,9 @@ def test_operator_is_the_matrix(monkeypatch):
     both = _windowed(_block(), cells=6)
     n, rows = both.n_cells, _every_cell(both)
     dense = both.reduce(rows, None, Stopwatch()).compliance
-    monkeypatch.setattr(meshed_windows, "DENSE_LIMIT", 10)
+    monkeypatch.setattr(local_body, "DENSE_LIMIT", 10)
     operator = both.reduce(rows, None, Stopwatch()).compliance
-    assert isinstance(operator, meshed_windows.WindowsCompliance)
+    assert isinstance(operator, local_body.WindowsCompliance)
     np.testing.assert_allclose(operator @ np.eye(n), dense, rtol=0, atol=1e-13 * np.abs(dense).max())
     np.testing.assert_allclose(dense, dense.T, rtol=0, atol=1e-15 * np.abs(dense).max())
     assert np.linalg.eigvalsh(dense).min() > 0
@@ -80,7 +80,7 @@ def test_many_cells_in_both_windows_give_the_same(monkeypatch):
     body = _block()
     names = ("window 1", "window 2")
     _, dense = _pressed(_windowed(body), names)
-    monkeypatch.setattr(meshed_windows, "DENSE_LIMIT", 10)
+    monkeypatch.setattr(local_body, "DENSE_LIMIT", 10)
     result, operator = _pressed(_windowed(body), names)
     np.testing.assert_allclose(operator, dense, rtol=1e-6)
     assert result.residuals().worst < 1e-8

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from fecontact import Material
-from fecontact.bodies.local.relief import fit
-from fecontact.bodies.local.window import Window, own_part, sources
+from fecontact.bodies.local.window import Window, fit, own_part, sources
 from fecontact.halfspace import Grid
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.bodies.local import meshed_windows
+from fecontact.bodies.local import body as local_body
 
 MATERIAL = fc.Material(E=1000.0, nu=0.3)
 FEET = np.array([(1.0, 1.0, 0.0), (5.0, 1.2, 0.0), (2.5, 4.0, 0.0)])
@@ -52,7 +52,7 @@ def test_the_feet_carry_what_statics_says(large: fc.ContactResult) -> None:
 def test_large_windows_are_solved_together(plate: fc.ElasticBody, large: fc.ContactResult, monkeypatch) -> None:
     """By active sets on all windows, as by projected conjugate gradients with products alone."""
     assert large.solution.solver == "joint-grids"
-    monkeypatch.setattr(meshed_windows, "DENSE_LIMIT", 100)
+    monkeypatch.setattr(local_body, "DENSE_LIMIT", 100)
     ours, plain = standing(plate, 14), standing(plate, 14, solver="projected-cg")
     assert (ours.solution.solver, plain.solution.solver) == ("joint-grids", "projected-cg")
     for one, other in zip(ours.contacts, plain.contacts, strict=True):

@@ -7,8 +7,8 @@ import pytest
 
 import fecontact as fc
 from fecontact.bodies.local import body
-from fecontact.bodies.local.factored import Factored
 from fecontact.bodies.local.pressed import BelowWindows
+from fecontact.bodies.local.remainder import Factored
 
 SOLID, AT = fc.Material(E=1.0, nu=0.3), (3.0, 2.0, 2.0)
 FORCE = (0.0, 0.0, -0.01)
