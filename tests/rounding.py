@@ -9,7 +9,7 @@ arithmetic does. Tolerances stay, so a test fails where rounding decides.
 import numpy as np
 
 from fecontact import Mesh
-from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.contact.coupling.nodal import SurfacePair
 from fecontact.surfaces.closest_point import FacetPolynomials
 from fecontact.surfaces.facet_surface import FacetSurface
 

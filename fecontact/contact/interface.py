@@ -16,7 +16,7 @@ from fecontact.common.one_line import one_line
 from fecontact.contact.coupling.nodal import Pairing
 from fecontact.contact.dimension import opposite
 from fecontact.contact.rigid_motion import RigidMotionConstraints, after_prescribed
-from fecontact.contact.search.region import SearchRadius, SearchRegion
+from fecontact.contact.search_region import SearchRadius, SearchRegion
 from fecontact.contact.springs import SpringState
 from fecontact.surfaces.facet_surface import FacetSurface, with_nodes
 

@@ -18,7 +18,7 @@ from fecontact.common.errors import InputError
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
 from fecontact.contact.coupling.choose import CouplingChoice, choose_coupling, pair_chosen, sides
-from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.contact.coupling.nodal import SurfacePair
 from fecontact.contact.dimension import check_contacts, setting_of
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading

@@ -23,8 +23,8 @@ import numpy as np
 
 from fecontact.bodies.body import Body
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.contact.coupling.surface_pair import STEEPEST
-from fecontact.contact.search.region import with_rings
+from fecontact.contact.coupling.nodal import STEEPEST
+from fecontact.contact.search_region import with_rings
 from fecontact.mesh.facets import facet_centres
 from fecontact.results.facet_samples import facet_samples
 from fecontact.surfaces.between_nodes import ROUNDING, overlap_outline, samples_of, smallest_gaps, star_area

@@ -24,7 +24,7 @@ from fecontact.results.contact_outline import ContactOutline, contact_outline
 from fecontact.results.error_estimate import PressureReadings, energy_errors, error_estimate, readings_of
 from fecontact.results.facet_samples import beside_plane, facet_samples, pressure_shapes
 from fecontact.results.friction_fields import FrictionFields, has_reserve, reserve, traction_misfit
-from fecontact.results.recovered_field import RecoveredField, recovered_field
+from fecontact.results.recovery import RecoveredField, recovered_field
 from fecontact.results.resultants import Region, part_of, region_numbers, resultant, sides_of_plane
 from fecontact.results.singular import SingularEdge, singular_edge
 from fecontact.solvers import ContactProblem
@@ -394,7 +394,7 @@ class ContactFields:
 
     @cached_property
     def recovered(self) -> RecoveredField:
-        """Continuous pressure that is smooth inside and a square root at the edge; see `results.recovered_field`.
+        """Continuous pressure that is smooth inside and a square root at the edge; see `results.recovery`.
 
         Examples
         --------

@@ -1,6 +1,6 @@
 """Outline of a contact: closed curves round the area that carries pressure, located within the facets.
 
-The zero line of `results.edge_level` is followed through triangles between the nodes of the facets. A quadrilateral
+The zero line of `results.recovery` is followed through triangles between the nodes of the facets. A quadrilateral
 without a node in its middle gets one, with the level by its shape functions, so that no diagonal is chosen and the
 numbers of nodes do not matter. Where the contact reaches the end of its surface, a plane of symmetry or the rim of the
 other body, the curves follow these, which are not smoothed. The rest is: the scatter of its points has the length of
@@ -39,11 +39,11 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.one_line import one_line
 from fecontact.contact.coupling.choose import line_share
-from fecontact.contact.coupling.covered_area import covered_shares
+from fecontact.contact.coupling.nodal import covered_shares
 from fecontact.mesh.facets import facet_integrals, facet_shapes, sides_of, triangular
 from fecontact.mesh.surface_mesh import averaged_normals
-from fecontact.results.edge_level import edge_level, facet_sizes
 from fecontact.results.facet_samples import facet_samples, past_rim
+from fecontact.results.recovery import edge_level, facet_sizes
 from fecontact.surfaces.facet_surface import FacetSurface
 
 if TYPE_CHECKING:

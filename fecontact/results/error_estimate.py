@@ -21,7 +21,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,7 +32,7 @@ from fecontact.mesh.facets import triangular
 from fecontact.results.contact_outline import planes_of_symmetry
 from fecontact.results.facet_samples import facet_samples, hats, past_rim, without
 from fecontact.results.geometry_error import geometry_error
-from fecontact.results.recovery import RecoveredPressure, recovered
+from fecontact.results.recovery import NodalPressure, nodal_pressure, recovered_on
 
 if TYPE_CHECKING:
     from fecontact.results.contact_fields import ContactFields
@@ -179,30 +179,6 @@ def _lengths(contact: ContactFields, facets: IntArray) -> Array:
     return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
 
 
-class NodalPressure(NamedTuple):
-    """Pressures at the nodes (m,), those that carry information (else NaN), facets with pressure, and where bounded."""
-
-    pressure: Array
-    known: Array
-    loaded: Mask
-    bounded: Mask
-
-
-def nodal_pressure(contact: ContactFields) -> NodalPressure | None:
-    """Pressure of a contact at the nodes of its facets; None without pressure."""
-    nodal = contact.at_nodes @ contact.pressure
-    # nodes between contact points, as on a triangle's sides in a mortar coupling, carry no information
-    known = np.where(np.diff(contact.at_nodes.indptr) == 1, nodal, np.nan)
-    if not (known > 0).any():
-        return None
-    loaded = (nodal[contact.facets] > 0).any(axis=1)
-    if (edge := contact.singular_edge) is None:
-        return NodalPressure(nodal, known, loaded, loaded)
-    at_edge = np.asarray(contact.at_nodes @ edge.points > 0)
-    known[at_edge] = np.nan
-    return NodalPressure(nodal, known, loaded, loaded & ~at_edge[contact.facets].any(axis=1))
-
-
 def _past_rim(contact: ContactFields, chosen: IntArray) -> Mask:
     """Nodes (m,) of chosen facets that lie beyond the master's rim.
 
@@ -291,16 +267,6 @@ def _middle(contact: ContactFields, region: int) -> Array:
 def _reaches_axis(radius: Array) -> bool:
     """Whether a ring of such radii (n,) reaches the axis and continues beyond it."""
     return bool(radius.min() < np.ptp(radius) / 6)
-
-
-def recovered_on(contact: ContactFields, field: NodalPressure, chosen: IntArray) -> RecoveredPressure:
-    """Recovered pressure on chosen facets on which it is bounded."""
-    # on an elastic foundation the pressure falls to zero linearly
-    power = 1 if contact.slave.is_foundation else 2
-    # only facets with pressure: which others were paired is a matter of the search
-    counted = np.flatnonzero(field.bounded)
-    facets, own = contact.facets[counted], np.searchsorted(counted, chosen)
-    return recovered(contact.nodes, facets, own, field.known, contact.at_nodes @ contact.weights, power)
 
 
 def error_estimate(contact: ContactFields, readings: PressureReadings | None) -> ErrorEstimate:

@@ -66,7 +66,7 @@ class FieldMap(Ground):
     areas : (n,) array
         Areas of the contact points.
     shades : (n_facets, n_q) float32 array
-        The field at `local_points` of every facet; pressures as recovered (`results.recovered_field`).
+        The field at `local_points` of every facet; pressures as recovered (`results.recovery`).
     curves : tuple of (k, 3) array
         Outlines of the contact.
     regions : tuple of ((3,) array, float)

@@ -18,9 +18,9 @@ from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.error_estimate import MAX_ERROR, ErrorEstimate, percent
-from fecontact.contact.coupling.surface_pair import STEEPEST, opposition
+from fecontact.contact.coupling.nodal import STEEPEST, opposition
 from fecontact.contact.interface import Interface
-from fecontact.contact.search.region import with_rings
+from fecontact.contact.search_region import with_rings
 from fecontact.fem.support import is_plane
 from fecontact.halfspace.validity import validity_warnings
 from fecontact.results.contact_fields import ContactFields

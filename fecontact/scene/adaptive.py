@@ -24,10 +24,10 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import positive
 from fecontact.common.error_estimate import ErrorEstimate, ResponseError
 from fecontact.common.errors import InputError
+from fecontact.contact.candidates import KnownContact
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import LoadStep
 from fecontact.contact.model import SceneModel
-from fecontact.contact.search.candidates import KnownContact
 from fecontact.fem.condensation import memory_budget
 from fecontact.mesh.facets import facet_centres
 from fecontact.results.contact_fields import ContactFields

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, replacing
-from fecontact.contact.condensed_problem import uncondensed
-from fecontact.contact.equilibrium import check_balance
+from fecontact.contact.condensed_problem import check_balance, uncondensed
 from fecontact.contact.loads import make_loading
 from fecontact.contact.model import SceneModel
 from fecontact.scene.linear import prepared

@@ -29,9 +29,8 @@ from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.linearisation import BEARABLE, CarriedMotion, driven_motions, linearisation_error
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import posed_scene
-from fecontact.scene.linear import solved
+from fecontact.scene.linear import Settings, solved
 from fecontact.scene.local_search import SearchHistory, solve_local
-from fecontact.scene.settings import Settings
 
 #: Change of pose, relative to the elastic displacements, at convergence. The last change is included in the linearised
 #: solution, so the remaining error is of its square.

@@ -4,33 +4,71 @@
     S = sum_b C_b K_b^+ C_b^T,   g = gaps + sum_b C_b (K_b^+ f_b + prescribed motions),   B = [R_b^T C_b^T]
 
 Steps: pair, choose candidates, condense, solve, check for penetration outside the candidates, enlarge these if needed.
+
+Settings of a solve, checked before any work.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.errors import SolverError, SupportError
+from fecontact.common.checks import among, share
+from fecontact.common.errors import InputError, SolverError, SupportError, shown
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.contact.condensed_problem import CondensedProblem, assemble
+from fecontact.contact.candidates import MIN_CANDIDATES, KnownContact, first_candidates, grow, widen
+from fecontact.contact.condensed_problem import CondensedProblem, assemble, check_balance, motion_texts
 from fecontact.contact.coupling.choose import build_interface, matrix_free
-from fecontact.contact.equilibrium import check_balance, motion_texts
 from fecontact.contact.friction_rows import TangentialRows, friction_problem
 from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
-from fecontact.contact.search.candidates import MIN_CANDIDATES, KnownContact, first_candidates, grow, widen
-from fecontact.contact.search.region import SearchRadius
+from fecontact.contact.search_region import SearchRadius
 from fecontact.contact.springs import spring_rows
 from fecontact.contact.step_end import Moved, StepEnd
 from fecontact.results.friction_fields import friction_fields
 from fecontact.results.result import ContactResult, make_result
-from fecontact.scene.settings import Settings
-from fecontact.solvers import InfeasibleLoadError, SlidingLoadError, solve, solve_friction
+from fecontact.solvers import (
+    TOLERANCE,
+    CustomSolver,
+    InfeasibleLoadError,
+    SlidingLoadError,
+    solve,
+    solve_friction,
+    validate_options,
+)
+
+SEARCHES = ("global", "local")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of a solve, as the arguments of `Scene.solve` of the same names; `options` are the solver's."""
+
+    solver: str | CustomSolver = "auto"
+    tolerance: float = TOLERANCE
+    options: Mapping[str, Any] = field(default_factory=dict)
+    search: str = "global"
+    finite_motion: bool | str = "auto"
+
+    def check(self, arguments: Iterable[str] = ()) -> None:
+        """Refuse what is out of range before any work; an unknown option may be one of some arguments, misspelt.
+
+        Raises
+        ------
+        InputError
+        """
+        among("search", self.search, SEARCHES)
+        share("the tolerance", self.tolerance)
+        validate_options(self.solver, self.options, arguments)
+        finite = self.finite_motion
+        if not isinstance(finite, bool) and not (isinstance(finite, str) and finite == "auto"):
+            raise InputError(f"finite_motion must be 'auto', True or False; found {shown(finite)}.", code="motion")
+
 
 #: Largest number of enlargements of the candidates.
 MAX_ROUNDS = 12

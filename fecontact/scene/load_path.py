@@ -44,8 +44,7 @@ from fecontact.results.resultants import DividingPlane, resultant
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.carried import CarriedScene
 from fecontact.scene.finite_rotation import carried_poses, check_rest, solve_finite
-from fecontact.scene.linear import solved
-from fecontact.scene.settings import Settings
+from fecontact.scene.linear import Settings, solved
 from fecontact.scene.sweep_case import fingerprints, loads_of, numbered
 from fecontact.solvers import TOLERANCE
 

@@ -1,7 +1,7 @@
 """Local search: pair the parts that may touch, solve, check that no other part can have touched, else pair more.
 
 The parts are predicted from a similar case, by its rigid motion and the size of its elastic displacements. The
-prediction affects the time but not the solution, by the check of `fecontact.contact.search.region`.
+prediction affects the time but not the solution, by the check of `fecontact.contact.search_region`.
 """
 
 from __future__ import annotations
@@ -17,24 +17,25 @@ from fecontact.bodies.elastic import elastic_among
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.candidates import MARGIN, approach_for_load
 from fecontact.contact.contact import Contact
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
-from fecontact.contact.search.bounding import bounds_of, facet_displacements, part_displacements
-from fecontact.contact.search.candidates import MARGIN, approach_for_load
-from fecontact.contact.search.region import (
+from fecontact.contact.search_region import (
     STILL,
     RigidIncrement,
     SearchRadius,
+    bounds_of,
+    facet_displacements,
     find_missed,
     in_axes,
+    part_displacements,
     plain_facets,
     with_rings,
 )
 from fecontact.results.result import ContactResult
-from fecontact.scene.linear import solved
-from fecontact.scene.settings import Settings
+from fecontact.scene.linear import Settings, solved
 from fecontact.surfaces.facet_surface import FacetSurface, with_nodes
 
 #: Rings of facets added round those that may touch: a few extra nodes cost less than another condensation.

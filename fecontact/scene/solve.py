@@ -15,17 +15,16 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.errors import InputError
 from fecontact.common.progress import progress_line, tell_part
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.candidates import KnownContact
 from fecontact.contact.loads import Distribution, LoadStep
 from fecontact.contact.model import SceneModel
-from fecontact.contact.search.candidates import KnownContact
 from fecontact.results.cell_contact import is_half_space
 from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.engine import check_engine, on_processes
 from fecontact.scene.finite_rotation import check_rest, follow, follow_from, solve_finite
-from fecontact.scene.linear import solved
+from fecontact.scene.linear import Settings, solved
 from fecontact.scene.local_search import solve_local
-from fecontact.scene.settings import Settings
 from fecontact.scene.windows import has_open_windows, solve_with_windows
 from fecontact.solvers import TOLERANCE, CustomSolver
 from fecontact.surfaces.facet_surface import has_cells
@@ -100,7 +99,7 @@ def solve_scene(
         Tolerance of the certificate, see `solvers.Residuals`.
     search : {'global', 'local'}
         'global' pairs whole surfaces, 'local' only the parts that may touch. The latter takes a fraction of the
-        time and gives the same forces (see `contact.search.region`), without gaps elsewhere. It is the default of
+        time and gives the same forces (see `contact.search_region`), without gaps elsewhere. It is the default of
         cases of a sweep.
     engine : {'own', 'petsc'}
         Where the stiffness of elastic bodies is assembled and solved: in this process, or with processes under MPI by

@@ -25,14 +25,13 @@ from fecontact.common.progress import progress_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
-from fecontact.contact.search.region import plain_facets
+from fecontact.contact.search_region import plain_facets
 from fecontact.contact.springs import spring_rows
 from fecontact.fem.model import Model
 from fecontact.results.case_table import CaseTable, Kept, fields_to_keep, plane_of
 from fecontact.results.resultants import DividingPlane
-from fecontact.scene.linear import prepared
+from fecontact.scene.linear import SEARCHES, prepared
 from fecontact.scene.local_search import SearchHistory, near_nodes
-from fecontact.scene.settings import SEARCHES
 from fecontact.scene.sweep_case import (
     Case,
     Posed,

@@ -38,8 +38,8 @@ from fecontact.results.result import ContactResult
 from fecontact.results.resultants import DividingPlane
 from fecontact.scene.carried import posed_scene
 from fecontact.scene.finite_rotation import check_rest, follow
+from fecontact.scene.linear import Settings
 from fecontact.scene.local_search import SearchHistory, solve_local
-from fecontact.scene.settings import Settings
 from fecontact.scene.solve import refuse_with_friction, solve_scene
 from fecontact.scene.windows import has_open_windows
 

@@ -16,9 +16,9 @@ from fecontact.bodies.local.placing import first_touch, onto_planes, planes_thro
 from fecontact.bodies.pose import Pose, turned
 from fecontact.bodies.rigid import Plane
 from fecontact.common.errors import InputError
+from fecontact.contact.candidates import KnownContact
 from fecontact.contact.loads import Loading, LoadStep
 from fecontact.contact.model import SceneModel
-from fecontact.contact.search.candidates import KnownContact
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import with_bodies
 from fecontact.surfaces.facet_surface import FacetSurface

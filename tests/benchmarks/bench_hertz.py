@@ -11,8 +11,7 @@ import pytest
 from fecontact.app.spheres.case import CASES
 from fecontact.app.spheres.spheres import solve_spheres
 from fecontact.contact.coupling.mortar import pair_mortar
-from fecontact.contact.coupling.nodal import pair
-from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.contact.coupling.nodal import SurfacePair, pair
 from fecontact.fem.factor import condense
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.mesh import shapes

@@ -20,7 +20,7 @@ from fecontact.results.facet_samples import facet_samples, hats
 from fecontact.results.field_map import field_map
 from fecontact.results.pictures.contact_map import draw_field, draw_outlines
 from fecontact.results.pictures.map_projection import map_of
-from fecontact.results.recovered_field import recovered_field
+from fecontact.results.recovery import recovered_field
 from fecontact.surfaces import Paraboloid
 
 PAGE = Path(__file__).parents[2] / "docs" / "generated" / "outlines.md"

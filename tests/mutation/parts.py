@@ -47,7 +47,7 @@ PARTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "half-spaces": (("halfspace.*", "bodies.halfspace"), ("halfspace",)),
     "decks": (("app.decks.*",), ("app/test_decks*.py",)),
     "slender members": (("ancf.slender.*",), ("ancf/test_slender*.py", "ancf/test_corotational.py")),
-    "pairing": (("contact.search.*", "contact.first_candidates"), ("contact", "scene/test_scene.py")),
+    "pairing": (("contact.search_region", "contact.candidates"), ("contact", "scene/test_scene.py")),
     "coupling": (("contact.coupling.*",), ("contact",)),
     "balance and reduction": (("contact.*", "fem.constrained_cg"), ("contact", "fem/test_con*.py")),
     "solution procedures": (("scene.*",), ("scene",)),

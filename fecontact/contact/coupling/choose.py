@@ -14,17 +14,15 @@ import numpy as np
 from fecontact.bodies.body import Body
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
+from fecontact.contact.candidates import likely_nodes
 from fecontact.contact.contact import Contact
-from fecontact.contact.coupling.grid import pair_cells
 from fecontact.contact.coupling.mortar import multiplier_areas, pair_mortar
 from fecontact.contact.coupling.mortar_basis import has_mortar_basis
-from fecontact.contact.coupling.nodal import Pairing, pair
-from fecontact.contact.coupling.surface_pair import NONE_AVERTED, TIE, Averted, SurfacePair, nested
+from fecontact.contact.coupling.nodal import NONE_AVERTED, TIE, Averted, Pairing, SurfacePair, nested, pair, pair_cells
 from fecontact.contact.dimension import check_rigid_surface
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading
-from fecontact.contact.search.candidates import likely_nodes
-from fecontact.contact.search.region import STILL, SearchRadius, SearchRegion, plain_facets, search_region
+from fecontact.contact.search_region import STILL, SearchRadius, SearchRegion, plain_facets, search_region
 from fecontact.surfaces.facet_surface import FacetSurface, Surface, facets_of, has_cells
 from fecontact.surfaces.nodal_weights import contact_weights, facet_weights
 

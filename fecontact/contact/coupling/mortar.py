@@ -8,14 +8,16 @@ all integrals are over the segments in which one slave face meets one master fac
 
 The multipliers of a nine-node face are bilinear on its quarters, those of a triangle linear (`mortar_basis`); they sum
 to one, so uniform pressure is exact on both sides (Puso & Laursen 2004; Popp et al. 2012 for multipliers on sub-faces).
-Segments are found in the plane of the slave face (`tangent_plane`): the master face's outline is mapped there and
-clipped to the convex outline of a sub-face (Sutherland & Hodgman 1974), so that segments tile the common area of both
-surfaces. The degree of quadrature follows the taper of both faces over a segment.
+Segments are those of `segments`.
+
+All results are linear in the weights of the samples. To limit memory, blocks of samples are summed per multiplier, and
+the sums of all blocks added.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,15 +26,125 @@ import scipy.sparse as sp
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.contact.coupling.mortar_basis import has_mortar_basis, multiplier_shapes, own_samples, tied_multipliers
-from fecontact.contact.coupling.mortar_integrals import Block, Samples, block_of, summed, total_areas
-from fecontact.contact.coupling.nodal import Pairing
+from fecontact.contact.coupling.nodal import STEEPEST, MortarIntegrals, Pairing, SurfacePair
 from fecontact.contact.coupling.segments import segment_samples, tangent_plane_maps
-from fecontact.contact.coupling.surface_pair import STEEPEST, SurfacePair
-from fecontact.contact.search.region import SearchRegion
+from fecontact.contact.search_region import SearchRegion
 from fecontact.mesh.element import TRIANGLE_NODES
 from fecontact.mesh.facets import facet_nodes
 from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface, facets_of, with_nodes
+from fecontact.surfaces.nodal_weights import components_along
 from fecontact.surfaces.normals import meet, normals_of, project_along, projection_at
+
+
+class Samples(NamedTuple):
+    """Samples that face the master.
+
+    Attributes
+    ----------
+    facet, local : (n,) and (n, 2) arrays
+        Facet and coordinates on the slave.
+    multipliers : (n, n_nodes) csr_matrix
+        The slave's multiplier functions there times the area of each sample.
+    weights : (n, n_nodes) csr_matrix
+        Interpolation from the slave's nodes.
+    projection : Projection
+    """
+
+    facet: IntArray
+    local: Array
+    multipliers: sp.csr_matrix
+    weights: sp.csr_matrix
+    projection: Projection
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Sums over one block of samples, for the multipliers (n_used,) in it.
+
+    Attributes
+    ----------
+    used, facets : (n_used,) and (n_facets,) int arrays
+        Nodes of the multipliers, and the slave facets sampled.
+    dense : (n_used, 14) array
+        Area; gap; normal, position and its moment in the slave's axes; moment of the normal about the closest point.
+    on_slave, on_master : (n_used, 3 n_nodes) csr_matrices
+    """
+
+    used: IntArray
+    facets: IntArray
+    dense: Array
+    on_slave: sp.csr_matrix
+    on_master: sp.csr_matrix
+
+
+def block_of(samples: Samples, points: Array, origin: Array, rotation: Array, translation: Array) -> Block:
+    """Sums of one block.
+
+    Parameters
+    ----------
+    samples : Samples
+    points : (n_nodes, 3) array
+        Of the slave.
+    origin : (3,) array
+        Reference point of moments, in the slave's axes.
+    rotation, translation
+        Pose of the slave's axes in the master's.
+    """
+    projection = samples.projection
+    assert projection.weights is not None
+    multipliers = samples.multipliers.T.tocsr()
+    used = np.flatnonzero(np.diff(multipliers.indptr))
+    multipliers = multipliers[used]
+    normals, x = projection.normals @ rotation, samples.weights @ points
+    lever = x @ rotation.T + translation - projection.points
+    columns = (
+        np.ones(len(x)),
+        projection.gap,
+        normals,
+        x,
+        np.cross(x - origin, normals),
+        np.cross(lever, projection.normals),
+    )
+    return Block(
+        used,
+        np.unique(samples.facet),
+        multipliers @ np.column_stack(columns),
+        multipliers @ components_along(samples.weights, normals),
+        multipliers @ components_along(projection.weights, -projection.normals),
+    )
+
+
+def total_areas(blocks: Sequence[Block], n_nodes: int) -> Array:
+    """Sampled area (n_nodes,) of each multiplier."""
+    out = np.zeros(n_nodes)
+    for block in blocks:
+        out[block.used] += block.dense[:, 0]
+    return out
+
+
+def summed(blocks: Sequence[Block], gather: sp.csr_matrix, areas: Array, origin: Array) -> MortarIntegrals:
+    """Means over the multiplier functions of contact points.
+
+    Parameters
+    ----------
+    blocks : sequence of Block
+    gather : (n, n_nodes) csr_matrix
+        Multipliers joined in each contact point.
+    areas : (n,) array
+        Areas of the contact points.
+    origin : (3,) array
+        As in `block_of`.
+    """
+    used = np.concatenate([b.used for b in blocks])
+    ones, which = np.ones(len(used)), np.arange(len(used))
+    mean = sp.diags(1 / areas) @ gather @ sp.csr_matrix((ones, (used, which)), shape=(gather.shape[1], len(used)))
+    _, gap, normals, centres, moments, levers = np.split(
+        mean @ np.concatenate([b.dense for b in blocks]), [1, 2, 5, 8, 11], axis=1
+    )
+    on_slave = mean @ sp.vstack([b.on_slave for b in blocks], format="csr")
+    on_master = mean @ sp.vstack([b.on_master for b in blocks], format="csr")
+    return MortarIntegrals(gap[:, 0], on_slave, on_master, normals, centres, moments, origin, levers)
+
 
 #: Pairs of facets segmented, sampled and summed in one block, which bounds the memory for samples.
 BLOCK = 3000

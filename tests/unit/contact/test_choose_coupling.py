@@ -9,7 +9,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.contact.coupling import choose
-from fecontact.contact.coupling.surface_pair import SurfacePair, nested
+from fecontact.contact.coupling.nodal import SurfacePair, nested
 
 pytestmark = pytest.mark.rounding(0)
 

@@ -7,9 +7,7 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
-from fecontact.contact.coupling.covered_area import rim_of
-from fecontact.contact.coupling.nodal import pair
-from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.contact.coupling.nodal import SurfacePair, pair, rim_of
 from fecontact.results.contact_fields import FACES_ACROSS
 from fecontact.surfaces import FlatPunch
 from fecontact.surfaces.facet_surface import FacetSurface

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 
 import fecontact as fc
 from fecontact import SupportError
-from fecontact.contact.equilibrium import check_balance, opening_by_motions
+from fecontact.contact.condensed_problem import check_balance, opening_by_motions
 from fecontact.contact.loads import Loading, make_loading
 from fecontact.contact.rigid_motion import constrain_rigid_motion
 

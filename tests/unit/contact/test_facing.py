@@ -7,8 +7,7 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
-from fecontact.contact.coupling.nodal import pair
-from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.contact.coupling.nodal import SurfacePair, pair
 
 pytestmark = pytest.mark.rounding(0)
 

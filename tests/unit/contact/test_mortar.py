@@ -7,8 +7,8 @@ import refusals
 import fecontact as fc
 from fecontact.contact.coupling.mortar import multiplier_areas, pair_mortar
 from fecontact.contact.coupling.mortar_basis import multiplier_shapes, own_samples, sub_faces
+from fecontact.contact.coupling.nodal import SurfacePair
 from fecontact.contact.coupling.segments import clip
-from fecontact.contact.coupling.surface_pair import SurfacePair
 from fecontact.mesh.element import TRIANGLE_NODES, quad_nodes
 from fecontact.surfaces.facet_surface import FacetSurface
 

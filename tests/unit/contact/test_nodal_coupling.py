@@ -7,9 +7,8 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact import MeshError
-from fecontact.contact.coupling.nodal import pair
-from fecontact.contact.coupling.surface_pair import SurfacePair, nested
-from fecontact.contact.search import candidates
+from fecontact.contact import candidates
+from fecontact.contact.coupling.nodal import SurfacePair, nested, pair
 from fecontact.mesh.element import quad_nodes
 from fecontact.mesh.facets import nodal_areas, tributary_areas
 from fecontact.surfaces.facet_surface import FacetSurface

@@ -8,8 +8,7 @@ from rounding import change_by_rounding
 import fecontact as fc
 from fecontact.contact.coupling.choose import COARSER
 from fecontact.contact.coupling.mortar import pair_mortar
-from fecontact.contact.coupling.nodal import pair
-from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.contact.coupling.nodal import SurfacePair, pair
 from fecontact.scene.adaptive import _most
 from fecontact.surfaces import Cone, Cylinder, FlatPunch
 from fecontact.surfaces.facet_surface import FacetSurface

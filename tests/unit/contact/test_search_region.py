@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.contact import search_region as search
 from fecontact.contact.coupling.mortar import pair_mortar
-from fecontact.contact.coupling.nodal import pair
-from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.contact.coupling.nodal import SurfacePair, pair
 from fecontact.contact.loads import make_loading
-from fecontact.contact.search import bounding as bounds
-from fecontact.contact.search import region as search
 from fecontact.mesh.element import QUAD_CORNERS
 from fecontact.mesh.facets import facet_shapes
 from fecontact.scene import local_search
@@ -57,7 +55,7 @@ def test_clearance_is_a_lower_bound_and_within_reach_nothing_is_missed(quadratic
     slave, master = turned_over(grid(10, bowl, quadratic=quadratic)), grid(13, lambda x, y: 0.1 * x * y - 0.02)
     part = search.search_region(slave, master, *HERE, search_radius=0.2)
     # against the distances of many points of every part from the master
-    cut = bounds.parts_of(slave)
+    cut = search.parts_of(slave)
     assert len(cut.owner) == len(slave.facets) * (4 if quadratic else 1)
     facet, places = samples(cut.surface)
     projection = master.project(places)
@@ -92,8 +90,8 @@ def test_gaps_of_parts_left_out_stay_open_under_the_drift_they_were_left_out_for
     slave, master = turned_over(grid(10, bowl, quadratic=quadratic)), grid(13, lambda x, y: 0.1 * x * y - 0.1)
     increment = search.RigidIncrement(np.array([0.2, -0.1, -0.15]), np.array([0.05, -0.3, 0.1]))
     part = search.search_region(slave, master, *HERE, 0.1, increment)
-    facet, places = samples(bounds.parts_of(slave).surface)
-    cut = bounds.parts_of(slave)
+    facet, places = samples(search.parts_of(slave).surface)
+    cut = search.parts_of(slave)
     owner, corner = np.repeat(cut.owner, 25), np.tile([0.0, 0.25, 0.5, 0.75, 1.0], 5 * len(cut.owner))
     assert len(owner) == len(places)
     across = np.tile(np.repeat([0.0, 0.25, 0.5, 0.75, 1.0], 5), len(cut.owner))
@@ -121,7 +119,7 @@ def test_lines_between_two_cones_close_gaps_no_faster_than_the_bound():
     axes = [np.array([0.0, 0.0, 1.0]), fc.rotation_about((1, 2, 0), 0.6)[:, 2]]
     angles = (0.25, 0.4)
     motion = rng.normal(size=(n, 3))
-    cones = [bounds.Cones(np.tile(a, (n, 1)), np.full(n, angle)) for a, angle in zip(axes, angles, strict=True)]
+    cones = [search.Cones(np.tile(a, (n, 1)), np.full(n, angle)) for a, angle in zip(axes, angles, strict=True)]
     bound = search.least_along_lines(motion, *cones)
     inside = [within_cone(rng, a, angle, tried) for a, angle in zip(axes, angles, strict=True)]
     share = rng.uniform(size=(tried, 1))
@@ -134,7 +132,7 @@ def test_lines_between_two_cones_close_gaps_no_faster_than_the_bound():
     alone = search.least_along_lines(motion, cones[1], cones[1])
     assert (alone > least_found + 0.05).any()
     # where both cones are one and narrow it is what one normal gives
-    thin = bounds.Cones(np.tile(axes[0], (n, 1)), np.zeros(n))
+    thin = search.Cones(np.tile(axes[0], (n, 1)), np.zeros(n))
     assert np.abs(search.least_along_lines(motion, thin, thin) - motion[:, 2]).max() < 1e-12
 
 
@@ -151,7 +149,7 @@ def within_cone(rng, axis, angle, n):
 @pytest.mark.parametrize("quadratic", [False, True])
 def test_interpolated_normals_lie_in_the_cones(quadratic):
     surface = grid(6, lambda x, y: 0.3 * np.sin(2 * x) * np.cos(y), quadratic=quadratic)
-    cones = bounds.cones_of(surface)
+    cones = search.cones_of(surface)
     t = np.linspace(0, 1, 7)
     X = np.stack(np.meshgrid(t, t, indexing="ij"), -1).reshape(-1, 2)
     facet = np.repeat(np.arange(len(surface.facets)), len(X))
@@ -170,7 +168,7 @@ def test_normals_of_triangles_lie_in_the_cones(columns):
     centres = plain.points[corners[:, :3]].mean(axis=1) + rng.uniform(-0.02, 0.02, (len(corners), 3))
     facets = np.column_stack([corners, sides, middle])[:, :columns]
     surface = FacetSurface(np.concatenate([plain.points, centres]), facets)
-    cones = bounds.cones_of(surface)
+    cones = search.cones_of(surface)
     t = np.linspace(0, 1, 9)
     X = np.stack(np.meshgrid(t, t, indexing="ij"), -1).reshape(-1, 2)
     X = X[X.sum(axis=1) <= 1 + 1e-12]
@@ -188,15 +186,15 @@ def test_normals_of_triangles_lie_in_the_cones(columns):
 def test_displacements_between_nodes_are_bounded(quadratic):
     surface = grid(4, bowl, quadratic=quadratic)
     nodal = np.random.default_rng(1).normal(size=surface.points.shape)
-    cut = bounds.parts_of(surface)
-    bound = bounds.part_displacements(surface, nodal)
+    cut = search.parts_of(surface)
+    bound = search.part_displacements(surface, nodal)
     field = FacetSurface(nodal, surface.facets)
-    _, values = samples(bounds.parts_of(field).surface)
+    _, values = samples(search.parts_of(field).surface)
     facet, _ = samples(cut.surface)
     largest = -least(facet, -np.linalg.norm(values, axis=1))
     assert (largest <= bound * (1 + 1e-12)).all()
     assert np.array_equal(
-        bounds.facet_displacements(surface, nodal), bound.reshape(len(surface.facets), -1).max(axis=1)
+        search.facet_displacements(surface, nodal), bound.reshape(len(surface.facets), -1).max(axis=1)
     )
 
 
@@ -219,7 +217,7 @@ def test_a_curved_facet_may_be_met_along_normals_that_are_not_its_middles():
     master = arc(0.422)
     foot, distance = -0.399, 0.467
     centre = (1 + distance) * np.array([np.sin(foot), 0.0, np.cos(foot)]) + [0.0, 0.25, 0.0]
-    known = bounds.bounds_of(master)
+    known = search.bounds_of(master)
     axis = known.normal[np.linalg.norm(known.centre - centre, axis=1).argmin()]
     aside = np.cross([0.0, 1.0, 0.0], -axis)
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * 0.01
@@ -270,7 +268,7 @@ def test_lebesgue_and_bulge_constants_bound_the_shape_functions(columns, triangl
     X = np.stack(np.meshgrid(t, t, indexing="ij"), -1).reshape(-1, 2)
     X = X[X.sum(axis=1) <= 1 + 1e-12] if triangle else X
     N = np.abs(facet_shapes(columns, np.full(len(X), triangle), X)[0])
-    assert N.sum(axis=1).max() <= bounds.lebesgue(columns) + 1e-12
+    assert N.sum(axis=1).max() <= search.lebesgue(columns) + 1e-12
     assert N[:, 4:].sum(axis=1).max() <= BULGE + 1e-12
 
 

@@ -8,8 +8,8 @@ import pytest
 import fecontact as fc
 from fecontact.bodies import AxisymmetricBody, PlaneBody
 from fecontact.mesh import section_shapes
-from fecontact.results.error_estimate import nodal_pressure
 from fecontact.results.field_map import scale_top
+from fecontact.results.recovery import nodal_pressure
 from fecontact.results.singular import rough_eigenvalue, wedge_eigenvalue
 from fecontact.surfaces import FlatPunch, FunctionSurface
 from fecontact.surfaces.rigid.shapes import sharpest

@@ -14,7 +14,7 @@ from fecontact.contact.loads import LoadStep
 from fecontact.results.linearisation import BEARABLE, CarriedMotion
 from fecontact.scene import finite_rotation as finite
 from fecontact.scene.finite_rotation import CARRIED
-from fecontact.scene.settings import Settings
+from fecontact.scene.linear import Settings
 
 SIZE = 2.0
 

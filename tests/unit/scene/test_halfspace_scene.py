@@ -7,7 +7,7 @@ from refusals import refused
 import fecontact as fc
 from fecontact import InputError
 from fecontact.bodies.layer import foundation_modulus
-from fecontact.contact.coupling.grid import straight_above
+from fecontact.contact.coupling.nodal import straight_above
 from fecontact.halfspace.surface import grid_surface
 from fecontact.surfaces import Paraboloid
 

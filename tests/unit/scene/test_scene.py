@@ -6,7 +6,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError, SolverNotFoundError, SupportError
-from fecontact.contact.search import candidates
+from fecontact.contact import candidates
 
 STEEL = fc.Material(E=210e3, nu=0.3)
 CORK = fc.Material(E=1000.0, nu=0.0)

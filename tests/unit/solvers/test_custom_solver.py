@@ -8,7 +8,7 @@ from refusals import refused
 from scipy.optimize import nnls
 
 import fecontact as fc
-from fecontact.scene.settings import Settings
+from fecontact.scene.linear import Settings
 from fecontact.solvers import Outcome, Status, attempt, solve, validate_options
 
 

@@ -6,8 +6,7 @@ import pytest
 import fecontact as fc
 from fecontact import Pose
 from fecontact.contact.coupling.mortar import pair_mortar
-from fecontact.contact.coupling.nodal import pair
-from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.contact.coupling.nodal import SurfacePair, pair
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.normals import FACING, normals_of, opposing, project_along
 from fecontact.surfaces.section_curve import CurveSurface

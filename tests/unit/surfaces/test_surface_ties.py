@@ -10,8 +10,7 @@ import fecontact as fc
 from fecontact import MeshError
 from fecontact.contact.coupling.mortar import multiplier_areas
 from fecontact.contact.coupling.mortar_basis import multiplier_shapes, tied_multipliers
-from fecontact.contact.coupling.nodal import pair
-from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.contact.coupling.nodal import SurfacePair, pair
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import contact_weights, facet_weights

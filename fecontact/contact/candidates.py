@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.contact.coupling.surface_pair import SurfacePair
+from fecontact.contact.coupling.nodal import SurfacePair
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading
 from fecontact.surfaces.facet_surface import FacetSurface

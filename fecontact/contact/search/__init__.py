@@ -1,1 +1,0 @@
-"""Contact search: regions that may touch, bounds, candidates."""
