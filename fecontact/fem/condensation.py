@@ -32,8 +32,8 @@ from scipy.sparse.linalg import LinearOperator
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError, InputError
-from fecontact.fem.factor import BorderedFactor, Condensed, Factor
-from fecontact.fem.pardiso import SINGULAR
+from fecontact.fem.factor import Condensed, Factor
+from fecontact.fem.pardiso import SINGULAR, PardisoBordered
 from fecontact.fem.rigid import complement, gram_schmidt
 
 #: Name of the route among those of `fem.condensation`.
@@ -132,31 +132,73 @@ class Compliance(LinearOperator):
 
 
 @dataclass(frozen=True, eq=False)
-class Schur(Condensation):
+class Retained(Condensation):
     """Condensed onto some degrees of freedom.
 
     Attributes
     ----------
     position : (n,) array
         Position of each degree of freedom among the retained ones; -1 for inner ones.
-    condensed : Condensed
-    cholesky : (n_c, n_c) array
-        Lower Cholesky factor of the condensed stiffness; entries above the diagonal are arbitrary.
+    dense : (n_c, n_c) array
+        The condensed stiffness: its inverse or its factor.
     why : str
     """
 
     position: IntArray
-    condensed: Condensed
-    cholesky: Array
+    dense: Array
     why: str
-    route: str = "schur"
+    route: str = field(default="schur", init=False)
+
+    @property
+    def n_retained(self) -> int:
+        """Degrees of freedom that are retained."""
+        return len(self.dense)
+
+    @property
+    def inverted(self) -> bool:
+        """Whether the inverse is available."""
+        return True
+
+    @abstractmethod
+    def carried(self, factorised: Callable[[], Factor]) -> Carried | None:
+        """Picklable form for another process, if there is one."""
+
+    def covers(self, dofs: IntArray) -> bool:
+        """Whether all given degrees of freedom are retained."""
+        return bool((self.position[dofs] >= 0).all())
+
+    def _local(self, C: sp.csr_matrix) -> sp.csr_matrix:
+        """Rows over the retained degrees of freedom."""
+        return sp.csr_matrix((C.data, self.position[C.indices], C.indptr), shape=(C.shape[0], self.n_retained))
+
+    def _by_inverse(self, C: sp.csr_matrix, inverse: Array) -> Array:
+        """Compliance C K_hat^-1 C^T from the inverse of the condensed stiffness."""
+        own = self._local(C)
+        used = np.unique(own.indices)
+        own = own[:, used]
+        S = own @ (own @ inverse[np.ix_(used, used)]).T
+        return np.asarray(S + S.T) / 2
+
+
+@dataclass(frozen=True, eq=False)
+class Schur(Retained):
+    """Condensed by a factor that is kept; `dense` is the Cholesky factor.
+
+    Attributes
+    ----------
+    dense : (n_c, n_c) array
+        Lower Cholesky factor of the condensed stiffness; entries above the diagonal are arbitrary.
+    condensed : Condensed
+    """
+
+    condensed: Condensed
     _inverse: list[Array] = field(default_factory=list, init=False, repr=False)
 
     def invert(self) -> None:
         """Invert the condensed stiffness; it pays off for many poses."""
         if self._inverse:
             return
-        inverse, info = scipy.linalg.lapack.dpotri(self.cholesky, lower=1)
+        inverse, info = scipy.linalg.lapack.dpotri(self.dense, lower=1)
         if info != 0:
             raise FecontactError(SINGULAR, code="singular")
         self._inverse.append(np.tril(inverse) + np.tril(inverse, -1).T)
@@ -171,39 +213,23 @@ class Schur(Condensation):
         """From a condensed stiffness on `dofs`; its array is overwritten."""
         position = np.full(n, -1, dtype=np.int64)
         position[dofs] = np.arange(len(dofs))
-        # the transpose is the same matrix in Fortran order: LAPACK factorises it in place, without a copy
-        cholesky, info = scipy.linalg.lapack.dpotrf(factor.stiffness.T, lower=1, clean=0, overwrite_a=1)
-        if info != 0:
-            raise FecontactError(SINGULAR, code="singular")
-        return cls(position, factor, cholesky, why)
+        return cls(position, _cholesky(factor.stiffness), why, factor)
 
     @property
     def memory(self) -> int:
         """Bytes of the factorisation."""
         return self.condensed.memory
 
-    def covers(self, dofs: IntArray) -> bool:
-        """Whether all given degrees of freedom are retained."""
-        return bool((self.position[dofs] >= 0).all())
-
     def carried(self, factorised: Callable[[], Factor]) -> Carried | None:
         """Picklable form for another process; None without the inverse."""
-        return Carried(self.position, self._inverse[0], factorised, self.why) if self._inverse else None
-
-    def _local(self, C: sp.csr_matrix) -> sp.csr_matrix:
-        return _over_retained(C, self.position, len(self.cholesky))
-
-    @property
-    def n_retained(self) -> int:
-        """Degrees of freedom that are retained."""
-        return len(self.cholesky)
+        return Carried(self.position, self._inverse[0], self.why, factorised) if self._inverse else None
 
     def compliance(self, C: sp.csr_matrix) -> Array:
         """S = Y^T Y with Y = L^-1 C^T, or C K_hat^-1 C^T where the inverse is available."""
         if self._inverse:
-            return _by_inverse(self._local(C), self._inverse[0])
+            return self._by_inverse(C, self._inverse[0])
         right = self._local(C).T.toarray(order="F")
-        Y = scipy.linalg.solve_triangular(self.cholesky, right, lower=True, overwrite_b=True, check_finite=False)
+        Y = scipy.linalg.solve_triangular(self.dense, right, lower=True, overwrite_b=True, check_finite=False)
         return np.asarray(Y.T @ Y)
 
     def response(self, C: sp.csr_matrix, f: Array) -> Array:
@@ -211,7 +237,7 @@ class Schur(Condensation):
         return np.asarray(self._local(C) @ self._retained(f)[:, 0])
 
     def _retained(self, f: Array) -> Array:
-        return scipy.linalg.cho_solve((self.cholesky, True), self.condensed.reduce(f[:, None]), check_finite=False)
+        return scipy.linalg.cho_solve((self.dense, True), self.condensed.reduce(f[:, None]), check_finite=False)
 
     def solve(self, f: Array) -> Array:
         """K^-1 f."""
@@ -219,31 +245,24 @@ class Schur(Condensation):
 
 
 @dataclass(frozen=True, eq=False)
-class Carried(Condensation):
+class Carried(Retained):
     """Condensation received from another process: the inverse of the condensed stiffness, without the factor.
 
     Solutions at other degrees of freedom use a plain factor, made on first use.
 
     Attributes
     ----------
-    position : (n,) array
-        As in `Schur`.
-    inverse : (n_c, n_c) array
+    dense : (n_c, n_c) array
         K_hat^-1.
     factorised : callable
         Makes the plain factor.
-    why : str
     """
 
-    position: IntArray
-    inverse: Array
     factorised: Callable[[], Factor]
-    why: str
-    route: str = "schur"
-    inverted: bool = True
 
     @cached_property
-    def _factor(self) -> Factor:
+    def factor(self) -> Factor:  # type: ignore[override]
+        """The plain factor."""
         return self.factorised()
 
     def carried(self, factorised: Callable[[], Factor]) -> Carried:
@@ -253,37 +272,11 @@ class Carried(Condensation):
     @property
     def memory(self) -> int:
         """Bytes of the plain factor, if one was made."""
-        return self._factor.memory if "_factor" in vars(self) else 0
-
-    @property
-    def n_retained(self) -> int:
-        """Degrees of freedom that are retained."""
-        return len(self.inverse)
-
-    def covers(self, dofs: IntArray) -> bool:
-        """Whether all given degrees of freedom are retained."""
-        return bool((self.position[dofs] >= 0).all())
+        return self.factor.memory if "factor" in vars(self) else 0
 
     def compliance(self, C: sp.csr_matrix) -> Array:
         """S = C K_hat^-1 C^T."""
-        return _by_inverse(_over_retained(C, self.position, self.n_retained), self.inverse)
-
-    def solve(self, f: Array) -> Array:
-        """K^-1 f."""
-        return self._factor.solve(f[None])[0]
-
-
-def _over_retained(C: sp.csr_matrix, position: IntArray, n_retained: int) -> sp.csr_matrix:
-    """Rows over the retained degrees of freedom."""
-    return sp.csr_matrix((C.data, position[C.indices], C.indptr), shape=(C.shape[0], n_retained))
-
-
-def _by_inverse(own: sp.csr_matrix, inverse: Array) -> Array:
-    """Compliance of rows over the retained degrees of freedom from the inverse of the condensed stiffness."""
-    used = np.unique(own.indices)
-    own = own[:, used]
-    S = own @ (own @ inverse[np.ix_(used, used)]).T
-    return np.asarray(S + S.T) / 2
+        return self._by_inverse(C, self.dense)
 
 
 @dataclass(frozen=True, eq=False)
@@ -306,13 +299,13 @@ class Bordered(Condensation):
 
     Attributes
     ----------
-    factor : BorderedFactor
+    factor : PardisoBordered
     rows : (n_rows, n) csr_matrix
         C.
     why : str
     """
 
-    factor: BorderedFactor
+    factor: PardisoBordered
     rows: sp.csr_matrix
     why: str
     route: str = "columns"
@@ -377,11 +370,7 @@ class Separated(Condensation):
                 code="out-of-memory",
             )
         S, K = complement(gram_schmidt(rigid)), (upper + sp.triu(upper, 1).T).tocsr()
-        reduced = S.T @ (K @ S)
-        cholesky, info = scipy.linalg.lapack.dpotrf(reduced.T, lower=1, clean=0, overwrite_a=1)
-        if info != 0:
-            raise FecontactError(SINGULAR, code="singular")
-        return cls(K, S, cholesky)
+        return cls(K, S, _cholesky(S.T @ (K @ S)))
 
     @property
     def memory(self) -> int:
@@ -408,6 +397,15 @@ class Separated(Condensation):
 
     def _elastic(self, f: Array) -> Array:
         return np.asarray(self.S @ scipy.linalg.cho_solve((self.cholesky, True), self.S.T @ f, check_finite=False))
+
+
+def _cholesky(K: Array) -> Array:
+    """Lower Cholesky factor of a symmetric matrix, which is overwritten; entries above the diagonal are arbitrary."""
+    # the transpose is the same matrix in Fortran order: LAPACK factorises it in place, without a copy
+    factor, info = scipy.linalg.lapack.dpotrf(K.T, lower=1, clean=0, overwrite_a=1)
+    if info != 0:
+        raise FecontactError(SINGULAR, code="singular")
+    return np.asarray(factor)
 
 
 #: Largest share of the free memory for dense matrices of a body.

@@ -18,21 +18,24 @@ recovery based on superconvergent derivatives and equilibrium*).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.one_line import one_line
-from fecontact.fem.stiffness import determinant_3x3, inverse_3x3, jacobians
-from fecontact.fem.stress import HEXAHEDRON, components, gauss_strain, hooke, to_nodes
-from fecontact.mesh.element import element_basis, element_quadrature, quadrature_basis
+from fecontact.fem.stiffness import Cells, SolidElement, determinant_3x3, inverse_3x3, jacobians
+from fecontact.fem.stress import components, gauss_strain, hooke, to_nodes
+from fecontact.mesh.element import hex_shapes
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section_mesh import SectionMesh
 
 #: Materials that are averaged apart from each other, since strains jump between them; more are taken for one.
 MAX_MATERIALS = 12
 #: Share of the squared normals of faces at a point below which they lie in a plane, or are one.
 FLAT = 0.15
+#: A regular hexahedron of 8 nodes.
+HEXAHEDRON = SolidElement(8, tuple(range(8)), ())
 #: Components of a symmetric tensor at its places, in the order of `fem.stress.VOIGT`.
 SYMMETRIC = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
 
@@ -64,20 +67,22 @@ NO_CELLS = EnergyError(np.zeros(0, np.int64), np.zeros(0), np.zeros(0))
 
 
 def energy_error(
-    mesh: Mesh,
+    mesh: Mesh | SectionMesh | Cells,
     u: Array,
     lame: Array,
     shear: Array,
     cells: IntArray,
     selective: bool = False,
     other: Array | None = None,
-    free: Mask | None = None,
+    free: tuple[IntArray, Array] | None = None,
+    across: Array | None = None,
+    held: bool = False,
 ) -> EnergyError:
     """Error of displacements by their recovered strains.
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh or Cells
     u : (n_points, 3) array
     lame, shear : (n_cells,) arrays
         Lame constants.
@@ -87,8 +92,12 @@ def energy_error(
         See `fem.stress.gauss_strain`.
     other : (n_points, 3) array, optional
         Second field, whose error is multiplied with that of the first.
-    free : (n_points,) bool array, optional
-        Points that nothing acts on, with no traction where they are on the skin.
+    free : (points (n,), projections (n, 3, 3)), optional
+        Points of the skin without traction, see `free_points`.
+    across : (n_cells,) array, optional
+        See `fem.stress.gauss_strain`.
+    held : bool
+        See `without_traction`.
 
     Examples
     --------
@@ -101,34 +110,26 @@ def energy_error(
     >>> bool(found.error.max() < 1e-12), round(float(found.energy.sum()), 12)
     (True, 0.02)
     """
-    error, energy = np.zeros(len(mesh.cells)), np.zeros(len(mesh.cells))
-    skin, along = (np.zeros(0, np.int64), np.zeros((0, 3, 3))) if free is None else _free_skin(mesh, free)
+    every = Cells.of(mesh)
+    error, energy = np.zeros(every.count), np.zeros(every.count)
     largest = 0.0
     for part in by_material(lame, shear, cells):
-        some = mesh if len(part) == len(mesh.cells) else _only(mesh, part)
-        strains = [gauss_strain(some, each, selective)[0] for each in (u, other) if each is not None]
+        some, yy = every.some(part), None if across is None else across[part]
+        strains = [gauss_strain(some, each, selective, yy)[0] for each in (u, other) if each is not None]
         largest = max(largest, float(np.nanmax(np.abs(strains[0]))))
         smooth = [to_nodes(some, _completed(some, e, lame[part], shear[part]), complete=True) for e in strains]
-        for each in smooth:
-            each[skin] = without_traction(each[skin], along, lame[part[0]], shear[part[0]])
-        for group in some.cell_groups:
-            _, W = element_quadrature(some.cells.shape[1], group.pattern, group.midfaces)
-            N, dN = quadrature_basis(some.cells.shape[1], group.pattern, group.midfaces)
-            dV = determinant_3x3(jacobians(some.points[group.nodes], dN)) * W
-            own = [e[group.cells, : len(W)] for e in strains]
+        for each in smooth if free is not None else ():
+            skin, along = free
+            each[skin] = without_traction(each[skin], along, lame[part[0]], shear[part[0]], held)
+        for group in some.groups:
+            N, dV = group.element.rule()[0], group.element.volumes(some.points[group.nodes])
+            own = [e[group.cells, : len(N)] for e in strains]
             missed = [N @ s[group.nodes] - e for s, e in zip(smooth, own, strict=True)]
             at = part[group.cells]
             moduli = lame[at, None], shear[at, None]
             error[at] = (dV * energy_density(missed[0], *moduli, missed[-1])).sum(axis=1)
             energy[at] = (dV * energy_density(own[0], *moduli)).sum(axis=1)
     return EnergyError(cells, error[cells], energy[cells], largest)
-
-
-def _free_skin(mesh: Mesh, free: Mask) -> tuple[IntArray, Array]:
-    """`free_points` of the mesh's outer faces."""
-    faces = mesh.face_nodes(mesh.outer_faces)
-    corners = mesh.points[faces[:, :4]]
-    return free_points(faces, np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), free)
 
 
 def free_points(faces: IntArray, normals: Array, free: Mask) -> tuple[IntArray, Array]:
@@ -155,35 +156,20 @@ def free_points(faces: IntArray, normals: Array, free: Mask) -> tuple[IntArray, 
     return skin, np.einsum("nik,nk,njk->nij", axes, tangential, axes)
 
 
-def without_traction(strain: Array, along: Array, lame: float, shear: float, across: bool = False) -> Array:
+def without_traction(strain: Array, along: Array, lame: float, shear: float, held: bool = False) -> Array:
     """Strains (n, 6) whose stresses are those given but for the tractions across projections (n, 3, 3).
 
-    With `across` the strain yy, out of a section, stays as it is.
+    With `held` the strain yy, out of a section, stays as it is.
     """
     stress = components(along @ hooke(strain, np.array(lame), np.array(shear))[:, SYMMETRIC] @ along)
     nu = lame / (2 * (lame + shear))
-    if across:
+    if held:
         stress[:, 1] = 2 * shear * (1 + nu) * strain[:, 1] + nu * (stress[:, 0] + stress[:, 2])
     trace = stress[:, :3].sum(axis=1, keepdims=True)
     return np.asarray((stress - nu / (1 + nu) * trace * (np.arange(6) < 3)) / (2 * shear))
 
 
-def _only(mesh: Mesh, cells: IntArray) -> Mesh:
-    """A mesh of some of the cells, with all points."""
-    midface = None if mesh.midface is None else mesh.midface[cells]
-    return replace(
-        mesh,
-        cells=mesh.cells[cells],
-        boundaries={},
-        groups={},
-        node_sets={},
-        midface=midface,
-        hanging=None,
-        file_elements=None,
-    )
-
-
-def _completed(mesh: Mesh, strain: Array, lame: Array, shear: Array) -> Array:
+def _completed(every: Cells, strain: Array, lame: Array, shear: Array) -> Array:
     """Strains (n_cells, n_q, 6), those of 8-node hexahedra with the displacements inside that lower the energy most.
 
     These are a_k (1 - X_k^2) / 2 for each direction k, X from -1 to 1, with gradients c_k g_k: g_k is that of X_k in
@@ -191,15 +177,15 @@ def _completed(mesh: Mesh, strain: Array, lame: Array, shear: Array) -> Array:
     out, so that a_k solves (lambda + mu) g (g . a) + mu |g|^2 a = -sum_q dV c_k sigma g / sum_q dV c_k^2.
     """
     out = strain
-    for group in mesh.cell_groups:
-        if mesh.cells.shape[1] > 8 or group.pattern != HEXAHEDRON:
+    for group in every.groups:
+        if group.element != HEXAHEDRON:
             continue
         out = out.copy() if out is strain else out
-        X, W = element_quadrature(8, group.pattern, ())
-        x, cells = mesh.points[group.nodes], group.cells
-        det = determinant_3x3(jacobians(x, quadrature_basis(8, group.pattern, ())[1]))
-        inverse, middle = inverse_3x3(jacobians(x, element_basis(8, group.pattern, (), np.full((1, 3), 0.5))[1])[:, 0])
-        g, c = inverse / 2, (1 - 2 * X) * (middle[:, None] / det)[..., None]
+        _, dN, W = HEXAHEDRON.rule()
+        x, cells = every.points[group.nodes], group.cells
+        det = determinant_3x3(jacobians(x, dN))
+        inverse, middle = inverse_3x3(jacobians(x, hex_shapes(8, np.full((1, 3), 0.5))[1])[:, 0])
+        g, c = inverse / 2, (1 - 2 * HEXAHEDRON.points) * (middle[:, None] / det)[..., None]
         stress = hooke(strain[cells, : len(W)], lame[cells, None], shear[cells, None])
         moments = (np.swapaxes(c * (det * W)[..., None], 1, 2) @ stress)[..., SYMMETRIC]
         pull = (moments @ g[..., None])[..., 0] / (c**2 * (det * W)[..., None]).sum(axis=1)[..., None]

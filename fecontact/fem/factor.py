@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
-from collections.abc import Callable
+from abc import abstractmethod
 from typing import Any, Protocol
 
 import numpy as np
@@ -32,8 +32,25 @@ from fecontact.common.errors import FecontactError, MissingPackageError, SolverN
 from fecontact.fem.pardiso import SINGULAR, PardisoBordered, PardisoFactor, PardisoSchur
 
 
-class LdltFactor:
-    """Factor of a whole stiffness, given as a full symmetric matrix (an empty one is allowed).
+class WholeFactor:
+    """Factor of a whole stiffness, given as a full symmetric matrix (an empty one is allowed)."""
+
+    @property
+    @abstractmethod
+    def memory(self) -> int:
+        """Bytes of the factor."""
+
+    @abstractmethod
+    def solve_columns(self, b: Array) -> Array:
+        """Solutions (n, k) for right-hand sides in the columns of b (n, k)."""
+
+    def solve(self, b: Array) -> Array:
+        """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
+        return self.solve_columns(b.T).T
+
+
+class LdltFactor(WholeFactor):
+    """By rslab.
 
     Pivots of a definite matrix are positive: one that is not tells a loose part.
     """
@@ -57,10 +74,6 @@ class LdltFactor:
         """Bytes of the factor's values; the indices of its supernodes are few."""
         return 0 if self._factor is None else 8 * int(self._factor.factor_nnz)
 
-    def solve(self, b: Array) -> Array:
-        """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
-        return self.solve_columns(b.T).T
-
     def solve_columns(self, b: Array) -> Array:
         """Solutions (n, k) for right-hand sides in the columns of b (n, k)."""
         if b.size == 0:
@@ -68,8 +81,8 @@ class LdltFactor:
         return np.asarray(self._factor.solve_many(np.ascontiguousarray(b)))
 
 
-class SuperLUFactor:
-    """Factor of a whole stiffness, given as a full symmetric matrix (an empty one is allowed)."""
+class SuperLUFactor(WholeFactor):
+    """By SuperLU."""
 
     def __init__(self, K: sp.csc_matrix) -> None:
         self._order, self._lu = _superlu(K)
@@ -78,10 +91,6 @@ class SuperLUFactor:
     def memory(self) -> int:
         """Bytes of the two factors, values and indices."""
         return 0 if self._lu is None else 12 * int(self._lu.L.nnz + self._lu.U.nnz)
-
-    def solve(self, b: Array) -> Array:
-        """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
-        return self.solve_columns(b.T).T
 
     def solve_columns(self, b: Array) -> Array:
         """Solutions (n, k) for right-hand sides in the columns of b (n, k)."""
@@ -114,31 +123,14 @@ def _superlu(K: sp.csc_matrix) -> tuple[IntArray, Any]:
     return order, lu
 
 
-class WholeFactor(Protocol):
-    """Factor of a full symmetric matrix that solves for rows and for columns of right-hand sides."""
-
-    @property
-    def memory(self) -> int:
-        """Bytes of the factor."""
-
-    def solve(self, b: Array) -> Array:
-        """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
-
-    def solve_columns(self, b: Array) -> Array:
-        """Solutions (n, k) for right-hand sides in the columns of b (n, k)."""
-
-
 class ColumnSchur:
     """Schur complement by blocks of right-hand sides, with any factor of the inner part."""
 
     #: Right-hand sides solved at once; bounds the dense block at about n * 64 doubles.
     block = 64
 
-    def __init__(self, K: sp.csr_matrix, retained: IntArray, factor: Callable[[sp.csc_matrix], WholeFactor]) -> None:
-        n = K.shape[0]
-        inner = np.ones(n, bool)
-        inner[retained] = False
-        self._c, self._i = retained, np.flatnonzero(inner)
+    def __init__(self, K: sp.csr_matrix, retained: IntArray, factor: type[LdltFactor | SuperLUFactor]) -> None:
+        self._c, self._i = retained, np.setdiff1d(np.arange(K.shape[0]), retained)
         full = symmetric(K)
         columns = full[:, retained]
         self._ic = columns[self._i].tocsc()
@@ -176,24 +168,6 @@ DIRECT = ("pardiso", "rslab", "superlu")
 PACKAGES = {"pardiso": "pypardiso", "rslab": "rslab"}
 
 
-class Condensed(Protocol):
-    """A stiffness condensed to its retained degrees of freedom."""
-
-    @property
-    def stiffness(self) -> Array:
-        """K_hat (n_c, n_c), symmetric."""
-
-    @property
-    def memory(self) -> int:
-        """Bytes of the factorisation."""
-
-    def reduce(self, f: Array) -> Array:
-        """Condensed loads f_hat (n_c, k) of loads f (n, k)."""
-
-    def expand(self, u_c: Array, f: Array) -> Array:
-        """All displacements u (n, k) from the retained ones u_c (n_c, k) and the loads f (n, k)."""
-
-
 class Factor(Protocol):
     """Factor of a stiffness."""
 
@@ -205,16 +179,10 @@ class Factor(Protocol):
         """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
 
 
-class BorderedFactor(Factor, Protocol):
-    """Factor of a stiffness K with a border of rows C."""
-
-    @property
-    def compliance(self) -> Array:
-        """C K^-1 C^T (n_rows, n_rows), symmetric."""
-
-
+#: A stiffness condensed to its retained degrees of freedom.
+Condensed = PardisoSchur | ColumnSchur
 #: Factors of full symmetric matrices.
-_WHOLE: dict[str, Callable[[sp.csc_matrix], WholeFactor]] = {"rslab": LdltFactor, "superlu": SuperLUFactor}
+_WHOLE: dict[str, type[LdltFactor | SuperLUFactor]] = {"rslab": LdltFactor, "superlu": SuperLUFactor}
 #: Below this size, or for diagonal matrices, PARDISO's nested dissection may crash; SuperLU is used instead.
 SMALLEST = 64
 
@@ -302,7 +270,7 @@ def has_bordered(backend: str = "auto") -> bool:
     return backend in ("auto", "pardiso") and "pardiso" in available_backends()
 
 
-def bordered(K: sp.csr_matrix, C: sp.csr_matrix) -> BorderedFactor | None:
+def bordered(K: sp.csr_matrix, C: sp.csr_matrix) -> PardisoBordered | None:
     """Factorise a whole stiffness together with the compliance of given rows, by PARDISO; None for tiny matrices.
 
     Parameters

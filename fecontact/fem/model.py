@@ -22,20 +22,20 @@ from fecontact.fem.amg import AmgFactor, corner_space
 from fecontact.fem.condensation import (
     SEPARATED,
     Bordered,
-    Carried,
     Condensation,
     Plain,
+    Retained,
     Schur,
     Separated,
     choose_route,
     memory_budget,
 )
 from fecontact.fem.coordinates import Coordinates, restricted
-from fecontact.fem.energy_error import EnergyError, energy_error
+from fecontact.fem.energy_error import EnergyError, energy_error, free_points
 from fecontact.fem.factor import Factor, bordered, condense, factorise, has_bordered
 from fecontact.fem.multigrid import Multigrid
 from fecontact.fem.rigid import null_space, rigid_modes
-from fecontact.fem.stiffness import assemble_stiffness, body_force, moments_of_volume, surface_traction
+from fecontact.fem.stiffness import Cells, assemble_stiffness, body_force, moments_of_volume, surface_traction
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 from fecontact.fem.support import Support, fix_null_space, nodal_coordinates, share_of_support
 from fecontact.mesh.check import check_mesh
@@ -68,6 +68,10 @@ class Model:
     dofs_per_node = 3
     way = "auto"
     condensation: Condensation | None = None
+    #: Of a section: whether the strain across it is the elements' own; and where it is that of zero stress, (n_cells,),
+    #: its ratio to the sum of those in the plane.
+    across_held = False
+    across: Array | None = None
     #: Coordinates of the solve, and those (n_held,) that supports hold.
     coordinates: Coordinates
     held: IntArray
@@ -119,14 +123,12 @@ class Model:
         """State for pickling and copies: without the factor, which is a library's memory, but with its inverse."""
         state = {k: v for k, v in vars(self).items() if k != "stiffness"}
         last = self.condensation
-        state["condensation"] = last.carried(self.factorised) if isinstance(last, (Schur, Carried)) else None
+        state["condensation"] = last.carried(self.factorised) if isinstance(last, Retained) else None
         return state
 
     def factorised(self) -> Factor:
         """A plain factor of the stiffness over the solved degrees of freedom."""
-        K = self.solved_stiffness()
-        vars(self).pop("stiffness", None)
-        return factorise(K, self.backend)
+        return factorise(self._assembled(Stopwatch()), self.backend)
 
     def _check_connected(self) -> None:
         """Refuse a part without connection to the rest that its own supports do not hold."""
@@ -155,6 +157,11 @@ class Model:
         return np.array([getattr(m, name) for m in self.materials], dtype=float)[self.material_of_cell]
 
     @cached_property
+    def elements(self) -> Cells:
+        """The cells by kind of element."""
+        return Cells.of(self.mesh)
+
+    @cached_property
     def lame(self) -> Array:
         """First Lame constant of each cell."""
         return self._per_cell("lame")
@@ -177,7 +184,7 @@ class Model:
     @cached_property
     def mass_and_centre(self) -> tuple[float, Array]:
         """Mass and its centre."""
-        return moments_of_volume(self.mesh, self.density)
+        return moments_of_volume(self.elements, self.density)
 
     @cached_property
     def size(self) -> float:
@@ -241,7 +248,7 @@ class Model:
 
     def body_force(self, field: Callable[[Array], Array]) -> Array:
         """Nodal forces (n_dofs,) of a force per mass ``field(points (n, 3)) -> (n, 3)``."""
-        return body_force(self.mesh, field, self.density)
+        return body_force(self.elements, field, self.density)
 
     def traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
         """Nodal forces (n_dofs,) of ``field(points (n, 3), unit outward normals (n, 3)) -> (n, 3)`` on a boundary."""
@@ -249,15 +256,15 @@ class Model:
 
     def gauss_strain(self, u: Array) -> Array:
         """Strains (n_cells, n_q, 6) at the Gauss points under displacements (n_dofs,)."""
-        return gauss_strain(self.mesh, u.reshape(-1, 3), self.selective)[0]
+        return gauss_strain(self.elements, u.reshape(-1, 3), self.selective, self.across)[0]
 
     def nodal_strain(self, u: Array) -> Array:
         """Strains (n_points, 6) at the nodes."""
-        return to_nodes(self.mesh, self.gauss_strain(u))
+        return to_nodes(self.elements, self.gauss_strain(u))
 
     def nodal_stress(self, u: Array, cells: IntArray | None = None) -> Array:
         """Stresses (n_points, 6) at the nodes, averaged over all cells, or some (NaN at nodes without such a cell)."""
-        return to_nodes(self.mesh, hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]), cells)
+        return to_nodes(self.elements, hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]), cells)
 
     def energy_error(
         self, u: Array, cells: IntArray, other: Array | None = None, free: Mask | None = None
@@ -267,9 +274,15 @@ class Model:
         Nothing acts on points that are `free` (n_points,), apart from supports.
         """
         second = None if other is None else other.reshape(-1, 3)
-        free = None if free is None else self.without_supports(free)
+        skin = None if free is None else free_points(*self._skin(), self.without_supports(free))
         constants = self.lame, self.shear, cells, self.selective
-        return energy_error(self.mesh, u.reshape(-1, 3), *constants, second, free)
+        return energy_error(self.elements, u.reshape(-1, 3), *constants, second, skin, self.across, self.across_held)
+
+    def _skin(self) -> tuple[IntArray, Array]:
+        """Outer faces (n, k) and their normals (n, 3), of any length."""
+        faces = self.mesh.face_nodes(self.mesh.outer)
+        corners = self.mesh.points[faces[:, :4]]
+        return faces, np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
 
     def without_supports(self, points: Mask) -> Mask:
         """Those points (n_points,) of the mesh that no support holds."""
@@ -329,11 +342,8 @@ class Model:
             if isinstance(last, (Plain, Bordered)) and rows is not None and route not in ("schur", last.route):
                 last = self.condensation = Plain(last.factor, route, why)
             return last
-        with timer("assemble"):
-            K = self.solved_stiffness()
-            # the factor works on the copy; K is kept where the rows change again, as from pose to pose
-            if not isinstance(last, Bordered):
-                vars(self).pop("stiffness", None)
+        # K is kept where the rows change again, as from pose to pose
+        K = self._assembled(timer, kept=isinstance(last, Bordered))
         if route == "columns" and rows is not None and border:
             with timer("factorise"):
                 self.condensation = last = None  # two factors at once would take twice the memory
@@ -345,31 +355,37 @@ class Model:
             with timer("factorise"):
                 self.condensation = Plain(factorise(K, self.backend), route, why)
             return self.condensation
-        if isinstance(last, (Schur, Carried)):
+        if isinstance(last, Retained):
             # earlier candidates are likely to return in a sweep
             dofs = np.union1d(dofs, np.flatnonzero(last.position >= 0))
         with timer("factorise"):
             condensed = condense(K, dofs, self.backend)
         with timer("condense"):
             self.condensation = Schur.of(condensed, len(self.solved_dofs), dofs, why)
-            if isinstance(last, (Schur, Carried)) and last.inverted:
+            if isinstance(last, Retained) and last.inverted:
                 self.condensation.invert()
         return self.condensation
 
     def has_condensed(self, rows: sp.csr_matrix) -> Mask:
         """Mask of rows (n, n_dofs) that the present dense condensation covers; all False before the first."""
         own = self.solved_rows(rows)
-        if not isinstance(self.condensation, (Schur, Carried)):
+        if not isinstance(self.condensation, Retained):
             return np.zeros(own.shape[0], bool)
         missing = sp.csr_matrix((self.condensation.position[own.indices] < 0, own.indices, own.indptr), shape=own.shape)
         return np.asarray(missing.sum(axis=1)).ravel() == 0
 
+    def _assembled(self, timer: Stopwatch, kept: bool = False) -> sp.csr_matrix:
+        """Stiffness over the solved coordinates, a copy; that of the elements is forgotten unless it is to be kept."""
+        with timer("assemble"):
+            K = self.solved_stiffness()
+            if not kept:
+                vars(self).pop("stiffness", None)
+        return K
+
     def _separated(self, timer: Stopwatch) -> Condensation:
         """Stiffness with the free rigid motions separated; cached."""
         if self.condensation is None:
-            with timer("assemble"):
-                K = self.solved_stiffness()
-                vars(self).pop("stiffness", None)
+            K = self._assembled(timer)
             with timer("factorise"):
                 rigid = (self.nodal_modes @ self.free_motions)[self.solved_dofs]
                 self.condensation = Separated.of(K, rigid, memory_budget())
@@ -382,9 +398,7 @@ class Model:
                 raise InputError("The back-end 'amg' is for nodal displacements; use 'auto' here.")
             if self.way not in ("auto", "operator"):
                 raise InputError(f"The back-end 'amg' has products only: condensation={self.way!r} needs a factor.")
-            with timer("assemble"):
-                K = self.solved_stiffness()
-                vars(self).pop("stiffness", None)
+            K = self._assembled(timer)
             with timer("factorise"):
                 factor = AmgFactor(K, self.nodal_modes[self.solved_dofs], self._corners())
                 self.condensation = Multigrid(factor, self.solved_positions)

@@ -107,17 +107,23 @@ class _Handle:
             self._pt[:] = 0
 
 
-class PardisoFactor:
-    """Cholesky factor of a whole stiffness."""
+class _Pardiso:
+    """What PARDISO keeps."""
 
-    def __init__(self, K: sp.csr_matrix) -> None:
-        self._handle = _Handle(K, {}, np.zeros(K.shape[0], dtype=np.int32))
-        self._handle.call(12, np.zeros(K.shape[0]), np.zeros(K.shape[0]))
+    _handle: _Handle
 
     @property
     def memory(self) -> int:
         """Bytes of the factorisation."""
         return self._handle.memory
+
+
+class PardisoFactor(_Pardiso):
+    """Cholesky factor of a whole stiffness."""
+
+    def __init__(self, K: sp.csr_matrix) -> None:
+        self._handle = _Handle(K, {}, np.zeros(K.shape[0], dtype=np.int32))
+        self._handle.call(12, np.zeros(K.shape[0]), np.zeros(K.shape[0]))
 
     def solve(self, b: Array) -> Array:
         """Solutions (k, n) for right-hand sides in the rows of b (k, n)."""
@@ -126,7 +132,7 @@ class PardisoFactor:
         return x
 
 
-class PardisoSchur:
+class PardisoSchur(_Pardiso):
     """Cholesky factorisation with a Schur complement (iparm[35] = 2: return it and keep the factor)."""
 
     def __init__(self, K: sp.csr_matrix, retained: IntArray) -> None:
@@ -143,11 +149,6 @@ class PardisoSchur:
             rank = np.empty(len(retained), dtype=np.int64)
             rank[np.argsort(retained)] = np.arange(len(retained))
             self.stiffness = np.ascontiguousarray(schur[np.ix_(rank, rank)])
-
-    @property
-    def memory(self) -> int:
-        """Bytes of the factorisation."""
-        return self._handle.memory
 
     def reduce(self, f: Array) -> Array:
         """Condensed loads (n_c, k) of loads f (n, k)."""
@@ -168,7 +169,7 @@ class PardisoSchur:
         return x.T
 
 
-class PardisoBordered:
+class PardisoBordered(_Pardiso):
     """Factor of a stiffness K with a border of rows C, and the compliance S = C K^-1 C^T.
 
     The Schur complement of [[K, C^T], [C, 0]] on the border is -S. PARDISO computes it with the factor of K, by dense
@@ -213,11 +214,6 @@ class PardisoBordered:
         residual = np.abs(K @ x + K.T @ x - K.diagonal() * x - f).max()
         allowed = RESIDUAL + ROUNDING * np.abs(K.data).max() * np.abs(x).max()
         return bool(residual <= min(allowed, SURELY_SINGULAR))
-
-    @property
-    def memory(self) -> int:
-        """Bytes of the factorisation."""
-        return self._handle.memory
 
     def solve(self, b: Array) -> Array:
         """Solutions (k, n) of K x = b for right-hand sides in the rows of b (k, n)."""

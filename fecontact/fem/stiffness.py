@@ -23,9 +23,22 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.mesh.element import element_basis, element_quadrature, quadrature_basis, reduced_quadrature
+from fecontact.mesh.element import (
+    Pattern,
+    element_basis,
+    element_quadrature,
+    hex_shapes,
+    linear_shapes,
+    node_positions,
+    quad_nodes,
+    quad_quadrature,
+    quad_shapes,
+    quadrature_basis,
+    reduced_quadrature,
+)
 from fecontact.mesh.facets import facet_integrals
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section_mesh import Extent, SectionMesh, jacobian_2d
 
 
 def jacobians(x: Array, dN: Array) -> Array:
@@ -256,6 +269,8 @@ class Batch:
         With respect to physical coordinates.
     dV : (n_cells, n_q) array
         Quadrature weights times volume.
+    hoop : (n_cells, n_q, n_functions) array or None
+        Of a body of revolution about z, on its section y = 0: N over the radius x.
     """
 
     cells: IntArray
@@ -263,37 +278,198 @@ class Batch:
     N: Array
     gradients: Array
     dV: Array
+    hoop: Array | None = None
+
+    def displacement_gradients(self, u: Array) -> Array:
+        """Gradients du_j/dx_i (n_cells, n_q, 3, 3) of displacements (n_points, 3).
+
+        Of a body of revolution y is the circumference: u_x / x at yy and -u_y / x at yx (Timoshenko and Goodier, Theory
+        of Elasticity, sections 4 and 119).
+        """
+        x = u[self.nodes]
+        out = np.swapaxes(self.gradients, 2, 3) @ x[:, None]
+        if self.hoop is not None:
+            around = self.hoop @ x
+            out[..., 1, 1] += around[..., 0]
+            out[..., 1, 0] -= around[..., 1]
+        return out
+
+    def volume_change(self, u: Array) -> Array:
+        """Divergence (n_cells, n_q) of displacements (n_points, 3)."""
+        x = u[self.nodes]
+        change = np.einsum("cqai,cai->cq", self.gradients, x)
+        return change if self.hoop is None else change + (self.hoop @ x[..., :1])[..., 0]
 
 
-def batches(mesh: Mesh, size: int = BATCH, reduced: bool = False) -> Iterator[Batch]:
-    """Iterate over the cells of a checked mesh in batches of one kind of element.
+@dataclass(frozen=True)
+class SolidElement:
+    """A hexahedron of 8, 20 or 27 nodes, coalesced by a pattern; arguments as in `mesh.element.element_basis`.
+
+    Its functions at the points of its rules, and fields fitted to values at the points.
+    """
+
+    n_nodes: int
+    pattern: Pattern
+    midfaces: tuple[int, ...]
+
+    @property
+    def points(self) -> Array:
+        """Quadrature points (n_q, 3)."""
+        return element_quadrature(self.n_nodes, self.pattern, self.midfaces)[0]
+
+    def rule(self, reduced: bool = False) -> tuple[Array, Array, Array]:
+        """Functions (n_q, n_functions), their gradients (n_q, n_functions, 3) in reference coordinates, weights (n_q,).
+
+        With `reduced` those of the rule one order lower.
+        """
+        kind = self.n_nodes, self.pattern, self.midfaces
+        if not reduced:
+            return *quadrature_basis(*kind), element_quadrature(*kind)[1]
+        X, W = reduced_quadrature(self.n_nodes)
+        return *element_basis(*kind, X), W
+
+    def physical(self, x: Array, rule: tuple[Array, Array, Array]) -> tuple[Array, Array, None]:
+        """`gradients`, `dV` and `hoop` of a `Batch` of cells with nodes x (n_cells, n_functions, 3)."""
+        return *physical_gradients(x, *rule[1:]), None
+
+    def volumes(self, x: Array) -> Array:
+        """Volumes (n_cells, n_q) at the points, without the gradients."""
+        _, dN, W = self.rule()
+        return determinant_3x3(jacobians(x, dN)) * W
+
+    def fit(self, complete: bool = False) -> Array:
+        """Values (n_functions, n_q) at the nodes of a field fitted to values at the points, see `fem.stress.to_nodes`.
+
+        By the functions of the corners; for linear cells constant, unless `complete` in regular hexahedra.
+        """
+        N, _, W = self.rule()
+        if self.n_nodes == 8 and not (complete and self.pattern == tuple(range(8))):
+            return np.full((N.shape[1], len(W)), 1 / len(W))
+        where = node_positions(self.n_nodes, self.pattern, self.midfaces)
+        return linear_shapes(self.pattern, where)[0] @ np.linalg.pinv(linear_shapes(self.pattern, self.points)[0])
+
+    def carry(self) -> Array:
+        """Values (n_q, n_reduced) at the points of a trilinear field through values at those of the reduced rule."""
+        X = reduced_quadrature(self.n_nodes)[0]
+        if len(X) == 1:
+            return np.ones((len(self.points), 1))
+        return hex_shapes(8, self.points)[0] @ np.linalg.inv(hex_shapes(8, X)[0])
+
+
+@dataclass(frozen=True)
+class Quadrilateral:
+    """A quadrilateral of 8 or 9 nodes with its out-of-plane extent, as `SolidElement`."""
+
+    n_nodes: int
+    out_of_plane: Extent
+
+    def rule(self, reduced: bool = False) -> tuple[Array, Array, Array]:
+        """Functions, gradients, weights: 3 x 3 points, or 2 x 2 for the volume of nearly incompressible elements."""
+        X, W = quad_quadrature(3 if reduced else 5)
+        return *quad_shapes(self.n_nodes, X), W
+
+    def physical(self, x: Array, rule: tuple[Array, Array, Array]) -> tuple[Array, Array, Array | None]:
+        """Gradients, volumes over the thickness or the circumference, and N over the radius."""
+        N, dN, W = rule
+        inverse, det = jacobian_2d(x, dN)
+        gradients = np.zeros((*det.shape, self.n_nodes, 3))
+        gradients[..., ::2] = np.einsum("qaj,cqji->cqai", dN, inverse, optimize=True)
+        at = N @ x
+        hoop = N / at[..., :1] if self.out_of_plane.revolved else None
+        return gradients, det * W * self.out_of_plane(at), hoop
+
+    def volumes(self, x: Array) -> Array:
+        """Volumes at the points."""
+        N, dN, W = self.rule()
+        return jacobian_2d(x, dN)[1] * W * self.out_of_plane(N @ x)
+
+    def fit(self, complete: bool = False) -> Array:
+        """By bilinear functions."""
+        return quad_shapes(4, quad_nodes(self.n_nodes))[0] @ np.linalg.pinv(quad_shapes(4, quad_quadrature()[0])[0])
+
+    def carry(self) -> Array:
+        """By bilinear functions."""
+        return quad_shapes(4, quad_quadrature()[0])[0] @ np.linalg.inv(quad_shapes(4, quad_quadrature(3)[0])[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Cells (n,) of one kind of element and their nodes (n, n_functions)."""
+
+    cells: IntArray
+    nodes: IntArray
+    element: SolidElement | Quadrilateral
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Cells of a mesh by kind of element, all of them or some.
+
+    Attributes
+    ----------
+    points : (n_points, 3) array
+    groups : tuple of Group
+        Their cells are numbered 0 ... count - 1.
+    count : int
+    """
+
+    points: Array
+    groups: tuple[Group, ...]
+    count: int
+
+    @classmethod
+    def of(cls, mesh: Mesh | SectionMesh | Cells, out_of_plane: Extent | None = None) -> Cells:
+        """All cells of a mesh, of a section with its extent or of thickness one; cells as they are."""
+        if isinstance(mesh, Cells):
+            return mesh
+        count, width = mesh.cells.shape
+        if isinstance(mesh, SectionMesh):
+            element = Quadrilateral(width, out_of_plane or Extent(1.0))
+            return cls(mesh.points, (Group(np.arange(count), mesh.cells, element),), count)
+        groups = (Group(g.cells, g.nodes, SolidElement(width, g.pattern, g.midfaces)) for g in mesh.cell_groups)
+        return cls(mesh.points, tuple(groups), count)
+
+    def some(self, cells: IntArray) -> Cells:
+        """Some of the cells (n,), numbered anew in this order."""
+        number = np.full(self.count, -1)
+        number[cells] = np.arange(len(cells))
+        places = [number[group.cells] for group in self.groups]
+        parts = [
+            Group(place[place >= 0], group.nodes[place >= 0], group.element)
+            for group, place in zip(self.groups, places, strict=True)
+        ]
+        return Cells(self.points, tuple(part for part in parts if len(part.cells)), len(cells))
+
+
+def batches(mesh: Mesh | SectionMesh | Cells, size: int = BATCH, reduced: bool = False) -> Iterator[Batch]:
+    """Iterate over the cells of a checked mesh, or others, in batches of one kind of element.
 
     With `reduced` the points are those of the reduced rule, see `mesh.element.reduced_quadrature`, and the
     gradients have the means of the full one.
     """
-    for group in mesh.cell_groups:
-        _, W = element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)
-        N, dN = quadrature_basis(mesh.cells.shape[1], group.pattern, group.midfaces)
-        full = dN, W
-        if reduced:
-            X, W = reduced_quadrature(mesh.cells.shape[1])
-            N, dN = element_basis(mesh.cells.shape[1], group.pattern, group.midfaces, X)
+    cells = Cells.of(mesh)
+    for group in cells.groups:
+        full = group.element.rule()
+        rule = group.element.rule(reduced) if reduced else full
         for start in range(0, len(group.cells), size):
             part = slice(start, start + size)
             nodes = group.nodes[part]
-            found = physical_gradients(mesh.points[nodes], dN, W)
+            x = cells.points[nodes]
+            gradients, dV, hoop = group.element.physical(x, rule)
             if reduced:
-                found = with_means(*physical_gradients(mesh.points[nodes], *full), *found)
-            yield Batch(group.cells[part], nodes, N, *found)
+                whole, volume, around = group.element.physical(x, full)
+                if hoop is not None and around is not None:
+                    hoop = with_means(around, volume, hoop, dV)[0]
+                gradients, dV = with_means(whole, volume, gradients, dV)
+            yield Batch(group.cells[part], nodes, rule[0], gradients, dV, hoop)
 
 
-def volume_elements(mesh: Mesh) -> Iterator[tuple[IntArray, Array, Array]]:
+def volume_elements(mesh: Mesh | SectionMesh | Cells) -> Iterator[tuple[IntArray, Array, Array]]:
     """Cells (n_cells,), quadrature points (n_cells, n_q, 3) and volumes (n_cells, n_q), without the gradients."""
-    for group in mesh.cell_groups:
-        _, W = element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)
-        N, dN = quadrature_basis(mesh.cells.shape[1], group.pattern, group.midfaces)
-        x = mesh.points[group.nodes]
-        yield group.cells, N @ x, determinant_3x3(jacobians(x, dN)) * W
+    cells = Cells.of(mesh)
+    for group in cells.groups:
+        x = cells.points[group.nodes]
+        yield group.cells, group.element.rule()[0] @ x, group.element.volumes(x)
 
 
 def assemble_stiffness(mesh: Mesh, lame: Array, shear: Array, selective: bool = False) -> sp.csr_matrix:
@@ -328,7 +504,7 @@ def assemble_stiffness(mesh: Mesh, lame: Array, shear: Array, selective: bool = 
     return sum_of_blocks(first, second, blocks, n)
 
 
-def body_force(mesh: Mesh, field: Callable[[Array], Array], density: ArrayLike = 1.0) -> Array:
+def body_force(mesh: Mesh | SectionMesh | Cells, field: Callable[[Array], Array], density: ArrayLike = 1.0) -> Array:
     """Nodal forces of a force per mass ``field(points (n, 3)) -> (n, 3)``.
 
     Parameters
@@ -341,21 +517,23 @@ def body_force(mesh: Mesh, field: Callable[[Array], Array], density: ArrayLike =
     -------
     (3 n_points,) array
     """
-    rho = np.broadcast_to(np.asarray(density, dtype=float), len(mesh.cells))
-    f = np.zeros((len(mesh.points), 3))
-    for batch in batches(mesh):
-        x = np.einsum("qa,cai->cqi", batch.N, mesh.points[batch.nodes])
+    cells = Cells.of(mesh)
+    rho = np.broadcast_to(np.asarray(density, dtype=float), cells.count)
+    f = np.zeros((len(cells.points), 3))
+    for batch in batches(cells):
+        x = np.einsum("qa,cai->cqi", batch.N, cells.points[batch.nodes])
         b = field(x.reshape(-1, 3)).reshape(x.shape)
         nodal = np.einsum("qa,cqi,cq->cai", batch.N, b, batch.dV * rho[batch.cells, None])
         np.add.at(f, batch.nodes, nodal)
     return f.ravel()
 
 
-def moments_of_volume(mesh: Mesh, density: ArrayLike = 1.0) -> tuple[float, Array]:
+def moments_of_volume(mesh: Mesh | SectionMesh | Cells, density: ArrayLike = 1.0) -> tuple[float, Array]:
     """Mass (volume for unit density) and its centre (3,)."""
-    rho = np.broadcast_to(np.asarray(density, dtype=float), len(mesh.cells))
+    every = Cells.of(mesh)
+    rho = np.broadcast_to(np.asarray(density, dtype=float), every.count)
     mass, first = 0.0, np.zeros(3)
-    for cells, x, dV in volume_elements(mesh):
+    for cells, x, dV in volume_elements(every):
         dm = dV * rho[cells, None]
         mass += dm.sum()
         first += np.einsum("cq,cqi->i", dm, x)
@@ -365,9 +543,15 @@ def moments_of_volume(mesh: Mesh, density: ArrayLike = 1.0) -> tuple[float, Arra
 def surface_traction(mesh: Mesh, faces: IntArray, traction: Callable[[Array, Array], Array]) -> Array:
     """Nodal forces (3 n_points,) of ``traction(points (n, 3), unit outward normals (n, 3)) -> (n, 3)`` on faces."""
     facets = mesh.face_nodes(faces)
-    N, x, dA = facet_integrals(mesh.points, facets)
+    return facet_forces(len(mesh.points), facets, *facet_integrals(mesh.points, facets), traction)
+
+
+def facet_forces(
+    n_points: int, facets: IntArray, N: Array, x: Array, dA: Array, traction: Callable[[Array, Array], Array]
+) -> Array:
+    """Nodal forces (3 n_points,) of tractions by functions N (n_facets or 1, n_q, k), positions and vector areas."""
     area = np.linalg.norm(dA, axis=2)
     t = traction(x.reshape(-1, 3), (dA / area[..., None]).reshape(-1, 3)).reshape(x.shape)
-    f = np.zeros((len(mesh.points), 3))
-    np.add.at(f, facets, np.einsum("fqa,fqi,fq->fai", N, t, area))
+    f = np.zeros((n_points, 3))
+    np.add.at(f, facets, np.swapaxes(N, 1, 2) @ (t * area[..., None]))
     return f.ravel()

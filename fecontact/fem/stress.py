@@ -11,34 +11,29 @@ import numpy as np
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.material import Material
-from fecontact.fem.stiffness import batches
-from fecontact.mesh.element import (
-    Pattern,
-    element_quadrature,
-    hex_shapes,
-    linear_shapes,
-    node_positions,
-    reduced_quadrature,
-)
-from fecontact.mesh.mesh import CellGroup, Mesh
+from fecontact.fem.stiffness import Cells, batches
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section_mesh import SectionMesh
 
 #: Order of the six components of symmetric tensors, as in VTK files.
 VOIGT = ("xx", "yy", "zz", "xy", "yz", "xz")
-#: Node pattern of a regular hexahedron of 8 nodes.
-HEXAHEDRON: Pattern = tuple(range(8))
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 
 
-def gauss_strain(mesh: Mesh, u: Array, selective: bool = False) -> tuple[Array, Array]:
+def gauss_strain(
+    mesh: Mesh | SectionMesh | Cells, u: Array, selective: bool = False, across: Array | None = None
+) -> tuple[Array, Array]:
     """Strains at the Gauss points.
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh, SectionMesh or Cells
     u : (n_points, 3) array
     selective : bool
         Whether the volume change is extrapolated from the reduced points by trilinear functions. This is needed where
         the stiffness was integrated selectively; elsewhere it oscillates.
+    across : (n_cells,) array, optional
+        In plane stress: -lambda / (lambda + 2 mu), the ratio of the strain yy to xx + zz.
 
     Returns
     -------
@@ -47,33 +42,32 @@ def gauss_strain(mesh: Mesh, u: Array, selective: bool = False) -> tuple[Array, 
         numbers of points are mixed, n_q is the largest and the rest of a cell's row is NaN.
     points : (n_cells, n_q, 3) array
     """
-    n_q = max(len(_gauss_points(mesh, group)) for group in mesh.cell_groups)
-    strain = np.full((len(mesh.cells), n_q, 6), np.nan)
-    points = np.full((len(mesh.cells), n_q, 3), np.nan)
-    for batch in batches(mesh):
-        gradient = np.swapaxes(batch.gradients, 2, 3) @ u[batch.nodes][:, None]
+    cells = Cells.of(mesh)
+    n_q = max(len(group.element.rule()[2]) for group in cells.groups)
+    strain = np.full((cells.count, n_q, 6), np.nan)
+    points = np.full((cells.count, n_q, 3), np.nan)
+    for batch in batches(cells):
+        gradient = batch.displacement_gradients(u)
         for k, (i, j) in enumerate(_PAIRS):
             strain[batch.cells, : len(batch.N), k] = (gradient[..., i, j] + gradient[..., j, i]) / 2
-        points[batch.cells, : len(batch.N)] = batch.N @ mesh.points[batch.nodes]
+        points[batch.cells, : len(batch.N)] = batch.N @ cells.points[batch.nodes]
     if selective:
-        _replace_volume_change(mesh, u, strain)
+        _replace_volume_change(cells, u, strain)
+    if across is not None:
+        strain[..., 1] = across[:, None] * (strain[..., 0] + strain[..., 2])
     return strain, points
 
 
-def _replace_volume_change(mesh: Mesh, u: Array, strain: Array) -> None:
+def _replace_volume_change(cells: Cells, u: Array, strain: Array) -> None:
     """Replace the volume change by that extrapolated from the reduced points, in place."""
-    X, _ = reduced_quadrature(mesh.cells.shape[1])
-    change = np.empty((len(mesh.cells), len(X)))
-    for batch in batches(mesh, reduced=True):
-        change[batch.cells] = np.einsum("cqai,cai->cq", batch.gradients, u[batch.nodes])
-    for group in mesh.cell_groups:
-        full = _gauss_points(mesh, group)
-        carry = np.ones((len(full), 1))
-        if len(X) > 1:
-            carry = hex_shapes(8, full)[0] @ np.linalg.inv(hex_shapes(8, X)[0])
-        own = strain[group.cells, : len(full), :3]
-        wanted = change[group.cells] @ carry.T
-        strain[group.cells, : len(full), :3] = own + ((wanted - own.sum(axis=2)) / 3)[:, :, None]
+    carry = [group.element.carry() for group in cells.groups]
+    change = np.empty((cells.count, carry[0].shape[1]))
+    for batch in batches(cells, reduced=True):
+        change[batch.cells] = batch.volume_change(u)
+    for group, each in zip(cells.groups, carry, strict=True):
+        own = strain[group.cells, : len(each), :3]
+        wanted = change[group.cells] @ each.T
+        strain[group.cells, : len(each), :3] = own + ((wanted - own.sum(axis=2)) / 3)[:, :, None]
 
 
 def hooke(strain: Array, lame: Array, shear: Array) -> Array:
@@ -96,33 +90,28 @@ def strain_of(stress: Array, material: Material) -> Array:
     return np.asarray(strain / material.E)
 
 
-def _gauss_points(mesh: Mesh, group: CellGroup) -> Array:
-    return element_quadrature(mesh.cells.shape[1], group.pattern, group.midfaces)[0]
-
-
-def to_nodes(mesh: Mesh, values: Array, cells: IntArray | None = None, complete: bool = False) -> Array:
+def to_nodes(
+    mesh: Mesh | SectionMesh | Cells, values: Array, among: IntArray | None = None, complete: bool = False
+) -> Array:
     """Gauss-point values (n_cells, n_q, k) fitted in each cell, evaluated at its nodes and averaged: (n_points, k).
 
-    With `cells`, only those count; nodes without such a cell get NaN.
+    With `among`, only those cells count; nodes without such a cell get NaN.
 
     The fit is by least squares: with the functions of the element's corners (trilinear in a hexahedron, linear in a
     tetrahedron) for quadratic elements, constant for linear ones, where superconvergence is found (Hinton & Campbell
     1974); with `complete` also trilinear in hexahedra of 8 nodes, whose values then are complete linear functions.
     """
-    total = np.zeros((len(mesh.points), values.shape[2]))
-    count = np.zeros(len(mesh.points))
-    counts = np.ones(len(mesh.cells)) if cells is None else np.isin(np.arange(len(mesh.cells)), cells).astype(float)
-    for group in mesh.cell_groups:
-        X = _gauss_points(mesh, group)
-        fit = np.full((group.nodes.shape[1], len(X)), 1 / len(X))
-        if mesh.cells.shape[1] > 8 or (complete and group.pattern == HEXAHEDRON):
-            where = node_positions(mesh.cells.shape[1], group.pattern, group.midfaces)
-            fit = linear_shapes(group.pattern, where)[0] @ np.linalg.pinv(linear_shapes(group.pattern, X)[0])
-        nodal = np.einsum("nq,cqk->cnk", fit, values[group.cells, : len(X)])
+    cells = Cells.of(mesh)
+    total = np.zeros((len(cells.points), values.shape[2]))
+    count = np.zeros(len(cells.points))
+    counts = np.ones(cells.count) if among is None else np.isin(np.arange(cells.count), among).astype(float)
+    for group in cells.groups:
+        fit = group.element.fit(complete)
+        nodal = np.einsum("nq,cqk->cnk", fit, values[group.cells, : fit.shape[1]])
         np.add.at(total, group.nodes, nodal * counts[group.cells, None, None])
         np.add.at(count, group.nodes, counts[group.cells, None])
     mean = total / np.maximum(count, 1.0)[:, None]
-    if cells is not None:
+    if among is not None:
         mean[count == 0] = np.nan
     return mean
 

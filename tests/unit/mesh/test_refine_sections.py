@@ -9,7 +9,8 @@ import scipy.sparse as sp
 from refine_cases import near, refined_near
 
 import fecontact as fc
-from fecontact.fem.section_model import SectionElement
+from fecontact.fem.section_model import section_stiffness
+from fecontact.fem.stiffness import Cells, moments_of_volume
 from fecontact.mesh.refine import refined, touching
 from fecontact.mesh.section_mesh import Extent
 
@@ -58,7 +59,7 @@ def test_area_boundaries_and_sets(width, curved):
     mesh = section(width).mapped(bent) if curved else section(width)
     mesh = replace(mesh.with_group("low", lambda x: x[:, 2] < 0.5), node_sets={"top": mesh.boundary_nodes("top")})
     fine = refined_near(mesh, mesh.points[mesh.boundary_nodes("top")][3], [0.4, 0.2])
-    areas = [SectionElement(m, Extent(1.0)).mass_and_centre(np.ones(len(m.cells))) for m in (mesh, fine)]
+    areas = [moments_of_volume(Cells.of(m, Extent(1.0))) for m in (mesh, fine)]
     assert abs(areas[0][0] - areas[1][0]) < ROUNDING
     assert np.abs(areas[0][1] - areas[1][1]).max() < ROUNDING
     assert sorted(map(tuple, fine.outer_sides)) == sorted(
@@ -77,7 +78,7 @@ def test_patch(width, curved, extent):
     """Constant strain through the thickness; round the axis rigid motion along it, and no residual of z alone."""
     mesh = local(width, curved=curved)
     ones = np.ones(len(mesh.cells))
-    upper = SectionElement(mesh, extent).stiffness(0.7 * ones, 0.4 * ones, selective=False)
+    upper = section_stiffness(Cells.of(mesh, extent), 0.7 * ones, 0.4 * ones, selective=False)
     K, T = upper + sp.triu(upper, 1).T, sp.kron(mesh.hanging.transform, sp.eye(3)).tocsr()
     rows = np.flatnonzero(~np.isin(mesh.hanging.free, mesh.face_nodes(mesh.outer_sides)))
     inner = (3 * rows[:, None] + [0, 2]).ravel()
