@@ -19,6 +19,7 @@ recovery based on superconvergent derivatives and equilibrium*).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -118,8 +119,7 @@ def energy_error(
         strains = [gauss_strain(some, each, selective, yy)[0] for each in (u, other) if each is not None]
         largest = max(largest, float(np.nanmax(np.abs(strains[0]))))
         smooth = [to_nodes(some, _completed(some, e, lame[part], shear[part]), complete=True) for e in strains]
-        for each in smooth if free is not None else ():
-            skin, along = free
+        for each, (skin, along) in product(smooth, [] if free is None else [free]):
             each[skin] = without_traction(each[skin], along, lame[part[0]], shear[part[0]], held)
         for group in some.groups:
             N, dV = group.element.rule()[0], group.element.volumes(some.points[group.nodes])
