@@ -15,9 +15,8 @@ from tempfile import TemporaryDirectory
 from generated_pages import write
 from tqdm import tqdm
 
-from fecontact.app.spheres.case import CASES
-from fecontact.app.spheres.figures import SpheresResult
-from fecontact.app.spheres.spheres import _press, radius_by_sections, solve_spheres
+from fecontact.app.studies.spheres import CASES, beside_hertz, press, radius_by_sections, solve_spheres
+from fecontact.app.studies.study import Study
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "examples"))
@@ -29,20 +28,24 @@ HEAD = (
 )
 
 
-def row(name: str, out: SpheresResult) -> str:
-    s, e = out.seconds, out.errors
+def row(name: str, out: Study) -> str:
+    s, e = out.data["seconds"], out.errors
     rest = s["total"] - s["factorise"] - s["first_pass"] - s["edge"]
-    (edge,) = out.result.edge_pressures
-    root = f"{100 * out.edge_pressure_l2_error:.2f} %" if edge.accepted else "none"
     return (
-        f"| {name} | {out.result.n_dofs} | {out.result.n_candidates} | {100 * out.pressure_l2_error:.2f} % "
-        f"| {root} | {100 * e['centre_pressure']:+.2f} % | {100 * e['contact_radius']:+.3f} % "
+        f"| {name} | {out.solved.n_dofs} | {out.solved.n_candidates} | {100 * e['pressure, L2']:.2f} % "
+        f"| {_root(out)} | {100 * e['centre pressure']:+.2f} % | {100 * e['contact radius']:+.3f} % "
         f"| {100 * e['approach']:+.2f} % "
         f"| {s['factorise']:.2f} | {s['edge']:.2f} | {rest:.2f} | {s['first_pass']:.2f} | {s['total']:.2f} |"
     )
 
 
-def table(runs: dict[str, Callable[[], SpheresResult]]) -> str:
+def _root(out: Study) -> str:
+    """L2 error of the pressure with its root at the edge."""
+    error = out.errors.get("pressure with its root, L2")
+    return "none" if error is None else f"{100 * error:.2f} %"
+
+
+def table(runs: dict[str, Callable[[], Study]]) -> str:
     lines = [HEAD]
     for name, run in tqdm(runs.items(), disable=None, leave=False):
         lines.append(row(name, run()))
@@ -77,14 +80,12 @@ def sensitivity() -> str:
 
     for off in (-0.07, -0.02, -0.005, 0.0, 0.005, 0.02, 0.07):
         ring = case.hertz.a * (1 + off)
-        result, upper, _ = _press(case, ring, LEVELS[2], "auto", **options)
+        result, _ = press(case, ring, LEVELS[2], "auto", **options)
         chosen = {"element": "hex20", "pressure": "midface", "model": "symmetric", "level": 2, "edge_fit": True}
-        (edge,) = result.edge_pressures
-        out = SpheresResult(case, chosen, result, upper, ring, {"total": 0.0})
+        out = beside_hertz(case, chosen, result, ring, {"total": 0.0})
         lines.append(
-            f"| {100 * off:+.1f} % | {100 * out.pressure_l2_error:.2f} % "
-            f"| {f'{100 * out.edge_pressure_l2_error:.2f} %' if edge.accepted else 'none'} "
-            f"| {100 * out.errors['contact_radius']:+.3f} % |"
+            f"| {100 * off:+.1f} % | {100 * out.errors['pressure, L2']:.2f} % | {_root(out)} "
+            f"| {100 * out.errors['contact radius']:+.3f} % |"
         )
     lines += ["", "| first passes started with | radius found |", "|---|---|"]
     for start in (0.6, 0.8, 1.0, 1.3):

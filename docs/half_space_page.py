@@ -12,11 +12,13 @@ from generated_pages import FOLDER, write
 from matplotlib.figure import Figure
 
 import fecontact as fc
-from fecontact.app.friction_studies import run
-from fecontact.app.indentation.closed_forms import Wave
-from fecontact.app.indentation.figures import Indentation
-from fecontact.app.indentation.indentation import Ground, IndentationLoad, indent
+from fecontact.app.studies.closed_forms import Wave
+from fecontact.app.studies.friction import Setting, draw_tractions, run
+from fecontact.app.studies.indentation import Ground, indent
+from fecontact.app.studies.study import Study
 from fecontact.common.units import Units
+from fecontact.halfspace.pictures import draw_stick_slip
+from fecontact.halfspace.pressing import Load
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid
 
 HERE = Path(__file__).parent
@@ -27,16 +29,16 @@ PERIODIC = Ground(fc.Material(E=1.0, nu=0.0), periodic=True)
 CELLS = (64, 128, 256)
 HEIGHT = 0.01  # of the sinusoid of wavelength 1
 
-Job = Callable[[int], Indentation]
+Job = Callable[[int], Study]
 
 
 def _free(shape: object, force: float, point: tuple[float, float] | None = None) -> Job:
     size = (3.0, 3.0) if isinstance(shape, FlatPunch) else None
-    return lambda n: indent(shape, UNIT, IndentationLoad(force=force, point=point), cells=(n, n), size=size)
+    return lambda n: indent(shape, UNIT, Load(force, None, point), cells=(n, n), size=size)
 
 
 def _wave(share: float) -> Job:
-    load = IndentationLoad(force=share * math.pi * HEIGHT)
+    load = Load(share * math.pi * HEIGHT, None, None)
     return lambda n: indent(Wave(HEIGHT, 1.0), PERIODIC, load, cells=(n, n), size=(1.0, 1.0))
 
 
@@ -62,7 +64,7 @@ def errors() -> str:
         order = "exact" if exact else f"{np.log(l2[0] / l2[-1]) / np.log(CELLS[-1] / CELLS[0]):.1f}"
         last = found[-1].errors
         approach = f"{last['approach']:+.0e}" if "approach" in last else ""
-        by_cells = found[-1].figures["area of its cells"] / found[-1].exact.figures["area"] - 1
+        by_cells = found[-1].figures["area of its cells"].found / found[-1].figures["area"].exact - 1
         lines.append(
             f"| {name} | {' | '.join(f'{e:.1e}' for e in l2)} | {order} | {approach} | {by_cells:+.1e} "
             f"| {last['area']:+.1e} |"
@@ -92,7 +94,7 @@ def pictures() -> None:
     """Pictures of a ball on a layer, and of a rough surface's curves."""
     layer = fc.Layer(fc.Material(E=5.0, nu=0.45), 2.0)
     ball = indent(
-        fc.Sphere(20.0), Ground(None, (layer,)), IndentationLoad(force=100.0), cells=(128, 128), name="ball on a layer"
+        fc.Sphere(20.0), Ground(None, (layer,)), Load(100.0, None, None), cells=(128, 128), name="ball on a layer"
     )
     ball.plot(HERE / "images" / "half_space_layer.png", "mm", "N", "MPa")
     friction_picture()
@@ -104,8 +106,10 @@ def friction_picture() -> None:
     ball, roller = run("mindlin", options), run("carter", {**options, "cells": 48})
     figure = Figure(figsize=(14.0, 4.4), layout="constrained")
     panels, names = figure.subplots(1, 3), Units("mm", "N", "MPa")
-    ball.draw(panels[1], panels[0], names)
-    roller.draw(panels[2], Figure().subplots(), names)
+    setting = Setting(fc.Material(E=210e3, nu=0.3), 10.0, 100.0, 0.3, None, 48)
+    draw_stick_slip(panels[0], ball.solved.last, names)
+    draw_tractions(panels[1], ball.solved, setting.ball, names)
+    draw_tractions(panels[2], roller.solved, setting.roller, names, rolls=True)
     for axes, title in zip(panels, ("ball: stick and slip", "ball: tractions", "roller, to the right"), strict=True):
         axes.set_title(title)
     figure.savefig(HERE / "images" / "friction_half_space.png", dpi=90)

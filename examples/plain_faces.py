@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import fecontact as fc
-from fecontact.app.spheres.spheres import solve_spheres
+from fecontact.app.studies.spheres import CASES, solve_spheres
 from fecontact.common.files import save_figure
 from fecontact.common.units import Units
 from fecontact.results.field_map import field_map
@@ -30,12 +30,14 @@ def main(level: int = 2, out: str | Path = "out") -> dict[str, float]:
     figure = Figure(figsize=(11.0, 9.0), layout="constrained")
     for row, pressure in zip(figure.subplots(2, 2), ("midface", "nodal"), strict=True):
         hertz = solve_spheres("equal", model="symmetric", level=level, pressure=pressure)
-        errors[pressure] = hertz.pressure_l2_error
-        near = hertz.radius < 1.3 * hertz.case.hertz.a
-        r = np.linspace(0, 1.3 * hertz.case.hertz.a, 500)
-        row[0].plot(hertz.radius[near], hertz.contact.pressure[near], "o", markersize=4)
-        row[0].plot(r, hertz.case.hertz.pressure(r), "k")
-        row[0].set_title(f"{pressure}: Hertz, L2 error {100 * hertz.pressure_l2_error:.1f} %")
+        errors[pressure] = hertz.figures["pressure, L2"].found
+        exact, (contact,) = CASES["equal"].hertz, hertz.solved.contacts
+        radius = np.hypot(contact.points[:, 0], contact.points[:, 1])
+        near = radius < 1.3 * exact.a
+        r = np.linspace(0, 1.3 * exact.a, 500)
+        row[0].plot(radius[near], contact.pressure[near], "o", markersize=4)
+        row[0].plot(r, exact.pressure(r), "k")
+        row[0].set_title(f"{pressure}: Hertz, L2 error {100 * errors[pressure]:.1f} %")
         row[0].set_xlabel("radius [cm]")
         row[0].set_ylabel("pressure [kgf/cm²]")
         uniform = patch(pressure).contacts[0]

@@ -5,17 +5,17 @@ Run: python examples/two_spheres.py
 
 from pathlib import Path
 
-from fecontact.app.spheres.spheres import solve_spheres
+from fecontact.app.studies.spheres import solve_spheres
 
 
 def main(level: int = 2, out: str | Path = "out") -> float:
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    result = solve_spheres("equal", level=level)
-    print(result)
-    result.plot(folder / "two_spheres.png")
-    result.result.save(folder / "two_spheres.json")
-    return result.pressure_l2_error
+    study = solve_spheres("equal", level=level)
+    print(study)
+    study.plot(folder / "two_spheres.png")
+    study.solved.save(folder / "two_spheres.json")
+    return study.figures["pressure, L2"].found
 
 
 if __name__ == "__main__":

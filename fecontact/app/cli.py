@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 
-from fecontact.app.options import CASES, ELEMENTS, MODELS, PRESSURES, PROBLEMS, ROUTES, SHAPES, STUDIES
+from fecontact.app.options import CASES, ELEMENTS, MODELS, OPTIONS, PRESSURES, PROBLEMS, ROUTES, STUDIES
 from fecontact.common.errors import FecontactError
 from fecontact.common.version import VERSION
 
@@ -85,12 +85,12 @@ def _hertz(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--level", default=2, type=int, help="fineness, 1 to 5")
     parser.add_argument("--no-edge-fit", action="store_true", help="do not fit the mesh to the contact edge")
-    _outputs(parser, "write a picture")
+    _outputs(parser, "pressure over the radius beside Hertz, and its map", "the figures in one row")
     parser.add_argument("--vtu", metavar="FILE", help="write the bodies for ParaView")
 
 
 def _halfspace(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("shape", choices=SHAPES)
+    parser.add_argument("shape", choices=OPTIONS)
     body = parser.add_argument_group("half-space")
     body.add_argument("--E", type=float, default=None, help="Young's modulus; leave out for a rigid base under layers")
     body.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio")
@@ -156,7 +156,7 @@ def _ancf(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--measure", default="turn", choices=("turn", "geometric"), help="strains of the axis")
     parser.add_argument("--gravity", type=float, default=9.81, help="pendulum: 9.81 or 50")
     parser.add_argument("--step", type=float, help="of time; pendulum: 0.002 or, under 50, 0.001; fourbar: 0.0005")
-    _outputs(parser, "shapes on the way")
+    _outputs(parser, "shapes on the way", "one row per case")
 
 
 def _solve(parser: argparse.ArgumentParser) -> None:

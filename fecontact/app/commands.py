@@ -12,6 +12,7 @@ from typing import Any, TextIO
 
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.app.scene_file.scene_file import read_scene
+from fecontact.app.studies.study import Study
 from fecontact.common.checks import among
 from fecontact.common.errors import FecontactError, InputError, MeshError
 from fecontact.common.files import check_writable, make_folder, save_json
@@ -58,16 +59,18 @@ def _write(to: str | None, write: Callable[[str], object], remarks: TextIO) -> N
         say(f"wrote {Path(to)}", remarks)
 
 
-def _report(options: argparse.Namespace, solve: Callable[[], Any]) -> int:
-    """Solve; print what was found and write the files that the options ask for, which are checked before."""
-    writers = {"csv": "save", "plot": "plot"}
-    files = {name: to for name in writers if (to := getattr(options, name, None))}
+def _study(options: argparse.Namespace, solve: Callable[[], Study]) -> int:
+    """Run a study; print it and write the files that the options ask for, which are checked before."""
+    kinds = ("csv", "plot", "vtu")
+    files = {kind: to for kind in kinds if (to := getattr(options, kind, None))}
     _check_files(options.json, *files.values())
-    found = solve()
-    remarks = _show(found, found.as_dict(), options.json)
-    for name, to in files.items():
-        units = getattr(options, "units", ()) if name == "plot" else ()
-        getattr(found, writers[name])(to, *units)
+    study = solve()
+    remarks = _show(study, dict(study.data), options.json)
+    for kind, to in files.items():
+        if kind == "plot":
+            study.plot(to, *getattr(options, "units", ()))
+        else:
+            (study if kind == "csv" else study.solved).save(to)
         say(f"wrote {Path(to)}", remarks)
     return 0
 
@@ -79,58 +82,43 @@ def _titled(scene: SceneFile, text: object) -> str:
 
 def hertz(options: argparse.Namespace) -> int:
     """Solve two spheres and compare with Hertz."""
-    from fecontact.app.spheres.report import report_table
-    from fecontact.app.spheres.source_route import route_table
-    from fecontact.app.spheres.spheres import solve_spheres
+    from fecontact.app.studies.report import report_table, route_table
+    from fecontact.app.studies.spheres import solve_spheres
 
-    _check_files(options.plot, options.vtu, options.json)
-    chosen = {
-        "element": options.element,
-        "pressure": options.pressure,
-        "model": options.model,
-        "solver": options.solver,
-        "backend": options.backend,
-        "level": options.level,
-        "edge_fit": not options.no_edge_fit,
-    }
-    if options.route == "1978" and options.case != "report":
-        raise InputError("--route 1978 is for --case report: it is dense and has its own coarse mesh.")
-    if options.case == "report":
-        if options.json or options.plot or options.vtu:
-            raise InputError(
-                "--case report prints a table and writes no files; for files take --case equal, unequal or light."
-            )
+    names = ("element", "pressure", "model", "solver", "backend", "level")
+    chosen = {**{name: getattr(options, name) for name in names}, "edge_fit": not options.no_edge_fit}
+    if options.case != "report":
         if options.route == "1978":
-            say(route_table())
-            return 0
-        say(report_table(**{**chosen, "model": "axisymmetric" if options.model == "axisymmetric" else "two-bodies"}))
-        return 0
-    out = solve_spheres(options.case, **chosen)
-    remarks = _show(out, out.as_dict(), options.json)
-    _write(options.plot, out.plot, remarks)
-    _write(options.vtu, out.result.save, remarks)
+            raise InputError("--route 1978 is for --case report: it is dense and has its own coarse mesh.")
+        return _study(options, lambda: solve_spheres(options.case, **chosen))
+    if options.json or options.plot or options.vtu or options.csv:
+        raise InputError(
+            "--case report prints a table and writes no files; for files take --case equal, unequal or light."
+        )
+    model = "axisymmetric" if options.model == "axisymmetric" else "two-bodies"
+    say(route_table() if options.route == "1978" else report_table(**{**chosen, "model": model}))
     return 0
 
 
 def halfspace(options: argparse.Namespace) -> int:
     """Press a shape on a half-space."""
-    from fecontact.app.indentation.command import run
+    from fecontact.app.studies.indentation import run
 
-    return _report(options, lambda: run(vars(options)))
+    return _study(options, lambda: run(vars(options)))
 
 
 def friction(options: argparse.Namespace) -> int:
     """Run a study of friction on a half-space."""
-    from fecontact.app.friction_studies import run
+    from fecontact.app.studies.friction import run
 
-    return _report(options, lambda: run(options.study, vars(options)))
+    return _study(options, lambda: run(options.study, vars(options)))
 
 
 def ancf(options: argparse.Namespace) -> int:
     """Solve a problem of slender beams."""
-    from fecontact.app.slender.problems import run
+    from fecontact.app.studies.slender import run
 
-    return _report(options, lambda: run(options.problem, vars(options)))
+    return _study(options, lambda: run(options.problem, vars(options)))
 
 
 def solve(options: argparse.Namespace) -> int:
@@ -275,9 +263,9 @@ def compare(options: argparse.Namespace) -> int:
             f"against the finest; found {found}. Problems with a known answer, other methods and other programs are "
             "compared by tests/benchmarks/compare of the source (make compare); docs/compare.md shows what came out."
         )
-    from fecontact.app.compare import compare_scene
+    from fecontact.app.studies.compare import compare_scene
 
-    return _report(options, lambda: compare_scene(options.scene, options.runs))
+    return _study(options, lambda: compare_scene(options.scene, options.runs))
 
 
 def examples(options: argparse.Namespace) -> int:

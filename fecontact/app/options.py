@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+from pkgutil import resolve_name
+from typing import Any
+
 #: Radii and load of the report's test problems (Elangovan 1978, section IV), in cm and kgf; 'light' is the load without
 #: a solution in the report.
 CASES = {"equal": ((25.0, 25.0), 726.4), "unequal": ((25.0, 2.5), 454.0), "light": ((25.0, 25.0), 45.4)}
@@ -11,15 +16,68 @@ MODELS = ("two-bodies", "symmetric", "axisymmetric")
 #: The package's own, or that of the report (`source_route`).
 ROUTES = ("fast", "1978")
 
-#: Shapes of ``fecontact halfspace`` and the options of each.
-SHAPES: dict[str, tuple[str, ...]] = {
-    "sphere": ("radius",),
-    "paraboloid": ("radius", "radius_y"),
-    "cylinder": ("radius", "length"),
-    "cone": ("angle",),
-    "flat": ("radius", "sides"),
-    "ellipsoid": ("semi_axes",),
-    "torus": ("ring", "tube"),
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a rigid shape, by its key in scene files: a number, or a list of `count` numbers.
+
+    `argument` of the constructor and `option` of the command line are named where they differ from the key; `unit` is
+    that of the key in the constructor's.
+    """
+
+    key: str
+    required: bool = True
+    count: int = 1
+    argument: str = ""
+    option: str = ""
+    unit: float = 1.0
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A rigid shape: its class, its parameters, and its name on the command line, if it is there."""
+
+    place: str
+    parameters: tuple[Parameter, ...]
+    option: str = ""
+
+    @property
+    def options(self) -> dict[str, Parameter]:
+        """Parameters by their options of the command line."""
+        return {p.option or p.key: p for p in self.parameters}
+
+    def make(self, **given: Any) -> Any:
+        """The shape of values by key."""
+        values = {p: given[p.key] for p in self.parameters if p.key in given}
+        return resolve_name(self.place)(
+            **{p.argument or p.key: v if p.unit == 1.0 else p.unit * v for p, v in values.items()}
+        )
+
+
+#: Rigid shapes by their kind in scene files; `studies.closed_forms` has the closed forms by class.
+SHAPES = {
+    "plane": Shape("fecontact.bodies:Plane", (Parameter("size", False),)),
+    "sphere": Shape("fecontact.bodies:Sphere", (Parameter("radius"),), "sphere"),
+    "paraboloid": Shape(
+        "fecontact.surfaces:Paraboloid",
+        (Parameter("radius_x", option="radius"), Parameter("radius_y", False)),
+        "paraboloid",
+    ),
+    "cylinder": Shape("fecontact.surfaces:Cylinder", (Parameter("radius"), Parameter("length", False)), "cylinder"),
+    "cone": Shape(
+        "fecontact.surfaces:Cone",
+        (Parameter("angle_deg", argument="angle", option="angle", unit=math.pi / 180),),
+        "cone",
+    ),
+    "flat_punch": Shape(
+        "fecontact.surfaces:FlatPunch", (Parameter("radius", False), Parameter("sides", False, 2)), "flat"
+    ),
+    "ellipsoid": Shape("fecontact.surfaces:Ellipsoid", (Parameter("semi_axes", count=3),), "ellipsoid"),
+    "torus": Shape("fecontact.surfaces:Torus", (Parameter("ring"), Parameter("tube")), "torus"),
+}
+#: Shapes of ``fecontact halfspace`` and the options of each: rigid ones, and surfaces.
+OPTIONS: dict[str, tuple[str, ...]] = {
+    **{s.option: tuple(s.options) for s in SHAPES.values() if s.option},
     "wave": ("amplitude", "wavelength"),
     "rough": ("rms_slope", "rms_height", "longest", "shortest"),
     "heights": ("file",),

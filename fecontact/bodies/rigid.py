@@ -24,7 +24,7 @@ from fecontact.fem.rigid import rigid_modes
 from fecontact.mesh.read import read_surface
 from fecontact.surfaces import Ellipsoid, Facets, FunctionSurface, HeightMap
 from fecontact.surfaces.facet_surface import Projection
-from fecontact.surfaces.rigid.shapes import ClosedForms, Indenter, T, heights_of
+from fecontact.surfaces.rigid.shapes import Indenter, heights_of
 
 #: Points along each side of the square on which a rigid surface given by heights is sampled.
 ALONG = 33
@@ -75,14 +75,11 @@ class Sphere(Indenter):
     radius : float
     """
 
+    kind = "sphere"
     radius: float
 
     def __post_init__(self) -> None:
         positive("a sphere's radius", self.radius)
-
-    def closed_form(self, forms: ClosedForms[T]) -> T | None:
-        """Its closed form."""
-        return forms.sphere(self.radius)
 
     @property
     def size(self) -> float:

@@ -8,8 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fecontact.app.spheres.case import CASES
-from fecontact.app.spheres.spheres import solve_spheres
+from fecontact.app.studies.spheres import CASES, solve_spheres
 from fecontact.contact.coupling.mortar import pair_mortar
 from fecontact.contact.coupling.nodal import SurfacePair, pair
 from fecontact.fem.factor import condense
@@ -24,9 +23,9 @@ LEVEL = 2
 def job():
     """The solved job and what its stages take and give."""
     out = solve_spheres("equal", level=LEVEL)
-    upper, lower = out.result.scene.bodies
+    upper, lower = out.solved.scene.bodies
     model = upper.model
-    nodes = out.result.interfaces[0].pairing.nodes[out.contact.candidates]
+    nodes = out.solved.interfaces[0].pairing.nodes[out.solved.contacts[0].candidates]
     K = model.stiffness[model.solved_dofs][:, model.solved_dofs]
     touched = np.setdiff1d((3 * nodes[:, None] + np.arange(3)).ravel(), model.held)
     return SimpleNamespace(
@@ -36,14 +35,14 @@ def job():
         model=model,
         K=K,
         retained=np.searchsorted(model.solved_dofs, np.intersect1d(touched, model.solved_dofs)),
-        problem=out.result.condensed.problem,
-        displacement=out.result.displacement(upper).ravel(),
+        problem=out.solved.condensed.problem,
+        displacement=out.solved.displacement(upper).ravel(),
     )
 
 
 def test_mesh(benchmark, job):
     R = CASES["equal"].radii[0]
-    mesh = benchmark(lambda: shapes.quarter_sphere(R, contact_radius=job.out.fitted_radius, level=LEVEL))
+    mesh = benchmark(lambda: shapes.quarter_sphere(R, contact_radius=job.out.data["fitted_radius"], level=LEVEL))
     assert len(mesh.cells) == len(job.upper.mesh.cells)
 
 
@@ -85,11 +84,11 @@ def test_stress_recovery(benchmark, job):
 
 
 def test_vtu(benchmark, job, tmp_path):
-    path = benchmark.pedantic(job.out.result.save, (tmp_path / "spheres.vtu",), rounds=3)
+    path = benchmark.pedantic(job.out.solved.save, (tmp_path / "spheres.vtu",), rounds=3)
     assert path.stat().st_size > 10_000
 
 
 @pytest.mark.parametrize("model", ["two-bodies", "symmetric", "axisymmetric"])
 def test_whole_job(benchmark, model):
     out = benchmark.pedantic(solve_spheres, kwargs={"level": LEVEL, "model": model}, rounds=3, warmup_rounds=1)
-    assert out.pressure_l2_error < 0.02
+    assert out.figures["pressure, L2"].found < 0.02

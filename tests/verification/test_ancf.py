@@ -11,8 +11,7 @@ import scipy.sparse.linalg as spla
 import fecontact as fc
 from fecontact import AncfBody
 from fecontact.ancf import AncfSolid, AncfSpace, body_force, gauss, hold, reentrant_points, released_at, traction
-from fecontact.app.spheres.case import CASES
-from fecontact.app.spheres.spheres import solve_spheres
+from fecontact.app.studies.spheres import CASES, solve_spheres
 from fecontact.fem.factor import condense
 from fecontact.fem.model import Model
 from fecontact.fem.stiffness import batches
@@ -197,7 +196,7 @@ def test_nearly_incompressible_hertz(row):
     """
     case = replace(CASES["equal"], material=fc.Material(CASES["equal"].material.E, 0.4999))
     out = solve_spheres(case, element="ancf", model="symmetric", level=1)
-    row("gradient brick, Hertz, nu = 0.4999", "pressure, L2 error", 0.0, out.as_dict()["pressure_l2_error"], 0.045)
+    row("gradient brick, Hertz, nu = 0.4999", "pressure, L2 error", 0.0, out.figures["pressure, L2"].found, 0.045)
 
 
 def angle_bracket(n, released):
@@ -330,12 +329,19 @@ def test_hertz(row, level):
     brick = solve_spheres("equal", element="ancf", model="symmetric", level=level)
     plain = solve_spheres("equal", model="symmetric", level=level)
     case = f"Hertz, equal spheres, level {level}"
-    exact = brick.case.hertz
-    dofs = brick.result.n_dofs
-    row(case, "gradient brick: pressure, L2", 0.0, brick.pressure_l2_error, within=0.018 / level, dofs=dofs)
-    row(case, "gradient brick: centre pressure", exact.p0, brick.centre_pressure, within=0.01 / level, dofs=dofs)
-    row(case, "gradient brick: contact radius", exact.a, brick.contact_radius, within=0.004, dofs=dofs)
-    row(case, "hex20: pressure, L2", 0.0, plain.pressure_l2_error, dofs=plain.result.n_dofs)
-    row(case, "hex20: centre pressure", exact.p0, plain.centre_pressure, dofs=plain.result.n_dofs)
-    r = brick.result.residuals()
+    exact = CASES["equal"].hertz
+    dofs = brick.solved.n_dofs
+    row(case, "gradient brick: pressure, L2", 0.0, brick.figures["pressure, L2"].found, within=0.018 / level, dofs=dofs)
+    row(
+        case,
+        "gradient brick: centre pressure",
+        exact.p0,
+        brick.figures["centre pressure"].found,
+        within=0.01 / level,
+        dofs=dofs,
+    )
+    row(case, "gradient brick: contact radius", exact.a, brick.figures["contact radius"].found, within=0.004, dofs=dofs)
+    row(case, "hex20: pressure, L2", 0.0, plain.figures["pressure, L2"].found, dofs=plain.solved.n_dofs)
+    row(case, "hex20: centre pressure", exact.p0, plain.figures["centre pressure"].found, dofs=plain.solved.n_dofs)
+    r = brick.solved.residuals()
     assert max(r.penetration, r.tension, r.complementarity, r.equilibrium) < 1e-10

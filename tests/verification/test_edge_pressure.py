@@ -9,7 +9,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.analytic import axisymmetric
-from fecontact.app.spheres.spheres import solve_spheres
+from fecontact.app.studies.spheres import CASES, solve_spheres
 from fecontact.common.arrays import Array
 from fecontact.surfaces import Paraboloid
 from fecontact.surfaces.facet_surface import Projection
@@ -41,9 +41,9 @@ def compared(row, case, result, exact, within):
 def test_two_spheres(level, within, row):
     """Two equal spheres. Source: Hertz. Half as much again as found."""
     out = solve_spheres("equal", level=level)
-    hertz = out.case.hertz
+    hertz = CASES["equal"].hertz
     case = f"1 equal spheres, level {level}"
-    edge = compared(row, case, out.result, lambda x: hertz.pressure(np.hypot(x[:, 0], x[:, 1])), within)
+    edge = compared(row, case, out.solved, lambda x: hertz.pressure(np.hypot(x[:, 0], x[:, 1])), within)
     row(case, "semi-axis of the outline", hertz.a, edge.outlines[0].semi_axes[0], 3e-4)
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fecontact.analytic.elastica import elastica
-from fecontact.app.slender.elastica import CRITICAL, EA, EI, LOADS, cantilever, corotational, follow
-from fecontact.app.slender.problems import run
+from fecontact.app.studies.elastica import CRITICAL, EA, EI, LOADS, cantilever, corotational, follow
+from fecontact.app.studies.slender import run
 
 
 @pytest.mark.parametrize(("n", "most"), [(10, 0.003), (20, 1.2e-4)])
@@ -57,7 +57,7 @@ def test_full_circle(row):
     """A bar bent by the moment 2 pi EI / L at its end; the angle converges with the fourth power of the elements."""
     errors = []
     for n, most in ((10, 0.03), (20, 0.002), (40, 1.2e-4)):
-        _, found, known = run("circle", {"elements": n}).rows[-1]
+        _, found, known, _ = run("circle", {"elements": n}).rows.rows[-1]
         errors.append(abs(found - known))
         row(f"full circle, {n} elements", "error of the tip's angle, degrees", 0.0, errors[-1], most, dofs=4 * n)
     row("full circle", "order", 4.0, math.log2(errors[1] / errors[2]), 0.1)
@@ -73,8 +73,8 @@ def test_falling_pendulum(gravity, row):
     elements inaccurate under 50 m/s^2.
     """
     found = run("pendulum", {"elements": 12, "gravity": gravity})
-    for time, middle, known in found.rows:
+    for time, middle, known, _ in found.rows.rows:
         case = f"pendulum, 12 elements, {gravity} m/s^2, {time}"
         row(case, "error of the middle's deflection, m", 0.0, abs(middle - known), 1e-3, dofs=48)
-    drift = found.remarks["drift of the energy"]
+    drift = found.data["drift of the energy"]
     row(f"pendulum, 12 elements, {gravity} m/s^2", "drift of the energy", 0.0, drift, 1e-6, dofs=48)

@@ -6,7 +6,7 @@ from refusals import refused
 from scipy.integrate import solve_ivp
 
 from fecontact import InputError
-from fecontact.app.slender.fourbar import GRAVITY, LINKAGE, MOMENT, REFINED, START, Linkage, drive
+from fecontact.app.studies.fourbar import GRAVITY, LINKAGE, MOMENT, REFINED, START, Linkage, drive
 
 
 def test_rigid_linkage(row):

@@ -5,7 +5,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.analytic import layer as layers
-from fecontact.app.spheres.spheres import Spheres, solve_spheres
+from fecontact.app.studies.spheres import Spheres, solve_spheres
 from fecontact.bodies.local import remainder
 from fecontact.mesh.shapes import Level
 from fecontact.surfaces import Paraboloid
@@ -77,10 +77,10 @@ def test_half_sphere_on_a_plane(ratio, row):
     centre = contact.pressure[np.argmin(r2)] * (1 + r2.min() / (2 * ratio**2))
     told = f"half-sphere on a plane, a/R = {ratio}"
     approach = -result.rigid_motion(local).translation[2]
-    row(told, "approach", fine.approach / 2, approach, 5e-4, body.n_dofs)
-    row(told, "centre pressure", fine.centre_pressure, float(centre), 2e-3, body.n_dofs)
+    row(told, "approach", fine.figures["approach"].found / 2, approach, 5e-4, body.n_dofs)
+    row(told, "centre pressure", fine.figures["centre pressure"].found, float(centre), 2e-3, body.n_dofs)
     radius = float(np.sqrt(2.5 * contact.pressure @ r2 / contact.pressure.sum()))
-    row(told, "radius by the second moment", fine.contact_radius, radius, 2e-3, body.n_dofs)
+    row(told, "radius by the second moment", fine.figures["contact radius"].found, radius, 2e-3, body.n_dofs)
     row(told, "Betti defect", 0.0, local.remainder.defect, 1e-3, body.n_dofs)
 
 
@@ -113,8 +113,10 @@ def test_two_half_spheres_of_different_size(row):
     (contact,) = result.contacts
     r2 = (contact.points[:, :2] ** 2).sum(axis=1)
     centre = contact.pressure[np.argmin(r2)] * (1 + r2.min() / (2 * hertz.a**2))
-    row("two half-spheres", "approach", fine.approach, -result.rigid_motion(lower).translation[2], 5e-4)
-    row("two half-spheres", "centre pressure", fine.centre_pressure, float(centre), 2e-3)
+    row(
+        "two half-spheres", "approach", fine.figures["approach"].found, -result.rigid_motion(lower).translation[2], 5e-4
+    )
+    row("two half-spheres", "centre pressure", fine.figures["centre pressure"].found, float(centre), 2e-3)
     assert result.residuals().worst < 1e-8
 
 

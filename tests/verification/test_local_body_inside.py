@@ -5,7 +5,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.analytic import layer as layers
-from fecontact.app.spheres.spheres import Spheres, solve_spheres
+from fecontact.app.studies.spheres import Spheres, solve_spheres
 from fecontact.common.material import von_mises
 from fecontact.mesh.shapes import Level
 from fecontact.surfaces import Paraboloid
@@ -109,7 +109,8 @@ def test_half_sphere_on_a_plane(row):
     floor = fc.RigidBody(fc.Plane())
     scene = fc.Scene([local, floor], [fc.Contact(local, floor)])
     result = scene.solve(forces={local: (0, 0, -force / 4)}, finite_motion=False)
-    points, stress = fine.upper.mesh.points, fine.result.stress(fine.upper)
+    upper = fine.solved.scene.bodies[0]
+    points, stress = upper.mesh.points, fine.solved.stress(upper)
     away = np.hypot(points[:, 0], points[:, 2])
     near = np.flatnonzero((away < 0.8 * ratio) | ((away > 1.3 * ratio) & (away < 3 * ratio)))[::31]
     found = result.fields_at(local, points[near])[1]

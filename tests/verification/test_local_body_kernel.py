@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fecontact as fc
-from fecontact.app.spheres.spheres import Spheres, solve_spheres
+from fecontact.app.studies.spheres import Spheres, solve_spheres
 from fecontact.bodies.local import body as local_body
 from fecontact.bodies.local import remainder
 from fecontact.bodies.local import window as windows
@@ -56,13 +56,16 @@ def test_parts_of_the_kernel(missing, nu, row, monkeypatch):
     r2 = (contact.points[:, :2] ** 2).sum(axis=1)
     centre = contact.pressure[np.argmin(r2)] * (1 + r2.min() / (2 * RATIO**2))
     approach = -result.rigid_motion(local).translation[2]
-    errors = abs(2 * approach / fine.approach - 1), abs(centre / fine.centre_pressure - 1)
+    errors = (
+        abs(2 * approach / fine.figures["approach"].found - 1),
+        abs(centre / fine.figures["centre pressure"].found - 1),
+    )
     # the effect of slopes vanishes at nu = 1/3, that of curvature at 1/2; the mesh alone cannot follow a logarithm
     least, defect = {0.0: (1e-3, 1e-4), 0.3: (1e-4, 4e-4), 0.45: (5e-4, 4.5e-4)}[nu]
     if missing == "nothing":
         told = f"half-sphere on a plane, kernel with all parts, a/R = {RATIO}, nu = {nu}"
-        row(told, "approach", fine.approach / 2, approach, 5e-4, body.n_dofs)
-        row(told, "centre pressure", fine.centre_pressure, float(centre), 2e-3, body.n_dofs)
+        row(told, "approach", fine.figures["approach"].found / 2, approach, 5e-4, body.n_dofs)
+        row(told, "centre pressure", fine.figures["centre pressure"].found, float(centre), 2e-3, body.n_dofs)
         assert nu == 0.3 or 2 * max(errors) < least
         assert local.remainder.defect < defect
     elif missing == "slopes":

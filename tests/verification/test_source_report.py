@@ -3,8 +3,8 @@
 import numpy as np
 
 import fecontact as fc
-from fecontact.app.spheres.case import CASES
-from fecontact.app.spheres.source_route import press
+from fecontact.app.studies.report import press
+from fecontact.app.studies.spheres import CASES, moment_radius
 from fecontact.surfaces import Paraboloid
 
 
@@ -16,13 +16,14 @@ def test_by_the_report_route_and_by_ours(row):
     The mesh has two rings in the contact radius, hence the percent against Hertz.
     """
     case = CASES["unequal"]
-    source = press(case, case.hertz.a, "gram-schmidt", "wolfe")
-    ours = press(case, case.hertz.a, "auto", "auto")
+    source, approach = press(case, case.hertz.a, "gram-schmidt", "wolfe")
+    ours, _ = press(case, case.hertz.a, "auto", "auto")
     name = "two spheres, by the route of 1978"
-    apart = np.abs(source.forces - ours.forces).max() / ours.forces.max()
+    forces = ours.contacts[0].forces
+    apart = np.abs(source.contacts[0].forces - forces).max() / forces.max()
     row(name, "forces beside the fast route", 0.0, apart, within=1e-9, dofs=source.n_dofs)
-    row(name, "contact radius", case.hertz.a, source.radius, within=0.03, dofs=source.n_dofs)
-    row(name, "approach", case.hertz.approach, source.approach, within=0.03, dofs=source.n_dofs)
+    row(name, "contact radius", case.hertz.a, moment_radius(source.contacts[0]), within=0.03, dofs=source.n_dofs)
+    row(name, "approach", case.hertz.approach, approach, within=0.03, dofs=source.n_dofs)
 
 
 def test_unequal_spheres_as_half_spaces(row):

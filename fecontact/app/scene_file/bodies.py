@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from fecontact import surfaces
+from fecontact.app import options
 from fecontact.app.scene_file.meshes import (
     SHAPES,
     Arguments,
@@ -31,11 +32,9 @@ from fecontact.bodies import (
     ElasticLayer,
     HalfSpace,
     LocalBody,
-    Plane,
     PlaneBody,
     Pose,
     RigidBody,
-    Sphere,
     rotation_about,
 )
 from fecontact.bodies.elastic import INTEGRATIONS
@@ -55,19 +54,13 @@ from fecontact.surfaces.rigid.rough import TRENDS
 AnyBody = ElasticBody | LocalBody | RigidBody | HalfSpace | ElasticLayer
 
 
-def _cone(angle_deg: float) -> surfaces.Cone:
-    return surfaces.Cone(math.radians(angle_deg))
-
-
+#: Makers of rigid shapes and their arguments.
 RIGID_SHAPES: dict[str, tuple[Callable[..., Any], Arguments]] = {
-    "plane": (Plane, {"size": number}),
-    "sphere": (Sphere, {"radius!": number}),
-    "paraboloid": (surfaces.Paraboloid, {"radius_x!": number, "radius_y": number}),
-    "cylinder": (surfaces.Cylinder, {"radius!": number, "length": number}),
-    "cone": (_cone, {"angle_deg!": number}),
-    "flat_punch": (surfaces.FlatPunch, {"radius": number, "sides": numbers(2)}),
-    "ellipsoid": (surfaces.Ellipsoid, {"semi_axes!": numbers(3)}),
-    "torus": (surfaces.Torus, {"ring!": number, "tube!": number}),
+    kind: (
+        shape.make,
+        {f"{p.key}{'!' if p.required else ''}": number if p.count == 1 else numbers(p.count) for p in shape.parameters},
+    )
+    for kind, shape in options.SHAPES.items()
 }
 
 
@@ -167,7 +160,7 @@ def _meshed(
         supports = {boundary: held.text(boundary) or "" for boundary in held.values}
     material = _material_of(table, materials, mesh)
     contact = table.texts("contact") or ()
-    options = arguments_of(table, arguments)
+    given = arguments_of(table, arguments)
     if mesh is None:
         return None
     for boundary in contact:
@@ -176,7 +169,7 @@ def _meshed(
         check_name(held, boundary, boundary, {**mesh.boundaries, **mesh.node_sets}, "boundary")
     if material is None or table.faulty:
         return None
-    return table.attempt(lambda: make(mesh, material, contact, supports, name=name, **options))
+    return table.attempt(lambda: make(mesh, material, contact, supports, name=name, **given))
 
 
 def _local(name: str, table: Table, materials: Materials, folder: Path, bodies: Mapping[str, Any]) -> LocalBody | None:

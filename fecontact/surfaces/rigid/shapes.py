@@ -5,7 +5,7 @@ point, and `project`, the closest points on it.
 
 The sharpest place of a surface of heights near a point, and the power of the distance with which it rises there.
 
-Members of rigid shapes for indentation of a half-space: their ends and their closed form.
+Ends of rigid shapes that indent a half-space.
 
 Closest points on a surface z = f(x, y) by Newton's method.
 """
@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Generic, NamedTuple, TypeVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -178,52 +178,16 @@ def _rise(heights: Callable[[Array, Array], Array], centre: Array, distance: flo
     return float(np.mean(z[:4]) - z[4])
 
 
-T = TypeVar("T")
-
-
-class ClosedForms(Generic[T]):
-    """Closed forms of contact on one kind of half-space by the shape of the indenter; None where there is none.
-
-    Subclasses override the known ones. A shape selects its own, see `Indenter.closed_form`.
-    """
-
-    def flat(self, radius: float) -> T | None:
-        """Closed form of a flat circular punch."""
-        return None
-
-    def cone(self, angle: float) -> T | None:
-        """Closed form of a cone with this angle (radians) between its flank and the plane."""
-        return None
-
-    def sphere(self, radius: float) -> T | None:
-        """Closed form of a sphere."""
-        return None
-
-    def paraboloid(self, radii: tuple[float, float]) -> T | None:
-        """Closed form of the paraboloid with these radii of curvature along x and y."""
-        return None
-
-    def ellipsoid(self, semi_axes: tuple[float, float, float]) -> T | None:
-        """Closed form of an ellipsoid with its third axis vertical."""
-        return None
-
-    def endless_cylinder(self, radius: float) -> T | None:
-        """Closed form of an infinite cylinder along y."""
-        return None
-
-    def wave(self, amplitude: float, wavelength: float) -> T | None:
-        """Closed form of the surface amplitude (1 - cos(2 pi x/wavelength))."""
-        return None
-
-
 def heights_of(shape: object) -> Callable[[Array, Array], Array] | None:
     """Function for the heights of a shape over the plane z = 0 at x and y; None where it has none."""
     return getattr(shape, "heights", None)
 
 
 class Indenter:
-    """Defaults for a finite shape without a closed form."""
+    """Defaults for a finite shape."""
 
+    #: Its kind, by which tables have what belongs to it, as closed forms.
+    kind: ClassVar[str] = ""
     #: Whether contact may reach its ends along x and along y.
     open_ends: ClassVar[tuple[bool, bool]] = (False, False)
 
@@ -231,10 +195,6 @@ class Indenter:
     def is_endless(self) -> bool:
         """Whether it touches a plane up to the border of any grid."""
         return False
-
-    def closed_form(self, forms: ClosedForms[T]) -> T | None:
-        """Its closed form."""
-        return None
 
 
 #: Part of a radius or half a side up to which a point is within it, rounding included.
@@ -281,6 +241,7 @@ class Paraboloid(Indenter):
     [2.0]
     """
 
+    kind = "paraboloid"
     radius_x: float
     radius_y: float | None = None
 
@@ -294,10 +255,6 @@ class Paraboloid(Indenter):
         """Radii of curvature along x and y."""
         assert self.radius_y is not None
         return self.radius_x, self.radius_y
-
-    def closed_form(self, forms: ClosedForms[T]) -> T | None:
-        """Its own among closed forms."""
-        return forms.paraboloid(self.curvature_radii)
 
     @property
     def size(self) -> float:
@@ -337,6 +294,7 @@ class Cylinder(Indenter):
     [0.2, inf]
     """
 
+    kind = "cylinder"
     open_ends: ClassVar = (False, True)
 
     radius: float
@@ -351,10 +309,6 @@ class Cylinder(Indenter):
     def is_endless(self) -> bool:
         """Whether it would touch a plane to the border of any grid."""
         return math.isinf(self.length)
-
-    def closed_form(self, forms: ClosedForms[T]) -> T | None:
-        """Its own among closed forms."""
-        return forms.endless_cylinder(self.radius) if self.is_endless else None
 
     @property
     def size(self) -> float:
@@ -388,6 +342,7 @@ class Cone(Indenter):
     [5.0]
     """
 
+    kind = "cone"
     angle: float
 
     def __post_init__(self) -> None:
@@ -396,10 +351,6 @@ class Cone(Indenter):
                 f"A cone's angle to the plane must lie between 0 and pi/2 (radians); found {shown(self.angle)}."
             )
         positive("a cone's angle", self.angle)
-
-    def closed_form(self, forms: ClosedForms[T]) -> T | None:
-        """Its own among closed forms."""
-        return forms.cone(self.angle)
 
     @property
     def size(self) -> float:
@@ -443,6 +394,7 @@ class FlatPunch(Indenter):
     [0.0, inf]
     """
 
+    kind = "flat_punch"
     open_ends: ClassVar = (True, True)
 
     radius: float | None = None
@@ -455,10 +407,6 @@ class FlatPunch(Indenter):
             positive("a flat punch's radius", self.radius)
         else:
             object.__setattr__(self, "sides", positives("a flat punch's sides", self.sides, 2))
-
-    def closed_form(self, forms: ClosedForms[T]) -> T | None:
-        """Its own among closed forms."""
-        return None if self.radius is None else forms.flat(self.radius)
 
     @property
     def size(self) -> float:
@@ -496,14 +444,11 @@ class Ellipsoid(Indenter):
     [0.2]
     """
 
+    kind = "ellipsoid"
     semi_axes: tuple[float, float, float]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "semi_axes", positives("an ellipsoid's semi-axes", self.semi_axes, 3))
-
-    def closed_form(self, forms: ClosedForms[T]) -> T | None:
-        """Its own among closed forms."""
-        return forms.ellipsoid(self.semi_axes)
 
     @property
     def size(self) -> float:
@@ -543,6 +488,7 @@ class Torus(Indenter):
     [0.0, 0.2, inf]
     """
 
+    kind = "torus"
     ring: float
     tube: float
 

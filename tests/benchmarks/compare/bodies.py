@@ -1,6 +1,6 @@
 """Finite element scenes of the problems with a rigid indenter: a body from z >= 0 downwards, fitted to the edge.
 
-As in `fecontact.app.spheres.spheres`, a first, coarse pass finds the edge; the mesh of the main pass has a ring there.
+As in `fecontact.app.studies.spheres`, a first, coarse pass finds the edge; the mesh of the main pass has a ring there.
 """
 
 from __future__ import annotations

@@ -17,9 +17,8 @@ import numpy as np
 from compare.bodies import foundation, indented, section_of_cylinder, start
 from compare.problems import Problem
 from fecontact import Contact, ContactResult, InputError, Layer, Material, Scene, mesh_solid
-from fecontact.app.spheres.case import CASES, Spheres
-from fecontact.app.spheres.figures import SpheresResult
-from fecontact.app.spheres.spheres import solve_spheres
+from fecontact.app.studies.spheres import CASES, Spheres, solve_spheres
+from fecontact.app.studies.study import Study
 from fecontact.bodies import ElasticBody, HalfSpace, LocalBody, Plane, Pose, RigidBody, Sphere
 from fecontact.mesh import pick
 from fecontact.mesh.shapes import Level, block, quarter_sphere
@@ -107,15 +106,15 @@ def method(
     return add
 
 
-def _of_spheres(out: SpheresResult) -> Measured:
+def _of_spheres(out: Study) -> Measured:
     e = out.errors
     errors = {
-        "pressure_l2": out.pressure_l2_error,
-        "centre_pressure": e["centre_pressure"],
-        "edge_radius": e["contact_radius"],
+        "pressure_l2": out.figures["pressure, L2"].found,
+        "centre_pressure": e["centre pressure"],
+        "edge_radius": e["contact radius"],
         "approach": e["approach"],
     }
-    return Measured(out.result.n_dofs, out.result.n_candidates, out.result.residuals().worst, errors)
+    return Measured(out.solved.n_dofs, out.solved.n_candidates, out.solved.residuals().worst, errors)
 
 
 def _of_solid(problem: Problem, result: ContactResult, approach: float | None) -> Measured:
@@ -180,7 +179,7 @@ def _hex20_root(problem: Problem, setting: Any, options: Options) -> Measured:
     solver, backend = options.get("solver", "auto"), options.get("backend", "auto")
     if problem.name in ROUND:
         out = solve_spheres(problem.data["case"], level=setting, solver=solver, backend=backend)
-        measured, result = _of_spheres(out), out.result
+        measured, result = _of_spheres(out), out.solved
     else:
         result, _ = indented(problem, "hex20", "midface", setting, solver, backend)
         measured = _of_solid(problem, result, None)

@@ -12,7 +12,7 @@ import numpy as np
 
 from fecontact import Material
 from fecontact.analytic import hertz, layer, punch
-from fecontact.app.spheres.case import CASES
+from fecontact.app.studies.spheres import CASES
 from fecontact.common.arrays import Array
 
 

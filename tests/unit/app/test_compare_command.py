@@ -10,7 +10,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact.app.cli import main
-from fecontact.app.compare import compare_scene
+from fecontact.app.studies.compare import compare_scene
 
 BALL_ON_HALF_SPACE = """
 [materials.soft]
@@ -58,7 +58,7 @@ def test_grids_of_half_spaces_get_more_cells(tmp_path, capsys):
     assert 0 < float(first["pressure L2"]) <= 0.2
     assert (tmp_path / "c.png").stat().st_size > 3000
     found = compare_scene(path, 2)
-    assert np.isfinite([row["estimate"] for row in found.rows]).all()
+    assert np.isfinite([row["estimate"] for row in found.data["rows"]]).all()
     assert "Errors are those beside the run without one" in capsys.readouterr().out
 
 

@@ -8,7 +8,7 @@ from refusals import refused
 
 from fecontact import InputError
 from fecontact.app.cli import main
-from fecontact.app.friction_studies import run
+from fecontact.app.studies.friction import run
 from fecontact.halfspace.pictures import plot_dragged
 
 PLAIN = {"radius": 10.0, "E": 2.0, "nu": 0.0, "force": 1e-3, "friction": 0.3}
@@ -62,7 +62,7 @@ def test_files_and_pictures(name, cells, tmp_path, capsys):
 
 
 def test_picture_of_a_contact(tmp_path):
-    contact = run("mindlin", {**PLAIN, "cells": 16}).path.last
+    contact = run("mindlin", {**PLAIN, "cells": 16}).solved.last
     figure = plot_dragged(contact, tmp_path / "contact.png")
     shown = figure.axes[0].images[0].get_array()
     # a cell of each kind
@@ -89,7 +89,7 @@ def test_refusals(change, told):
 @pytest.mark.full  # a block of solids, solved twice
 def test_a_block_is_refused_what_friction_cannot_hold():
     found = run("block", {**PLAIN, "cells": 2})
-    assert "at least mu = 0.315" in found.more["refusal"]
+    assert "at least mu = 0.315" in found.data["refusal"]
     assert "along (" in str(found)
     with refused(InputError, "slides-as-a-whole"):
         run("block", {**PLAIN, "cells": 2, "tangential": 1.0})

@@ -104,7 +104,8 @@ SPHERE, WAVE = ["sphere", "--radius", "10"], ["wave", "--amplitude", "0.1"]
     [
         ([*BALL, "--force", "0"], "must be positive"),
         ([*BALL, "--force", "-5"], "must be positive"),
-        ([*BALL, "--approach", "nan"], "must be positive"),
+        ([*BALL, "--approach", "-0.1"], "must be positive"),
+        ([*BALL, "--approach", "nan"], "must be a finite number"),
         ([*BALL, "--loads", "1,-2"], "must be positive"),
         ([*BALL, "--loads", "1,b"], "--loads reads like"),
         ([*BALL], "exactly one of --force, --approach and --loads; found none"),

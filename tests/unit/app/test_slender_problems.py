@@ -7,8 +7,8 @@ from refusals import refused
 
 from fecontact import InputError
 from fecontact.app.cli import main
-from fecontact.app.slender import fourbar
-from fecontact.app.slender.problems import run
+from fecontact.app.studies import fourbar
+from fecontact.app.studies.slender import run
 
 
 def test_the_elastica_with_its_files(tmp_path, capsys):
@@ -27,8 +27,8 @@ def test_the_elastica_with_its_files(tmp_path, capsys):
 def test_the_paper_stands_beside_ten_elements():
     """Where it gave no figure there is none; its corotational angles are off by up to 13 degrees."""
     found = run("elastica", {"elements": 10})
-    assert found.beside["paper, ANCF"][0] == 21.41
-    last = found.as_dict()["cases"][-1]
+    first, *_, last = found.data["cases"]
+    assert first["paper, ANCF"] == 21.41
     assert last["paper, ANSYS"] is None
     assert abs(last["corotational, modern"] - last["known"]) < 1e-3
     assert "-" in str(found).splitlines()[-5].split()
@@ -51,8 +51,8 @@ def test_a_linkage_with_its_files(tmp_path, monkeypatch, capsys):
 
 def test_a_pendulum_falls_with_its_energy():
     found = run("pendulum", {"elements": 6, "step": 0.01})
-    assert found.error < 0.02
-    assert found.remarks["drift of the energy"] < 1e-6
+    assert found.data["error"] < 0.02
+    assert found.data["drift of the energy"] < 1e-6
 
 
 @pytest.mark.parametrize(

@@ -146,7 +146,7 @@ def test_swapping_slave_and_master_changes_the_force_less_than_the_mesh_does():
 @pytest.mark.full
 def test_mortar_against_nodal_on_matching_hertz_meshes():
     # two couplings of the same meshes: pressures differ by less than either differs from Hertz
-    from fecontact.app.spheres.case import CASES
+    from fecontact.app.studies.spheres import CASES
 
     case = CASES["equal"]
     mesh = fc.shapes.quarter_sphere(25.0, contact_radius=case.hertz.a, level=1)

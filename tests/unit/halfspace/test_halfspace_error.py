@@ -9,8 +9,9 @@ import pytest
 
 import fecontact as fc
 from fecontact.analytic import axisymmetric, hertz, layer
-from fecontact.app.indentation.indentation import Ground, IndentationLoad, curve, indent
+from fecontact.app.studies.indentation import Ground, curve, indent
 from fecontact.halfspace.grid_error import EdgeCells, grid_error_estimate
+from fecontact.halfspace.pressing import Load
 from fecontact.surfaces import Paraboloid
 
 UNIT, SOFT = fc.Material(E=1.0, nu=0.0), fc.Material(E=1.0, nu=0.3)
@@ -199,16 +200,14 @@ def test_cells_without_a_bound_are_none_unless_given():
 
 
 def test_indentations_tell_their_error():
-    found = indent(Paraboloid(10.0), Ground(UNIT), IndentationLoad(force=FORCE), cells=(16, 16), size=(2.3, 2.3))
-    estimate = found.contact.error_estimate
+    found = indent(Paraboloid(10.0), Ground(UNIT), Load(FORCE, None, None), cells=(16, 16), size=(2.3, 2.3))
+    estimate = found.solved.error_estimate
     assert f"error of {estimate}" in str(found)
-    told = json.loads(json.dumps(found.as_dict()))
+    told = json.loads(json.dumps(found.data))
     assert told["error_estimate"]["pressure"] == estimate.pressure
-    assert told["warnings"] == list(found.contact.warnings)
-    over = curve(
-        Paraboloid(10.0), Ground(UNIT), [IndentationLoad(force=f) for f in (FORCE / 8, FORCE)], size=(2.3, 2.3)
-    )
-    assert f"largest error of {over.steps[0].contact.error_estimate}" in str(over)
+    assert told["warnings"] == list(found.solved.warnings)
+    over = curve(Paraboloid(10.0), Ground(UNIT), [Load(f, None, None) for f in (FORCE / 8, FORCE)], size=(2.3, 2.3))
+    assert f"largest error of {over.solved[0].solved.error_estimate}" in str(over)
 
 
 def test_the_estimate_costs_less_than_a_tenth():

@@ -16,7 +16,8 @@ import scipy.sparse as sp
 from fecontact.analytic.elastica import elastica
 from fecontact.ancf import Assembly, Stage, State, equilibrium
 from fecontact.ancf.slender import CorotationalBeam, Joints, Structure, line, straight
-from fecontact.app.slender.result import SlenderProblem
+from fecontact.app.studies.slender_study import slender_study
+from fecontact.app.studies.study import Study
 from fecontact.common.errors import SolverError
 
 EA, EI = 2.0e9 * 1.257e-3, 2.0e9 * 1.257e-7
@@ -78,17 +79,15 @@ def follow(beam: Structure | CorotationalBeam, free: sp.csr_matrix, loads: Seque
     return found
 
 
-def solve(n: int, measure: str) -> SlenderProblem:
+def solve(n: int, measure: str) -> Study:
     """The nine loads, beside the closed form, both corotational procedures and the paper's tables."""
     began = time.perf_counter()
     beam, free = cantilever(n, measure)
     states = follow(beam, free)
     seconds = time.perf_counter() - began
+    found = [math.degrees(beam.angles(s.q)[-1]) for s in states]
     known = [math.degrees(elastica(load * CRITICAL, 1.0, EI, EA).angle) for load in LOADS]
-    rows = tuple(
-        (f"{load:.3f} Pcr", math.degrees(beam.angles(s.q)[-1]), angle)
-        for load, s, angle in zip(LOADS, states, known, strict=True)
-    )
+    cases = {f"{load:.3f} Pcr": both for load, both in zip(LOADS, zip(found, known, strict=True), strict=True)}
     beside, remarks = {}, {}
     for procedure in ("modern", "1986"):
         other, others_free = corotational(n, procedure)
@@ -97,5 +96,5 @@ def solve(n: int, measure: str) -> SlenderProblem:
         turned = max(float(np.abs(other.local_turns(s.q)).max()) for s in bent)
         remarks[f"largest turn in an element, corotational, {procedure}"] = math.degrees(turned)
     beside |= {name: columns[n] for name, columns in PAPER.items() if n in columns}
-    shapes = tuple((f"{load:.3f}", beam.points(s.q).reshape(-1, 3)) for load, s in zip(LOADS, states, strict=True))
-    return SlenderProblem("elastica", "degrees", n, rows, remarks, shapes, seconds, beside)
+    shapes = {f"{load:.3f}": beam.points(s.q).reshape(-1, 3) for load, s in zip(LOADS, states, strict=True)}
+    return slender_study("elastica", "degrees", n, cases, shapes, seconds, remarks, beside)

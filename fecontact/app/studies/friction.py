@@ -7,21 +7,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as Picture
 
 from fecontact.analytic import friction, hertz
 from fecontact.app.options import STUDIES
+from fecontact.app.studies.study import Figure, Study, compared
 from fecontact.bodies import Body, ElasticBody, HalfSpace, Plane, RigidBody
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, SupportError
-from fecontact.common.files import save_figure
 from fecontact.common.material import Material
 from fecontact.common.table import Table
 from fecontact.common.units import Units
@@ -56,91 +54,6 @@ FAR = 8.0
 BEYOND = 1.05
 """Load over what friction holds that is to be refused."""
 
-#: Figures found, each with its exact value where there is one.
-Figures = dict[str, tuple[float, float | None]]
-
-
-@dataclass(frozen=True, eq=False)
-class Study:
-    """Figures of a study beside those of a closed form, its steps and its picture.
-
-    Attributes
-    ----------
-    name, source : str
-        Name of the study, and of the closed form.
-    figures : dict of str to (float, float or None)
-    setting : str
-        What was solved, in a few words.
-    worst_residual : float
-        Largest residual of all steps.
-    rows : sequence of dict
-        A row for each step.
-    draw : callable
-        Function ``draw(left, right, units)`` that draws on two axes.
-    title : str
-    path : FrictionPath or LoadPath
-    more : dict
-        Further figures for scripts.
-    remark : str
-        Printed below the figures.
-    """
-
-    name: str
-    source: str
-    figures: Figures
-    setting: str
-    worst_residual: float
-    rows: Sequence[Mapping[str, Any]]
-    draw: Callable[[Any, Any, Units], None]
-    title: str
-    path: Any
-    more: Mapping[str, Any] = field(default_factory=dict)
-    remark: str = ""
-
-    @cached_property
-    def errors(self) -> dict[str, float]:
-        """Relative errors; figures whose exact value is zero are their own error."""
-        return {
-            name: found / exact - 1 if exact else found
-            for name, (found, exact) in self.figures.items()
-            if exact is not None
-        }
-
-    def as_dict(self) -> dict[str, Any]:
-        """All figures for scripts, with a row per step."""
-        return {
-            "study": self.name,
-            "source": self.source,
-            "figures": {name: found for name, (found, _) in self.figures.items()},
-            "exact": {name: exact for name, (_, exact) in self.figures.items() if exact is not None},
-            "errors": self.errors,
-            **self.more,
-            "steps": list(self.rows),
-        }
-
-    def __str__(self) -> str:
-        lines = [
-            f"{self.name}, {self.setting}",
-            f"beside: {self.source}",
-            f"  {'':32}{'found':>14}{'exact':>14}{'error':>11}",
-        ]
-        for name, (found, exact) in self.figures.items():
-            compared = "" if exact is None else f"{exact:>14.6g}{self.errors[name]:>+11.1e}"
-            lines.append(f"  {name:32}{found:>14.6g}{compared}")
-        return "\n".join([*lines, f"worst residual of a step: {self.worst_residual:.1e}{self.remark}"])
-
-    def save(self, path: str | Path) -> Path:
-        """Write a CSV file, one row per step."""
-        return Table(list(self.rows[0]), [tuple(row.values()) for row in self.rows]).save(path)
-
-    def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Figure:
-        """Stick, slip and tractions, and curves beside the closed form."""
-        figure = Figure(figsize=(12.0, 5.0), layout="constrained")
-        left, right = figure.subplots(1, 2)
-        self.draw(left, right, Units(length, force, stress))
-        figure.suptitle(self.title)
-        return save_figure(figure, path)
-
 
 @dataclass(frozen=True)
 class Setting:
@@ -150,7 +63,7 @@ class Setting:
     ----------
     material : Material
     radius : float
-        Radius of the ball or the roller.
+        Radius of the ball or the roller; side of a block.
     force : float
         Normal force; per length of a roller.
     mu : float
@@ -158,7 +71,7 @@ class Setting:
     tangential : float or None
         Tangential force; None: 0.6 of what friction holds.
     cells : int
-        Cells along a side of the grid; across the contact of a roller.
+        Cells along a side of the grid or of a block; across the contact of a roller.
     """
 
     material: Material
@@ -172,8 +85,6 @@ class Setting:
         checks.lengths(radius=self.radius, force=self.force, friction=self.mu)
         if self.tangential is not None:
             checks.lengths(tangential=self.tangential)
-        if self.cells < 8:
-            raise InputError(f"A study needs at least 8 cells; found {self.cells}.", code="too-few-cells")
 
     @property
     def drag(self) -> float:
@@ -185,6 +96,12 @@ class Setting:
         """Closed form of the ball."""
         contact = hertz.spheres((self.radius, math.inf), (self.material, self.material), force=self.force)
         return friction.mindlin(contact, self.mu, tangential=self.drag)
+
+    @property
+    def roller(self) -> friction.RollingSlip:
+        """Closed form of the roller."""
+        line = hertz.line((self.radius, math.inf), (self.material, self.material), force=self.force)
+        return friction.carter(line, self.mu, tangential=self.drag)
 
     def half_space(self, a: float) -> HalfSpace:
         """The half-space for a ball of contact radius a."""
@@ -220,12 +137,43 @@ def run(name: str, options: Mapping[str, Any]) -> Study:
     cells = options.get("cells") or CELLS[name]
     material, mu = Material(options["E"], options["nu"]), options["friction"]
     if name == "block":
-        return block_study(material, options["radius"], options["force"], mu, options.get("tangential"), cells)
+        checks.whole("the number of cells", cells, 2)
+    elif cells < 8:
+        raise InputError(f"A study needs at least 8 cells; found {cells}.", code="too-few-cells")
     return _RUN[name](Setting(material, options["radius"], options["force"], mu, options.get("tangential"), cells))
 
 
-def _study(name: str, source: str, path: FrictionPath, exact: Any, figures: Figures, rolls: bool = False) -> Study:
-    """A study of a path on a half-space, with its setting and its worst residual."""
+def _study(
+    name: str,
+    source: str,
+    setting: str,
+    figures: Mapping[str, Figure],
+    rows: Sequence[Mapping[str, Any]],
+    draw: Callable[[Any, Any, Units], None],
+    path: Any,
+    worst: float,
+    more: Mapping[str, Any],
+    remark: Sequence[str] = (),
+) -> Study:
+    """A study with a row for each step, the largest residual of all, and a picture of two panels."""
+
+    def picture(units: Units) -> Picture:
+        drawn = Picture(figsize=(12.0, 5.0), layout="constrained")
+        left, right = drawn.subplots(1, 2)
+        draw(left, right, units)
+        drawn.suptitle(f"{name}, {setting}")
+        return drawn
+
+    table = Table(list(rows[0]), [tuple(row.values()) for row in rows])
+    data = {"study": name, "source": source, **compared(figures), **more, "steps": list(rows)}
+    notes = [f"worst residual of a step: {worst:.1e}", *remark]
+    return Study(f"{name}, {setting}", figures, table, picture, data, path, source, notes)
+
+
+def _dragged(
+    name: str, source: str, path: FrictionPath, exact: Any, figures: Mapping[str, Figure], rolls: bool = False
+) -> Study:
+    """A study of a path on a half-space."""
     last = path.last
     cells = " x ".join(map(str, last.grid.shape))
     setting = f"friction {last.friction:g}, {cells} cells, {len(path.contacts)} step(s)"
@@ -240,25 +188,24 @@ def _study(name: str, source: str, path: FrictionPath, exact: Any, figures: Figu
         else:
             draw_stick_slip(right, last, units)
 
-    title = f"{name}, friction {last.friction:g}, beside {source}"
-    figures_of_path = path.as_dict()
-    rows = figures_of_path.pop("steps")
-    return Study(name, source, figures, setting, worst, rows, draw, title, path, figures_of_path)
+    more = path.as_dict()
+    rows = more.pop("steps")
+    return _study(name, source, setting, figures, rows, draw, path, worst, more)
 
 
 def _mindlin(setting: Setting) -> Study:
     exact = setting.ball
     path = setting.half_space(exact.a).press_path(Paraboloid(setting.radius), setting.steps(np.ones(1)), setting.mu)
     last = path.last
-    figures: Figures = {
-        "contact radius": (math.sqrt(last.figures["area"] / math.pi), exact.a),
-        "stick radius": (math.sqrt(last.stick_area / math.pi), exact.c),
-        "shift": (last.shift[0], exact.shift),
-        "work of friction": (last.friction_work, exact.friction_work),
-        "tractions, L2 difference": (_round_difference(path, exact), 0.0),
-        "traction across, over mu p0": (float(np.abs(last.traction[1]).max()) / setting.mu / exact.contact.p0, None),
+    figures = {
+        "contact radius": Figure(math.sqrt(last.figures["area"] / math.pi), exact.a),
+        "stick radius": Figure(math.sqrt(last.stick_area / math.pi), exact.c),
+        "shift": Figure(last.shift[0], exact.shift),
+        "work of friction": Figure(last.friction_work, exact.friction_work),
+        "tractions, L2 difference": Figure(_round_difference(path, exact), 0.0),
+        "traction across, over mu p0": Figure(float(np.abs(last.traction[1]).max()) / setting.mu / exact.contact.p0),
     }
-    return _study("ball in partial slip", _source("Cattaneo, Mindlin", setting), path, exact, figures)
+    return _dragged("ball in partial slip", _source("Cattaneo, Mindlin", setting), path, exact, figures)
 
 
 def _round_difference(path: FrictionPath, exact: friction.RoundSlip) -> float:
@@ -279,13 +226,14 @@ def _fretting(setting: Setting) -> Study:
     shares = np.concatenate([there, -there[1:]])
     path = setting.half_space(exact.a).press_path(Paraboloid(setting.radius), setting.steps(shares), setting.mu)
     middle = BRANCH // 2
-    figures: Figures = {
-        "energy per cycle": (float(path.friction_work[1:].sum()), exact.cycle_energy),
-        "shift at the ends": (float(path.shift[0, 0]), exact.shift),
-        "shift without force": (float(path.shift[middle, 0]), float(exact.shift_in_cycle(path.tangential[middle, 0]))),
-        "greatest work per area": (float(path.work_density.max()), None),
+    unloaded = exact.shift_in_cycle(path.tangential[middle, 0])
+    figures = {
+        "energy per cycle": Figure(float(path.friction_work[1:].sum()), exact.cycle_energy),
+        "shift at the ends": Figure(float(path.shift[0, 0]), exact.shift),
+        "shift without force": Figure(float(path.shift[middle, 0]), float(unloaded)),
+        "greatest work per area": Figure(float(path.work_density.max())),
     }
-    return _study("fretting of a ball", _source("Mindlin & Deresiewicz", setting), path, exact, figures)
+    return _dragged("fretting of a ball", _source("Mindlin & Deresiewicz", setting), path, exact, figures)
 
 
 @dataclass(frozen=True)
@@ -303,9 +251,8 @@ class Roller:
 
 def _carter(setting: Setting) -> Study:
     material = setting.material
-    line = hertz.line((setting.radius, math.inf), (material, material), force=setting.force)
-    exact = friction.carter(line, setting.mu, tangential=setting.drag)
-    cell, cells = 2 * line.a / setting.cells, round(PERIOD * setting.cells / 4) * 4
+    exact = setting.roller
+    cell, cells = 2 * exact.a / setting.cells, round(PERIOD * setting.cells / 4) * 4
     half = HalfSpace(material, (cells * cell, 2 * cell), (cells, 2), periodic=True, against=material)
     width = 2 * cell
     pressed = PressStep(force=setting.force * width)
@@ -317,13 +264,13 @@ def _carter(setting: Setting) -> Study:
     last = path.last
     x = (half.grid.x - rolling[-1].position[0] + cells * cell / 2) % (cells * cell) - cells * cell / 2
     known, found = exact.traction(x), last.traction[0].mean(axis=1)
-    figures: Figures = {
-        "creepage": (float(np.diff(path.shift[-2:, 0])[0]) / cell, exact.creepage),
-        "half-width of contact": (last.figures["area"] / width / 2, line.a),
-        "half-width of stick": (last.stick_area / width / 2, exact.c),
-        "tractions, L2 difference": (float(np.linalg.norm(found - known) / np.linalg.norm(known)), 0.0),
+    figures = {
+        "creepage": Figure(float(np.diff(path.shift[-2:, 0])[0]) / cell, exact.creepage),
+        "half-width of contact": Figure(last.figures["area"] / width / 2, exact.a),
+        "half-width of stick": Figure(last.stick_area / width / 2, exact.c),
+        "tractions, L2 difference": Figure(float(np.linalg.norm(found - known) / np.linalg.norm(known)), 0.0),
     }
-    return _study("roller", "Carter", path, exact, figures, rolls=True)
+    return _dragged("roller", "Carter", path, exact, figures, rolls=True)
 
 
 def draw_tractions(axes: Any, path: FrictionPath, exact: Any, names: Units, rolls: bool = False) -> None:
@@ -368,51 +315,26 @@ def _draw_creep(axes: Any, path: FrictionPath, exact: Any, names: Units) -> None
     axes.legend()
 
 
-def block_study(
-    material: Material, side: float, force: float, mu: float, tangential: float | None, cells: int
-) -> Study:
+def _block(setting: Setting) -> Study:
     """A block pressed on a rigid plane by its top, which stays level; then pulled, or dragged along x.
 
-    Parameters
-    ----------
-    material : Material
-    side : float
-        Side of the square block; it is half as high.
-    force : float
-        Normal force.
-    mu : float
-        Coulomb's mu.
-    tangential : float or None
-        Force that pulls; None: 0.6 of what friction holds.
-    cells : int
-        Cells along a side, at least two.
-
-    Returns
-    -------
-    Study
-        Coulomb's law beside: friction when everything slides, its work, no slip under a constant load.
-
-    Raises
-    ------
-    InputError
-        For numbers that are not positive, or a load beyond what friction holds.
+    Its side is the setting's radius, and it is half as high. Coulomb's law beside: friction when everything slides, its
+    work, no slip under a constant load. A load beyond what friction holds is refused.
     """
-    checks.lengths(radius=side, force=force, friction=mu)
-    checks.whole("the number of cells", cells, 2)
-    limit = mu * force
-    pull = 0.6 * limit if tangential is None else checks.positive("tangential", tangential)
+    side, force, mu, cells = setting.radius, setting.force, setting.mu, setting.cells
+    limit, pull = mu * force, setting.drag
     if pull >= limit:
         raise InputError(
             f"The block slides as a whole: friction holds {limit:g}; found a tangential force of {pull:g}.",
             code="slides-as-a-whole",
         )
     mesh = shapes.block((side, side, side / 2), (cells, cells, max(cells // 2, 1)))
-    block = ElasticBody(mesh, material, "bottom", {"top": "xyz"}, name="block")
+    block = ElasticBody(mesh, setting.material, "bottom", {"top": "xyz"}, name="block")
     plane = RigidBody(Plane(), name="plane")
     scene = Scene([block, plane], [Contact(block, plane, friction=mu)])
     pressed = _pulled(block, 0.0, force)
     held = scene.solve_path([pressed, *[_pulled(block, pull, force)] * (STEPS + 1)], progress=False)
-    shift = _shifts(FAR * limit / (material.shear_modulus * side**2) * side / 2)
+    shift = _shifts(FAR * limit / (setting.material.shear_modulus * side**2) * side / 2)
     drag = [{"forces": {block: (0, 0, -force)}, "free": {block: "z"}, "motions": {block: {"x": x}}} for x in shift]
     dragged = scene.solve_path(drag)
     slid = abs(shift[-1] - shift[-2])
@@ -420,16 +342,16 @@ def block_study(
     first, last = held[1].contacts[0].friction, stuck.friction
     assert first is not None
     assert last is not None
-    figures: Figures = {
-        "friction under the pull": (-float(last.force[0]), pull),
-        f"slip in {STEPS:,} steps of this load": (float(np.abs(last.moved - first.moved).max()), 0.0),
-        "share of the area that sticks": (stuck.stick_area / stuck.whole.area, None),
-        "friction when all slides": (abs(float(dragged.forces[-1, 0, 0])), limit),
-        "work of friction of a slide": (float(dragged.friction_work[-1, 0]), limit * slid),
-        "least work of a step": (min(float(dragged.friction_work.min()), 0.0), 0.0),
+    figures = {
+        "friction under the pull": Figure(-float(last.force[0]), pull),
+        f"slip in {STEPS:,} steps of this load": Figure(float(np.abs(last.moved - first.moved).max()), 0.0),
+        "share of the area that sticks": Figure(stuck.stick_area / stuck.whole.area),
+        "friction when all slides": Figure(abs(float(dragged.forces[-1, 0, 0])), limit),
+        "work of friction of a slide": Figure(float(dragged.friction_work[-1, 0]), limit * slid),
+        "least work of a step": Figure(min(float(dragged.friction_work.min()), 0.0), 0.0),
     }
     worst = max(r.friction.residuals.worst for r in (held[0], held[1], held[-1], *dragged.steps) if r.friction)
-    setting = f"friction {mu:g}, {cells} x {cells} faces, {STEPS:,} steps held, {len(shift)} dragged"
+    described = f"friction {mu:g}, {cells} x {cells} faces, {STEPS:,} steps held, {len(shift)} dragged"
     name = "block on a rigid plane"
     refusal = _refused(scene, block, limit, force)
     values = zip(shift, -dragged.forces[:, 0, 0], dragged.friction_work[:, 0], strict=True)
@@ -440,19 +362,8 @@ def block_study(
         left.set_title("held by friction: sticks and slides")
         _draw_drag(right, shift, -dragged.forces[:, 0, 0], limit, units)
 
-    return Study(
-        name,
-        "Coulomb",
-        figures,
-        setting,
-        worst,
-        rows,
-        draw,
-        f"{name}, {setting}",
-        dragged,
-        {"refusal": refusal},
-        f"\n{BEYOND:g} of what friction holds is refused:\n  {refusal}",
-    )
+    remark = [f"{BEYOND:g} of what friction holds is refused:", f"  {refusal}"]
+    return _study(name, "Coulomb", described, figures, rows, draw, dragged, worst, {"refusal": refusal}, remark)
 
 
 def _pulled(block: Body, pull: float, force: float) -> dict[str, Any]:
@@ -490,4 +401,9 @@ def _draw_drag(axes: Any, shift: Array, friction: Array, limit: float, units: Un
     axes.legend(loc="lower center", bbox_to_anchor=(0.45, 0.12), fontsize="small")
 
 
-_RUN: dict[str, Callable[[Setting], Study]] = {"mindlin": _mindlin, "fretting": _fretting, "carter": _carter}
+_RUN: dict[str, Callable[[Setting], Study]] = {
+    "mindlin": _mindlin,
+    "fretting": _fretting,
+    "carter": _carter,
+    "block": _block,
+}

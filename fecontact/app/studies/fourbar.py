@@ -24,7 +24,8 @@ import scipy.integrate
 
 from fecontact.ancf import Assembly, EnergyMomentum, Motion, move
 from fecontact.ancf.slender import CorotationalBeam, Joints, Structure, line, straight
-from fecontact.app.slender.result import SlenderProblem
+from fecontact.app.studies.slender_study import slender_study
+from fecontact.app.studies.study import Study
 from fecontact.common.arrays import Array
 from fecontact.common.checks import lengths
 from fecontact.common.errors import InputError, SolverError
@@ -233,7 +234,7 @@ def _measured(frames: Array, n: int) -> tuple[Array, Array]:
     return np.unwrap(np.angle(chords), axis=0), middle
 
 
-def solve(n: int, step: float) -> SlenderProblem:
+def solve(n: int, step: float) -> Study:
     """Two revolutions: the crank's angle beside the refined motion, and what rigid bars make of it."""
     began = time.perf_counter()
     found = drive(n, step, UNTIL)
@@ -241,7 +242,7 @@ def solve(n: int, step: float) -> SlenderProblem:
     other = drive(n, step, UNTIL, corotational=True)
     times = np.arange(0.1, UNTIL + 0.01, 0.1)
     crank, follower = (_at(times, found, np.degrees(found.angles[:, k])) for k in (0, 2))
-    rows = tuple((f"t = {t:.1f} s", float(c), r) for t, c, r in zip(times, crank, REFINED, strict=False))
+    cases = {f"t = {t:.1f} s": (float(c), r) for t, c, r in zip(times, crank, REFINED, strict=False)}
     passed, rigid = LINKAGE.driven(START, TURNS, MOMENT, GRAVITY)
     beside = {
         "crank, rigid bars": np.interp(times, passed, np.degrees(rigid), right=math.nan),
@@ -250,14 +251,15 @@ def solve(n: int, step: float) -> SlenderProblem:
     }
     off = _turned_back(np.degrees(LINKAGE.angles(np.radians(crank))[1]) - follower)
     remarks = {
-        "largest error of the crank before the linkage folds, degrees": max(abs(c - r) for _, c, r in rows[:UNFOLDED]),
+        "largest error of the crank before the linkage folds, degrees": max(
+            abs(c - r) for c, r in list(cases.values())[:UNFOLDED]
+        ),
         "follower off rigid bars at the crank's angle, degrees": float(np.abs(off).max()),
         "largest deflection of the coupler's middle, mm": 1e3 * float(np.abs(found.sag).max()),
         "the same by corotational beams, mm": 1e3 * float(np.abs(other.sag).max()),
         "drift of the energy": found.drift,
     }
-    columns = {name: tuple(values.tolist()) for name, values in beside.items()}
-    return SlenderProblem("fourbar", "degrees", n, rows, remarks, _shapes(found), seconds, columns)
+    return slender_study("fourbar", "degrees", n, cases, _shapes(found), seconds, remarks, beside)
 
 
 def _at(times: Array, course: Course, values: Array) -> Array:
@@ -269,11 +271,10 @@ def _turned_back(angle: Array) -> Array:
     return (angle + 180) % 360 - 180
 
 
-def _shapes(course: Course) -> tuple[tuple[str, Array], ...]:
+def _shapes(course: Course) -> dict[str, Array]:
     """The axes of the bars at twelve times, from the crank's pin to the follower's."""
-    chosen = np.linspace(0, len(course.motion.time) - 1, 12).astype(int)
-    bars, out = course.bars, []
-    for k in chosen:
-        axes = bars.drawn(course.motion.frames[k]).points.reshape(3, -1, 3)
-        out.append((f"{course.motion.time[k]:.2f} s", np.concatenate([axes[0], axes[1], axes[2, ::-1]])))
-    return tuple(out)
+    out = {}
+    for k in np.linspace(0, len(course.motion.time) - 1, 12).astype(int):
+        axes = course.bars.drawn(course.motion.frames[k]).points.reshape(3, -1, 3)
+        out[f"{course.motion.time[k]:.2f} s"] = np.concatenate([axes[0], axes[1], axes[2, ::-1]])
+    return out

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as Picture
 from matplotlib.ticker import NullFormatter, PercentFormatter
 from scipy.spatial import cKDTree
 
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.app.scene_file.scene_file import read_scene
+from fecontact.app.studies.study import Study
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
-from fecontact.common.files import save_figure
 from fecontact.common.table import Column, Table
 from fecontact.results.result import ContactResult
 
@@ -33,58 +32,7 @@ FIGURES = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """Runs of a scene.
-
-    Attributes
-    ----------
-    title : str
-    rows : tuple of dict
-        Of `FIGURES`; errors of the reference, the run of the smallest estimate, are None.
-    """
-
-    title: str
-    rows: tuple[dict[str, Any], ...]
-
-    @property
-    def table(self) -> Table:
-        """A row for each run."""
-        columns = [Column(name, form, blank="-") for name, form in FIGURES.items()]
-        note = "Errors are those beside the run without one, whose estimate is the smallest."
-        return Table(columns, [tuple(row.values()) for row in self.rows], [note])
-
-    def __str__(self) -> str:
-        return f"{self.title}\n{self.table}"
-
-    def as_dict(self) -> dict[str, Any]:
-        """All figures, ready for JSON."""
-        return {"title": self.title, "rows": list(self.rows)}
-
-    def save(self, path: str | Path) -> Path:
-        """Write a CSV file, one row per run."""
-        return self.table.save(path)
-
-    def plot(self, path: str | Path | None = None) -> Figure:
-        """Draw estimate and error of the pressure over contact points and over processor seconds."""
-        figure = Figure(figsize=(9.0, 3.8), layout="constrained")
-        panels = figure.subplots(1, 2, sharey=True)
-        for axes, name in zip(panels, ("points", "CPU s"), strict=True):
-            for error, style in (("estimate", "o-"), ("pressure L2", "s--")):
-                known = [(row[name], row[error]) for row in self.rows if row[error]]
-                axes.loglog(*zip(*known, strict=True), style, label=error)
-            axes.set_xlabel(name)
-            axes.xaxis.set_minor_formatter(NullFormatter())
-            for ticks in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
-                ticks(PercentFormatter(1.0, decimals=1))
-            axes.grid(True, which="both", alpha=0.25)
-        panels[0].set_ylabel("error of the pressure")
-        panels[0].legend()
-        figure.suptitle(self.title)
-        return save_figure(figure, path)
-
-
-def compare_scene(path: str | Path, runs: int = 3) -> Comparison:
+def compare_scene(path: str | Path, runs: int = 3) -> Study:
     """Solve a scene to accuracies of 20 %, 10 %, ... and compare with the run of the smallest estimated error.
 
     Grids of half-spaces, which no accuracy divides, get 1, 2, ... times their cells.
@@ -110,7 +58,30 @@ def compare_scene(path: str | Path, runs: int = 3) -> Comparison:
     best = int(np.argmin([row["estimate"] for row in rows]))
     errors = (None if k == best else _errors(samples[k], samples[best]) for k in range(runs))
     figures = [_figures(row, rows[best], error) for row, error in zip(rows, errors, strict=True)]
-    return Comparison(scenes[0].title or path.stem, tuple(figures))
+    title = scenes[0].title or path.stem
+    columns = [Column(name, form, blank="-") for name, form in FIGURES.items()]
+    note = "Errors are those beside the run without one, whose estimate is the smallest."
+    table = Table(columns, [tuple(row.values()) for row in figures], [note])
+    return Study(title, {}, table, lambda _: _picture(title, figures), {"title": title, "rows": figures})
+
+
+def _picture(title: str, rows: Sequence[Mapping[str, Any]]) -> Picture:
+    """Estimate and error of the pressure over contact points and over processor seconds."""
+    picture = Picture(figsize=(9.0, 3.8), layout="constrained")
+    panels = picture.subplots(1, 2, sharey=True)
+    for axes, name in zip(panels, ("points", "CPU s"), strict=True):
+        for error, style in (("estimate", "o-"), ("pressure L2", "s--")):
+            known = [(row[name], row[error]) for row in rows if row[error]]
+            axes.loglog(*zip(*known, strict=True), style, label=error)
+        axes.set_xlabel(name)
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        for ticks in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
+            ticks(PercentFormatter(1.0, decimals=1))
+        axes.grid(True, which="both", alpha=0.25)
+    panels[0].set_ylabel("error of the pressure")
+    panels[0].legend()
+    picture.suptitle(title)
+    return picture
 
 
 def finer(values: dict[str, Any], k: int) -> None:

@@ -17,8 +17,9 @@ import scipy.sparse as sp
 
 from fecontact.ancf import Assembly, EnergyMomentum, Stage, equilibrium, move
 from fecontact.ancf.slender import Joints, Structure, line, straight
-from fecontact.app.slender import elastica, fourbar
-from fecontact.app.slender.result import SlenderProblem
+from fecontact.app.studies import elastica, fourbar
+from fecontact.app.studies.slender_study import slender_study
+from fecontact.app.studies.study import Study
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError, SolverError
@@ -36,7 +37,7 @@ FALLING = {9.81: (-0.024567, -0.100074, -0.234799, -0.217471), 50.0: (-0.126258,
 STEPS = {9.81: 2e-3, 50.0: 1e-3, "fourbar": 5e-4}
 
 
-def run(name: str, options: Mapping[str, Any]) -> SlenderProblem:
+def run(name: str, options: Mapping[str, Any]) -> Study:
     """Solve a problem.
 
     Parameters
@@ -52,7 +53,7 @@ def run(name: str, options: Mapping[str, Any]) -> SlenderProblem:
 
     Examples
     --------
-    >>> run("circle", {"elements": 20}).error < 0.02
+    >>> run("circle", {"elements": 20}).data["error"] < 0.02
     True
     """
     among("problem", name, _RUN)
@@ -74,11 +75,11 @@ def _axis(beam: Structure, q: Array) -> Array:
     return beam.points(q).reshape(-1, 3)
 
 
-def _elastica(n: int, options: Mapping[str, Any]) -> SlenderProblem:
+def _elastica(n: int, options: Mapping[str, Any]) -> Study:
     return elastica.solve(n, options.get("measure") or "turn")
 
 
-def _circle(n: int, options: Mapping[str, Any]) -> SlenderProblem:
+def _circle(n: int, options: Mapping[str, Any]) -> Study:
     began = time.perf_counter()
     beam, free = elastica.cantilever(n, options.get("measure") or "turn")
 
@@ -88,14 +89,13 @@ def _circle(n: int, options: Mapping[str, Any]) -> SlenderProblem:
     path = equilibrium(stage, steps=8)
     if not path.success:
         raise SolverError(f"The circle was not closed. {path.message}")
-    rows = tuple(
-        (f"{s.level:.3f} M", math.degrees(beam.angles(s.q)[-1]), 360.0 * s.level) for s in path.states if s.level > 0
-    )
-    shapes = tuple((f"{360 * s.level:.0f}°", _axis(beam, s.q)) for s in path.states)
-    return SlenderProblem("circle", "degrees", n, rows, {}, shapes, time.perf_counter() - began)
+    bent = [s for s in path.states if s.level > 0]
+    cases = {f"{s.level:.3f} M": (math.degrees(beam.angles(s.q)[-1]), 360.0 * s.level) for s in bent}
+    shapes = {f"{360 * s.level:.0f}°": _axis(beam, s.q) for s in path.states}
+    return slender_study("circle", "degrees", n, cases, shapes, time.perf_counter() - began)
 
 
-def _pendulum(n: int, options: Mapping[str, Any]) -> SlenderProblem:
+def _pendulum(n: int, options: Mapping[str, Any]) -> Study:
     began = time.perf_counter()
     gravity, step = options.get("gravity", 9.81), options.get("step")
     if gravity not in FALLING:
@@ -103,18 +103,18 @@ def _pendulum(n: int, options: Mapping[str, Any]) -> SlenderProblem:
     step = STEPS[gravity] if step is None else step
     beam, free = pendulum(n, options.get("measure") or "turn")
     assembly = Assembly([beam], free)
-    rows, shapes = [], []
     motion = move(assembly, until=0.4, step=step, gravity=(0, -gravity, 0), scheme=EnergyMomentum(), every=1)
     if not motion.success:
         raise SolverError(f"The pendulum did not fall to the end. {motion.message}")
     sag = [_sag(beam, q) for q in motion.frames]
+    cases, shapes = {}, {}
     for k, known in enumerate(FALLING[gravity]):
         # steps may have been halved
         t = 0.1 * (k + 1)
-        rows.append((f"t = {t:.1f} s", float(np.interp(t, motion.frame_times, sag)), known))
-        shapes.append((f"{t:.1f} s", _axis(beam, motion.frames[np.argmin(np.abs(motion.frame_times - t))])))
-    remarks = {"drift of the energy": motion.drift}
-    return SlenderProblem("pendulum", "m", n, tuple(rows), remarks, tuple(shapes), time.perf_counter() - began)
+        cases[f"t = {t:.1f} s"] = (float(np.interp(t, motion.frame_times, sag)), known)
+        shapes[f"{t:.1f} s"] = _axis(beam, motion.frames[np.argmin(np.abs(motion.frame_times - t))])
+    drift = {"drift of the energy": motion.drift}
+    return slender_study("pendulum", "m", n, cases, shapes, time.perf_counter() - began, drift)
 
 
 def _sag(beam: Structure, q: Array) -> float:
@@ -125,11 +125,11 @@ def _sag(beam: Structure, q: Array) -> float:
     return float(chord[0] * arm[1] - chord[1] * arm[0])
 
 
-def _fourbar(n: int, options: Mapping[str, Any]) -> SlenderProblem:
+def _fourbar(n: int, options: Mapping[str, Any]) -> Study:
     return fourbar.solve(n, options.get("step") or STEPS["fourbar"])
 
 
-_RUN: dict[str, Callable[[int, Mapping[str, Any]], SlenderProblem]] = {
+_RUN: dict[str, Callable[[int, Mapping[str, Any]], Study]] = {
     "elastica": _elastica,
     "circle": _circle,
     "pendulum": _pendulum,

@@ -1,1 +1,0 @@
-"""Indentation of half-spaces."""

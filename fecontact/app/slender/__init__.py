@@ -1,1 +1,0 @@
-"""Ready problems of slender beams: ``fecontact ancf``."""

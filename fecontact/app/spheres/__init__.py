@@ -1,1 +1,0 @@
-"""Two spheres pressed together, compared with Hertz."""

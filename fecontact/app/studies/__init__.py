@@ -1,0 +1,1 @@
+"""Ready studies: a function each, which returns a `Study`."""
