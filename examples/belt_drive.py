@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 import fecontact as fc
 from fecontact.analytic import friction
 from fecontact.ancf import Assembly, Stage, State, equilibrium
-from fecontact.ancf.slender import Joints, Structure, line, touching
+from fecontact.ancf.slender import Joints, Structure, line
 
 MU, RADIUS, DISTANCE, EA, EI = 0.3, 1.0, 3.0, 100.0, 2e-2
 
@@ -56,8 +56,8 @@ def main(n: int = 24, turns: int = 12, out: Path | None = None) -> dict[str, flo
         [band],
         closed,
         [
-            touching([band], 0, pulley(0.0), friction=MU, elements=driver),
-            touching([band], 0, pulley(DISTANCE), friction=MU, elements=driven),
+            fc.Contact(band.side(elements=driver), pulley(0.0), friction=MU),
+            fc.Contact(band.side(elements=driven), pulley(DISTANCE), friction=MU),
         ],
     )
     states = [equilibrium(lambda s: Stage(a.with_rigid(pulley(0.0), pulley(DISTANCE + 0.02 * s))), steps=1).last]

@@ -79,7 +79,7 @@ def ball(folder: Path, n: int = 4, steps: int = 6) -> dict[str, float]:
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (n, n, n), element="hex8").translated((0.0, 0.0, -1.0))
     solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3), NeoHookean())
     sphere, deepest = fc.RigidBody(fc.Sphere(1.0)), 0.3
-    a = Assembly.of([solid], [{"bottom": "xyz", "x_min": "x", "y_min": "y"}], [(0, "top", sphere)])
+    a = Assembly.of([solid], [{"bottom": "xyz", "x_min": "x", "y_min": "y"}], [fc.Contact(solid.side("top"), sphere)])
     path = _reached(equilibrium(lambda s: Stage(a.with_rigid(sphere.placed((0, 0, -deepest * s)))), steps=steps))
     depth = np.array([0.0] + [deepest * s.level for s in path.states])
     force = np.array([0.0] + [4 * float(s.reactions @ a.translation(UP)) for s in path.states])
@@ -95,7 +95,7 @@ def ball(folder: Path, n: int = 4, steps: int = 6) -> dict[str, float]:
     drawn = draw_side(section, solid, path.last.q, "y_min")
     figure.colorbar(drawn, ax=section, label="equivalent stress", shrink=0.8)
     points, triangles, pressure = multiplier_pressure(
-        a.contacts[0].slave, path.last.q, path.last.forces[0], averaged=True
+        a.constraints[0].slave, path.last.q, path.last.forces[0], averaged=True
     )
     row = np.flatnonzero(np.abs(points[:, 1]) < 1e-9)
     row = row[np.argsort(points[row, 0])]
@@ -127,7 +127,7 @@ def strip(folder: Path) -> dict[str, float]:
     upper = fc.RigidBody(fc.surfaces.Cylinder(2.0), name="upper roll")
     lower = upper.placed(rotation=fc.rotation_about((0, 1, 0), np.pi), name="lower roll")
     held = {"x_min": "x", "y_min": "y", "y_max": "y", "height": "z"}
-    a = Assembly.of([solid], [held], [(0, "top", upper), (0, "bottom", lower)])
+    a = Assembly.of([solid], [held], [fc.Contact(solid.side("top"), upper), fc.Contact(solid.side("bottom"), lower)])
 
     def where(level: float) -> tuple[float, float]:
         """Place of the rolls and half the height between them: the first half squeezes, the second travels."""
@@ -170,7 +170,7 @@ def bounce(folder: Path, until: float = 0.75, step: float = 0.01) -> dict[str, f
     mesh = mesh.mapped(lambda x: x @ turn.T + [0.0, 0.0, 0.9])
     solid = AncfSolid(AncfSpace(mesh), fc.Material(E=400.0, nu=0.3, density=1.0), NeoHookean(), points=3)
     floor = fc.RigidBody(fc.Plane(), name="floor")
-    a = Assembly.of([solid], None, [(0, side, floor) for side in ("bottom", "x_max")])
+    a = Assembly.of([solid], None, [fc.Contact(solid.side(name), floor) for name in ("bottom", "x_max")])
     schemes = {"energy-momentum": EnergyMomentum(), "generalised-alpha": GeneralisedAlpha(0.8)}
     motions = {
         name: _reached(

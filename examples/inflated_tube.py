@@ -32,7 +32,7 @@ def main(n: int = 8, until: float = 6.0, out: Path | None = None) -> dict[str, f
     rubber, viscosity = fc.Material(E=1.0, nu=0.49, density=0.2), ancf.Viscosity(retardation=0.1)
     tube = ancf.AncfSolid(ancf.AncfSpace(mesh), rubber, ancf.NeoHookean(), 3, "linear", viscosity)
     held = {"bottom": "z", "top": "x", "y_min": "y", "y_max": "y"}
-    a = ancf.Assembly.of([tube], [held], [(0, "x_max", roll.placed((0, 0, 1.05)))])
+    a = ancf.Assembly.of([tube], [held], [fc.Contact(tube.side("x_max"), roll.placed((0, 0, 1.05)))])
 
     def stage(share: float) -> ancf.Stage:
         return ancf.Stage(a, follow=[ancf.FollowerPressure(0, "x_min", share * PRESSURE)])

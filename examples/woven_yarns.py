@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 import fecontact as fc
 from fecontact.ancf import Assembly, Stage, equilibrium
-from fecontact.ancf.slender import Joints, Structure, beam, touching_members
+from fecontact.ancf.slender import Joints, Structure, beam
 
 RADIUS, PITCH, MU, STRAIN = 0.06, 1.0, 0.2, 0.02
 X, Y, Z = np.eye(3)
@@ -47,7 +47,7 @@ def main(n: int = 3, elements: int = 4, steps: int = 8, out: Path | None = None)
         held += [joints.pinned((k, 0)), joints.guided((k, 0), 2, Z), joints.pinned((k, -1), [Z, Y if k < n else X])]
         ends += [joints.pinned((k, -1), own)] if k < n else []
     touches = [
-        touching_members(yarns, k, n + j, offsets=(RADIUS, RADIUS), friction=MU) for k in range(n) for j in range(n)
+        fc.Contact(yarns[k].side(RADIUS), yarns[n + j].side(RADIUS), friction=MU) for k in range(n) for j in range(n)
     ]
     a = Assembly(yarns, joints.free([*held, *ends]), touches)
     motion = joints.motion([*held, *ends], [None] * len(held) + [[STRAIN * n * PITCH]] * n)

@@ -22,7 +22,8 @@ def brick(divisions=(1, 1, 1)):
 
 def slope(mu):
     """One brick on a slope, its weight, and its state at rest."""
-    a = Assembly.of([brick()], None, [(0, "bottom", FLOOR, mu)])
+    solid = brick()
+    a = Assembly.of([solid], None, [fc.Contact(solid.side("bottom"), FLOOR, friction=mu)])
     return a, a.gravity(PULL)
 
 
@@ -52,7 +53,7 @@ def creep_in_shakes(shakes):
         assert path.success
         last = path.last
         at.append(last.q)
-    feet = np.array([a.contacts[0].positions(q) for q in at[3:]])
+    feet = np.array([a.constraints[0].positions(q) for q in at[3:]])
     feet = feet[: len(feet) // 2 * 2].reshape(-1, 2, *feet.shape[1:])
     return np.abs(feet - feet[0]).max() / np.abs(at[-1] - at[-2]).max()
 
@@ -65,7 +66,7 @@ def creep_in_motion(steps, scheme, step=0.01):
     motion = move(a, until=steps * step, step=step, scheme=scheme, start=rest, forces=weight, every=every)
     assert motion.success
     assert len(motion.time) == steps + 1
-    at = np.array([a.contacts[0].positions(q) for q in motion.frames])
+    at = np.array([a.constraints[0].positions(q) for q in motion.frames])
     return np.abs(at - at[0]).max() / np.abs(rest.friction.slip[0]).max()
 
 
@@ -95,11 +96,12 @@ def random_walk(seed, steps=8):
     """
     rng = np.random.default_rng(seed)
     mu = float(rng.choice([0.1, 0.3, 0.8, 2.0]))
-    a = Assembly.of([brick()], [{"top": "xyz"}], [(0, "bottom", FLOOR, mu)])
+    solid = brick()
+    a = Assembly.of([solid], [{"top": "xyz"}], [fc.Contact(solid.side("bottom"), FLOOR, friction=mu)])
     turns = [fc.rotation_about(rng.normal(size=3) * [0.1, 0.1, 1.0], rng.uniform(-0.2, 0.2)) for _ in range(steps)]
     goals = [moved(a, rng.uniform([-0.1, -0.1, -0.06], [0.1, 0.1, 0.01]), turn) for turn in turns]
     states = steps_through(a, goals)
-    touch, largest = a.contacts[0], max(s.forces[0].max() for s in states)
+    touch, largest = a.constraints[0], max(s.forces[0].max() for s in states)
     A = touch.slave.quadrature[1]
     worst = dict.fromkeys(("cone", "gap", "dissipation", "force", "moment", "slides", "open"), 0.0)
     work, before = [], touch.positions(a.q0)
@@ -139,7 +141,8 @@ def elastic_cycle(seed, steps=6):
     """
     rng = np.random.default_rng(seed)
     mu, pressed = 50.0, np.array([0.0, 0.0, -0.08])
-    a = Assembly.of([brick()], [{"top": "xyz"}], [(0, "bottom", FLOOR, mu)])
+    solid = brick()
+    a = Assembly.of([solid], [{"top": "xyz"}], [fc.Contact(solid.side("bottom"), FLOOR, friction=mu)])
     turns = [fc.rotation_about(rng.normal(size=3), rng.uniform(-0.01, 0.01)) for _ in range(steps)]
     way = [moved(a, pressed + rng.uniform(-0.01, 0.01, 3), turn) for turn in turns]
     first, *others = steps_through(a, [moved(a, pressed), *way, moved(a, pressed)])

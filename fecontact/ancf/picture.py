@@ -99,9 +99,9 @@ def multiplier_pressure(
 
     Examples
     --------
-    >>> from fecontact import shapes
-    >>> space = AncfSpace(shapes.block((2.0, 1.0, 1.0), (2, 1, 1), element="hex8"))
-    >>> top = Faces(space, space.mesh.faces("top"))
+    >>> import fecontact as fc
+    >>> space = AncfSpace(fc.shapes.block((2.0, 1.0, 1.0), (2, 1, 1), element="hex8"))
+    >>> top = AncfSolid(space, fc.Material(E=1.0, nu=0.0)).side("top")
     >>> points, triangles, pressure = multiplier_pressure(top, space.q0, 3.0 * top.quadrature[2])
     >>> points.shape, triangles.shape, bool(abs(pressure - 3.0).max() < 1e-12)
     ((15, 3), (16, 3), True)

@@ -15,7 +15,8 @@ Sources: Michalowski & Mroz, Arch. Mech. 30 (1978) 259; Zmitrowicz, Int. J. Soli
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import TypeGuard, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +25,7 @@ from fecontact.bodies.body import Body, check_body
 from fecontact.common.arguments import texts
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import among, array_of, friction, positives, vector
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, shown
 from fecontact.common.one_line import one_line
 
 #: Sine of the angle between the lay and a point's normal below which the lay has no direction in its tangent plane.
@@ -91,6 +92,26 @@ class Lay:
 MAX_UNLIKE = 1e3
 
 
+class Side:
+    """What of a deformable member may touch: a boundary of bricks, the skin of a slender member; see `ancf`.
+
+    Attributes
+    ----------
+    member : object
+        Its member, which an assembly finds by identity.
+    name : str
+    """
+
+    member: object
+    name: str
+    is_rigid = False
+
+
+def is_side(given: object) -> TypeGuard[Side]:
+    """Whether it is a side of a member."""
+    return isinstance(given, Side)
+
+
 @one_line
 @dataclass(frozen=True, eq=False)
 class Contact:
@@ -101,7 +122,8 @@ class Contact:
 
     Parameters
     ----------
-    slave, master : Body
+    slave, master : Body, or Side
+        In an assembly of `ancf` the slave is a side of a member, the master one of another member or a rigid body.
     surfaces : (str, str), optional
         Names of their surfaces; optional for a body with one contact surface.
     swap : {'auto', 'never', 'always'}
@@ -134,8 +156,8 @@ class Contact:
     ('bottom', 'surface')
     """
 
-    slave: Body
-    master: Body
+    slave: Body | Side
+    master: Body | Side
     surfaces: tuple[str, str] | None = None
     swap: str = "auto"
     coupling: str = "auto"
@@ -147,27 +169,68 @@ class Contact:
         among("axis_of", self.axis_of, ("slave", "master"))
         among("coupling", self.coupling, ("auto", "nodal", "mortar"))
         among("swap", self.swap, ("auto", "never", "always"))
-        for body in (self.slave, self.master):
+        if is_side(self.slave) or is_side(self.master):
+            self._check_sides()
+            return
+        slave, master = self.bodies
+        for body in (slave, master):
             check_body(body)
-        if self.slave is self.master:
-            raise InputError(f"{self.slave.name!r} cannot be in contact with itself; give two bodies.", code="one-body")
+        if slave is master:
+            raise InputError(f"{slave.name!r} cannot be in contact with itself; give two bodies.", code="one-body")
         if self.surfaces is None:
-            for body in (self.slave, self.master):
+            for body in (slave, master):
                 if len(body.contact) != 1:
                     raise InputError(
                         f"{body.name!r} declares {len(body.contact)} contact surfaces "
                         f"({', '.join(body.contact) or 'none'}); say which: Contact(..., surfaces=(slave, master)).",
                         code="several-surfaces",
                     )
-            object.__setattr__(self, "surfaces", (self.slave.contact[0], self.master.contact[0]))
+            object.__setattr__(self, "surfaces", (slave.contact[0], master.contact[0]))
         elif len(pair := texts("surfaces", self.surfaces)) != 2:
             raise InputError(f"surfaces must be a pair of names, the slave's first; found {self.surfaces!r}.")
         else:
             object.__setattr__(self, "surfaces", pair)
         assert self.surfaces is not None
-        self.slave.surface(self.surfaces[0])
-        self.master.surface(self.surfaces[1])
+        slave.surface(self.surfaces[0])
+        master.surface(self.surfaces[1])
         self._check_friction()
+
+    def _check_sides(self) -> None:
+        """Refuse sides of one member, a slave without multipliers, and options that are for bodies of scenes."""
+        slave, master = self.slave, self.master
+        if not is_side(slave) or not (is_side(master) or getattr(master, "is_rigid", False)):
+            raise InputError(
+                "In a contact of members the slave is a side of one, and the master a side of another or a rigid body; "
+                f"found {shown(slave)} and {shown(master)}.",
+                code="contact-sides",
+            )
+        if is_side(master) and slave.member is master.member:
+            raise InputError(
+                f"The member of {slave.name!r} and {master.name!r} cannot touch itself: give what touches as members "
+                "of their own.",
+                code="contact-with-itself",
+            )
+        plain = {f.name: f.default for f in fields(self) if f.name not in ("slave", "master", "friction")}
+        if given := [name for name, default in plain.items() if np.any(getattr(self, name) != default)]:
+            raise InputError(f"{', '.join(given)}: for bodies of scenes; sides of members have friction only.")
+        friction(self.friction, infinite=True)  # type: ignore[arg-type]
+
+    @property
+    def bodies(self) -> tuple[Body, Body]:
+        """Slave and master of a scene.
+
+        Raises
+        ------
+        InputError
+            If it is of sides of members.
+        """
+        if is_side(self.slave):
+            raise InputError(
+                f"{self.slave.name!r} is a side of a member with coordinates of its own: its contact is one of an "
+                "`ancf.Assembly`. A scene takes an AncfBody.",
+                code="contact-of-members",
+            )
+        return cast(tuple[Body, Body], (self.slave, self.master))
 
     def _check_friction(self) -> None:
         """Refuse senseless coefficients, an axis without a pair of them, and a pair in a section."""
@@ -192,7 +255,7 @@ class Contact:
             raise InputError("Two coefficients of friction need friction_axis, the direction of the first.")
         if not vector("friction_axis", self.friction_axis).any():
             raise InputError("friction_axis is zero; give the direction of the first coefficient of friction.")
-        for body in (self.slave, self.master):
+        for body in self.bodies:
             if body.out_of_plane is not None and not body.out_of_plane.torsion:
                 raise InputError(
                     f"{body.name!r} is a section without torsion, whose points slip along one line: give one "
@@ -211,6 +274,6 @@ class Contact:
         """Direction of two coefficients of friction in world axes, by the present pose; None with one."""
         if self.friction_axis is None:
             return None
-        body = self.slave if self.axis_of == "slave" else self.master
+        body = self.bodies[self.axis_of == "master"]
         axis: Array = body.pose.rotation @ vector("friction_axis", self.friction_axis)
         return Lay(np.array(self.friction), axis / np.linalg.norm(axis), body.name)

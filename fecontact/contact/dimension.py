@@ -198,8 +198,7 @@ def check_contacts(contacts: Sequence[Contact]) -> None:
     for k, one in enumerate(contacts):
         for other in contacts[:k]:
             sides, others = (
-                {id(b): (b, s) for b, s in zip((c.slave, c.master), c.surfaces or (), strict=True)}
-                for c in (one, other)
+                {id(b): (b, s) for b, s in zip(c.bodies, c.surfaces or (), strict=True)} for c in (one, other)
             )
             if sides.keys() != others.keys():
                 continue

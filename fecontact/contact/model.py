@@ -54,7 +54,7 @@ class SceneModel:
             raise InputError("A body is listed twice; use body.placed(...) to stand the same model in two places.")
         setting = setting_of(self.bodies)
         for contact in self.contacts:
-            for body in (contact.slave, contact.master):
+            for body in contact.bodies:
                 if not any(body is b for b in self.bodies):
                     raise InputError(
                         f"{body.name!r} is in a contact but not among the scene's bodies (compared by identity).",

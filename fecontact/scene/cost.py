@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.local import LocalBody
 from fecontact.common.errors import InputError
@@ -80,8 +79,9 @@ def _told(contact: Contact, loading: Loading) -> str:
 
 def _window(body: ElasticBody, contact: Contact, loading: Loading) -> str:
     assert contact.surfaces is not None
-    own, other = contact.surfaces if body is contact.slave else contact.surfaces[::-1]
-    partner: Body = contact.master if body is contact.slave else contact.slave
+    turn = 1 if body is contact.slave else -1
+    own, other = contact.surfaces[::turn]
+    partner = contact.bodies[::turn][1]
     surface = body.surface(own)
     placed = window_at_touch(LocalBody(body, shape=(CELLS, CELLS)), surface, (body, partner), other, loading)
     sides = placed.window.grid.size

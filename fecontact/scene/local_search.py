@@ -130,7 +130,7 @@ def first_radius(contact: Contact, loading: Loading) -> SearchRadius | None:
     `check_search_region` checks afterwards whether it sufficed.
     """
     assert contact.surfaces is not None
-    bodies = (contact.slave, contact.master)
+    bodies = contact.bodies
     surfaces = plain_facets(bodies, contact.surfaces)
     if surfaces is None:
         return None

@@ -271,7 +271,7 @@ def _touched(scene: SceneModel, loading: Loading, history: SearchHistory) -> lis
     known = history.search_radii or [None] * len(scene.contacts)
     for contact, search_radius in zip(scene.contacts, known, strict=True):
         assert contact.surfaces is not None
-        bodies = (contact.slave, contact.master)
+        bodies = contact.bodies
         surfaces = plain_facets(bodies, contact.surfaces)
         if surfaces is None:
             return _touched_when_paired(scene, loading)

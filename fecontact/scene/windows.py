@@ -47,9 +47,7 @@ Solve = Callable[[SceneModel, LoadStep, Sequence[KnownContact | None]], ContactR
 def has_open_windows(model: SceneModel) -> bool:
     """Whether local bodies of a scene have no window yet, or windows that do not face each other."""
     return not all(b.is_placed for b in model.bodies) or any(
-        body.met_by(other) is not body
-        for c in model.contacts
-        for body, other in ((c.master, c.slave), (c.slave, c.master))
+        body.met_by(other) is not body for c in model.contacts for body, other in (c.bodies[::-1], c.bodies)
     )
 
 
@@ -74,7 +72,7 @@ def solve_with_windows(model: SceneModel, step: LoadStep, solve: Solve) -> Conta
     number = {id(b): k for k, b in enumerate(bodies)}
     leading = []
     for contact in model.contacts:
-        pair = (contact.slave, contact.master)
+        pair = contact.bodies
         # the one without a window first; of two with windows the master follows the slave
         for body, partner in (pair[::-1], pair) if pair[0].is_placed else (pair, pair[::-1]):
             k = number[id(body)]
@@ -110,9 +108,8 @@ def _first_window(body: LocalBody, model: SceneModel, loading: Loading) -> Local
         )
     (contact,) = contacts
     assert contact.surfaces is not None
-    other, name = (
-        (contact.master, contact.surfaces[1]) if body is contact.slave else (contact.slave, contact.surfaces[0])
-    )
+    partner = int(body is contact.slave)
+    other, name = contact.bodies[partner], contact.surfaces[partner]
     return window_at_touch(body, body.surface("window"), (body, other), name, loading)
 
 
@@ -162,7 +159,7 @@ def window_at_touch(
 def _check_facing(model: SceneModel) -> None:
     """Refuse windows that do not face each other, as those of a body between two others."""
     for contact in model.contacts:
-        for body, other in ((contact.slave, contact.master), (contact.master, contact.slave)):
+        for body, other in (contact.bodies, contact.bodies[::-1]):
             if body.met_by(other) is not body:
                 raise InputError(
                     f"The cells of {body.name!r} cannot lie opposite the window of {other.name!r} and of another local "

@@ -41,7 +41,8 @@ def motion(points: int) -> Callable[[], int]:
 def tool(points: int) -> Callable[[], int]:
     """A beam into which a roll is pressed."""
     roll = fc.RigidBody(fc.surfaces.Cylinder(2.0))
-    a = Assembly.of([bar(points)], [{"x_min": "xyz", "x_max": "xyz"}], [(0, "top", roll)])
+    solid = bar(points)
+    a = Assembly.of([solid], [{"x_min": "xyz", "x_max": "xyz"}], [fc.Contact(solid.side("top"), roll)])
     at = [roll.placed((5.0, 0.0, -0.125 * k)) for k in range(5)]
     return lambda: sum(
         s.nit for s in equilibrium(lambda level: Stage(a.with_rigid(at[round(4 * level)])), steps=4).states

@@ -12,7 +12,7 @@ from scenes import answer, random_shape
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Joints, NeoHookean, Stage, equilibrium
-from fecontact.ancf.slender import line, straight, touching
+from fecontact.ancf.slender import line, straight
 
 
 def brick_body(number: int, frame: Frame) -> Callable[[], Answer]:
@@ -42,7 +42,7 @@ def brick_indented(number: int, frame: Frame) -> Callable[[], Answer]:
     ball = frame.rigid(fc.Sphere(float(rng.uniform(0.6, 4.0)) * frame.length), at, name="ball")
     depth = float(rng.uniform(0.05, 0.3)) * size[2] * frame.length * frame.deeper
     mu = float(rng.choice([0.0, 0.0, 0.3]))
-    a = Assembly.of([solid], [{"bottom": "xyz"}], [(0, "top", ball, mu)])
+    a = Assembly.of([solid], [{"bottom": "xyz"}], [fc.Contact(solid.side("top"), ball, friction=mu)])
 
     def run() -> Answer:
         path = equilibrium(lambda s: Stage(a.with_rigid(ball.placed((0, 0, -depth * s)))), steps=4)
@@ -76,7 +76,7 @@ def cable_on_posts(number: int, frame: Frame) -> Callable[[], Answer]:
     mu, sink = float(rng.choice([0.0, 0.2])), float(rng.uniform(0.02, 0.2)) * span * unit * frame.deeper
     joints = Joints([cable])
     held = [joints.flat(), joints.pinned((0, 0), np.eye(3)[:2]), joints.pinned((0, -1), [0.0, 1.0, 0.0])]
-    a = Assembly([cable], joints.free(held), [touching([cable], 0, post, friction=mu) for post in posts])
+    a = Assembly([cable], joints.free(held), [fc.Contact(cable.side(), post, friction=mu) for post in posts])
     motion = joints.motion(held, [None, (0.0, -sink), (-sink,)])
 
     def run() -> Answer:

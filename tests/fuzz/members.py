@@ -11,7 +11,7 @@ from judging import Answer
 
 import fecontact as fc
 from fecontact.ancf import Assembly, Joints, Stage, equilibrium
-from fecontact.ancf.slender import beam, line, plate, straight, touching, touching_members
+from fecontact.ancf.slender import beam, line, plate, straight
 
 
 def members_touching(number: int, frame: Frame) -> Callable[[], Answer]:
@@ -67,7 +67,7 @@ def _crossed(rng: np.random.Generator, frame: Frame) -> Scene:
     twists: list[Any] = [("guided", (k, 0), 2, [up]) for k in (0, 1) if len(made[k].vectors[0]) == 4]
     down = (0.0, 0.0, -float(10 ** rng.uniform(-3.5, -1.3)) * frame.deeper)
     mu = float(rng.choice([0.0, 0.0, 0.3]))
-    contact = touching_members(made, 0, 1, offsets=(r * frame.length, r * frame.length), friction=mu)
+    contact = fc.Contact(made[0].side(r * frame.length), made[1].side(r * frame.length), friction=mu)
     return made, ends + twists, [contact], [down, down, None, None] + [None] * len(twists)
 
 
@@ -84,7 +84,7 @@ def _bar_on_plate(rng: np.random.Generator, frame: Frame) -> Scene:
     edge = np.flatnonzero(np.abs(x) < 1e-9)
     down = (0.0, 0.0, -float(10 ** rng.uniform(-3.5, -1.5)) * frame.deeper)
     offsets = (0.02 * frame.length, thick / 2 * frame.length)
-    contact = touching_members([bar, sheet], 0, 1, offsets=offsets, friction=float(rng.choice([0.0, 0.3])))
+    contact = fc.Contact(bar.side(offsets[0]), sheet.side(offsets[1]), friction=float(rng.choice([0.0, 0.3])))
     held: list[Any] = [("clamped", (1, k)) for k in edge] + [("pinned", (0, 0)), ("pinned", (0, -1))]
     return [bar, sheet], held, [contact], [None] * len(edge) + [down, down]
 
@@ -101,5 +101,5 @@ def _plate_on_ball(rng: np.random.Generator, frame: Frame) -> Scene:
     at = (*(0.2 * rng.normal(size=2)), -thick / 2)
     ball = frame.rigid(fc.Sphere(radius * frame.length), at, turned, "ball")
     down = (0.0, 0.0, -float(10 ** rng.uniform(-3, -1.3)) * frame.deeper)
-    contact = touching([sheet], 0, ball, offset=thick / 2 * frame.length, friction=float(rng.choice([0.0, 0.0, 0.3])))
+    contact = fc.Contact(sheet.side(thick / 2 * frame.length), ball, friction=float(rng.choice([0.0, 0.0, 0.3])))
     return [sheet], [("pinned", (0, k)) for k in rim], [contact], [down] * len(rim)

@@ -68,7 +68,7 @@ def pressed(n, depth, radius, law=None, points=4):
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (n, n, n), element="hex8").translated((0.0, 0.0, -1.0))
     solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3), law or NeoHookean(), points)
     ball = fc.RigidBody(fc.Sphere(radius))
-    a = Assembly.of([solid], [{"bottom": "xyz", "x_min": "x", "y_min": "y"}], [(0, "top", ball)])
+    a = Assembly.of([solid], [{"bottom": "xyz", "x_min": "x", "y_min": "y"}], [fc.Contact(solid.side("top"), ball)])
     path = equilibrium(lambda s: Stage(a.with_rigid(ball.placed((0, 0, -depth * s)))), steps=4)
     assert path.success
     return 4 * float(path.last.reactions @ a.translation(UP)), path.last, a
@@ -110,7 +110,8 @@ def test_strip_between_two_rolls(row):
     # the middle of the held end carries the strip's height
     mesh_points = np.flatnonzero((mesh.points[:, 0] < 1e-9) & (np.abs(mesh.points[:, 2]) < 1e-9))
     solid = replace(solid, space=AncfSpace(replace(mesh, node_sets={"height": mesh_points})))
-    a = Assembly.of([solid], [{**plane, "height": "z"}], [(0, "top", upper), (0, "bottom", lower)])
+    contacts = [fc.Contact(solid.side("top"), upper), fc.Contact(solid.side("bottom"), lower)]
+    a = Assembly.of([solid], [{**plane, "height": "z"}], contacts)
     forces, energies = [], []
     places = np.linspace(3.0, 4.0, 5)
 
@@ -155,7 +156,7 @@ def test_bar_hits_a_wall(n, scheme, force, rebound, row):
     mesh = fc.shapes.block((1.0, 0.1, 0.1), (n, 1, 1), element="hex8").translated((1e-7, 0.0, 0.0))
     solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.0, density=1.0))
     wall = fc.RigidBody(fc.Plane(), name="wall").placed(rotation=fc.rotation_about((0, 1, 0), np.pi / 2))
-    a = Assembly.of([solid], None, [(0, "x_min", wall)])
+    a = Assembly.of([solid], None, [fc.Contact(solid.side("x_min"), wall)])
     h = 0.4 / n
     motion = move(a, until=2.4, step=h, scheme=scheme, velocity=(-v, 0.0, 0.0))
     assert motion.success
@@ -189,7 +190,7 @@ def test_a_bar_hits_another(row):
         )
         for x in (-1.0, 1e-7)
     )
-    a = Assembly.of([first, other], None, [(0, "x_max", (1, "x_min"))])
+    a = Assembly.of([first, other], None, [fc.Contact(first.side("x_max"), other.side("x_min"))])
     along, h = np.array([1.0, 0.0, 0.0]), 0.4 / n
     moved = first.space.affine(np.zeros((3, 3)), along)
     start = np.concatenate([v * moved, np.zeros(other.space.n_dofs)])
@@ -215,7 +216,7 @@ def test_soft_brick_bounces_ten_times_without_losing_energy(row):
     """A soft brick dropped on a floor, ten bounces, energy-momentum scheme. Source: conservation of energy."""
     mesh = fc.shapes.block((1.0, 1.0, 0.5), (2, 2, 1), element="hex8").translated((-0.5, -0.5, 0.05))
     solid = AncfSolid(AncfSpace(mesh), fc.Material(E=500.0, nu=0.3, density=1.0), points=3)
-    a = Assembly.of([solid], None, [(0, "bottom", fc.RigidBody(fc.Plane(), name="floor"))])
+    a = Assembly.of([solid], None, [fc.Contact(solid.side("bottom"), fc.RigidBody(fc.Plane(), name="floor"))])
     motion = move(a, until=2.6, step=0.01, scheme=EnergyMomentum(), velocity=(0, 0, -1.0), gravity=(0, 0, -10.0))
     assert motion.success
     pressed = motion.contact_force[:, 0, 2] > 0

@@ -22,7 +22,7 @@ def solid():
 
 def resting(solid, mu, pull):
     """The block on the floor under a pull, and its state at rest."""
-    a = Assembly.of([solid], None, [(0, "bottom", FLOOR, mu)])
+    a = Assembly.of([solid], None, [fc.Contact(solid.side("bottom"), FLOOR, friction=mu)])
     path = equilibrium(lambda level: Stage(a, forces=a.gravity(pull)), steps=1)
     assert path.success
     return a, path.last
@@ -68,7 +68,7 @@ def test_a_block_stays_on_a_slope_that_is_shaken(scheme, solid, row):
     )  # fmt: skip
     assert motion.success
     part = a.conditions(at_rest.q).parts[0]
-    N, A = a.contacts[0].components, part.means
+    N, A = a.constraints[0].components, part.means
     feet = np.stack([np.kron(A.toarray(), e) @ (N @ (q - at_rest.q)) for q in motion.frames for e in np.eye(3)[:2]])
     moved = np.abs(feet.reshape(len(motion.frames), -1)).max(axis=1)
     swing = np.ptp(motion.frames @ (a.mass @ a.translation(np.array([0.0, 1.0, 0.0]))) / MASS)

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from fecontact.ancf.bricks.hexahedron import face_points
-from fecontact.ancf.bricks.space import AncfSpace
+from fecontact.ancf.system.moving_contact import MovingSide
 from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.contact.coupling.mortar_basis import multiplier_shapes, own_samples
@@ -25,6 +26,10 @@ from fecontact.mesh.element import FACES, quad_nodes
 from fecontact.mesh.facets import sides_of
 from fecontact.surfaces.closest_point import FacetPolynomials
 from fecontact.surfaces.facet_surface import FacetSurface, Projection
+
+if TYPE_CHECKING:
+    from fecontact.ancf.bricks.solid import AncfSolid
+    from fecontact.ancf.bricks.space import AncfSpace
 
 #: Feet start from a grid of so many points along each side of a face.
 SAMPLES = 5
@@ -70,34 +75,38 @@ class PresentBody(SurfaceBody):
 
 
 @dataclass(frozen=True, eq=False)
-class Faces:
-    """Faces of an `AncfSpace`.
+class Faces(MovingSide):
+    """A boundary of a solid of bricks.
 
     Parameters
     ----------
-    space : AncfSpace
-    faces : (n, 2) int array
-        Cell and local face.
-    boundary : str
-        Its name.
-    modulus : float
-        E / (1 - nu^2) of the softest material, for estimates.
+    member : AncfSolid
+    name : str
+        The boundary.
     """
 
-    space: AncfSpace
-    faces: IntArray
-    boundary: str = "surface"
-    modulus: float = np.inf
+    member: AncfSolid
+    name: str
+
+    @property
+    def space(self) -> AncfSpace:
+        """Coordinates of the solid."""
+        return self.member.space
+
+    @property
+    def n_dofs(self) -> int:
+        """Their number."""
+        return self.space.n_dofs
+
+    @cached_property
+    def faces(self) -> IntArray:
+        """Cell and local face (n, 2) of each."""
+        return self.space.mesh.faces(self.name)
 
     @property
     def named(self) -> IntArray:
         """The faces by number."""
         return self.faces
-
-    @property
-    def offset(self) -> float:
-        """None: the faces themselves touch."""
-        return 0.0
 
     @cached_property
     def thickness(self) -> float:
@@ -176,8 +185,14 @@ class Faces:
         each, places = np.repeat(np.arange(len(self.faces)), 8), np.tile(quad_nodes(8), (len(self.faces), 1))
         points = np.empty((int(self.multipliers.max()) + 1, 3))
         points[self.multipliers.ravel()] = self.at(q, each, places)[0]
-        surface = FacetSurface(points, self.multipliers, self.boundary, mortar_on_quad8=True)
-        return PresentBody(surface, name, self.modulus)
+        surface = FacetSurface(points, self.multipliers, self.name, mortar_on_quad8=True)
+        return PresentBody(surface, name, min(m.plane_strain_modulus for m in self.member.materials))
+
+    def rows_at(self, projection: Projection) -> sp.csr_matrix:
+        """Values (n, n_functions) of all functions at closest points."""
+        assert projection.facet is not None
+        assert projection.local is not None
+        return self.rows(projection.facet, projection.local)
 
     def rows(self, each: IntArray, local: Array) -> sp.csr_matrix:
         """Values (n, n_functions) of all functions at coordinates (n, 2) on faces `each`."""

@@ -206,9 +206,23 @@ class AncfSolid:
         return materials_of_cells(self.space.mesh, self.material)
 
     def side(self, boundary: str) -> Faces:
-        """A boundary as a side of a contact."""
-        modulus = min(m.plane_strain_modulus for m in self._materials[1])
-        return Faces(self.space, self.space.mesh.faces(boundary), boundary, modulus)
+        """A boundary as a side of a `Contact`.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
+        >>> cube = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3))
+        >>> fc.Contact(cube.side("bottom"), fc.RigidBody(fc.Plane()), friction=0.2).mu
+        0.2
+        """
+        self.space.mesh.faces(boundary)
+        return Faces(self, boundary)
+
+    @property
+    def materials(self) -> list[Material]:
+        """Its materials."""
+        return self._materials[1]
 
     def _per_cell(self, name: str) -> Array:
         index, materials = self._materials

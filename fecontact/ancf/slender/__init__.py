@@ -1,11 +1,14 @@
 """Beams, cables and plates in absolute nodal coordinates, joints between them, and their ready examples."""
 
+from collections.abc import Sequence
+
 from fecontact.ancf.slender.corotational import CorotationalBeam
 from fecontact.ancf.slender.kinds import beam, line, plate, strip, thick_plate
-from fecontact.ancf.slender.members import touching_members
 from fecontact.ancf.slender.structure import Part, Structure, straight
-from fecontact.ancf.slender.trace import touching
 from fecontact.ancf.system.joints import Joints
+from fecontact.bodies.rigid import RigidBody
+from fecontact.common.renamed import warn
+from fecontact.contact.contact import Contact
 
 __all__ = [
     "CorotationalBeam",
@@ -21,3 +24,22 @@ __all__ = [
     "touching",
     "touching_members",
 ]
+
+
+def touching(
+    structures: Sequence[Structure], number_of: int, body: RigidBody, *, offset: float = 0.0, friction: float = 0.0,
+    elements: Sequence[int] | None = None,
+) -> Contact:  # fmt: skip
+    """Former name of `Contact` with the side of a structure; it warns."""
+    warn("touching(..) is now Contact(structure.side(offset, elements), body, friction=..); it will be removed.", 3)
+    return Contact(structures[number_of].side(offset, elements), body, friction=friction)
+
+
+def touching_members(
+    structures: Sequence[Structure], slave: int, master: int, *, offsets: tuple[float, float], friction: float = 0.0,
+    elements: Sequence[int] | None = None,
+) -> Contact:  # fmt: skip
+    """Former name of `Contact` with the sides of two structures; it warns."""
+    warn("touching_members(..) is now Contact(one.side(r_1), other.side(r_2), friction=..); it will be removed.", 3)
+    sides = structures[slave].side(offsets[0], elements), structures[master].side(offsets[1])
+    return Contact(*sides, friction=friction)

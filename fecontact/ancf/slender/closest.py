@@ -9,14 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from fecontact.ancf.bricks.faces import SAME, TRIED, first_of_each
-from fecontact.ancf.slender.structure import Structure
 from fecontact.common.arrays import Array, IntArray, Mask
+
+if TYPE_CHECKING:
+    from fecontact.ancf.slender.structure import Structure
 
 #: Places along each axis of an element from which the search begins.
 SAMPLES = 5

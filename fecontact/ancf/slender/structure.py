@@ -20,6 +20,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from fecontact.ancf.slender.contact import Skin
 from fecontact.ancf.slender.shapes import Order, Shape
 from fecontact.ancf.slender.strains import Measure
 from fecontact.ancf.system.member import Drawing
@@ -137,6 +138,38 @@ class Structure(Nodal):
     def n_along(self) -> int:
         """Gradients along the axis, 1, or the middle surface, 2."""
         return 1 if len(self.shape.nodes) == 2 else 2
+
+    def side(self, offset: float = 0.0, elements: Sequence[int] | None = None) -> Skin:
+        """The skin as a side of a `Contact`.
+
+        Of two members that run along each other the one with the longer elements should be the slave, or pressures
+        alternate. Of a plate and another member, the plate is the master.
+
+        Parameters
+        ----------
+        offset : float
+            Distance of the skin from the axis or middle surface: a radius, or half a thickness.
+        elements : sequence of int, optional
+            Elements that may touch; all unless given.
+
+        Raises
+        ------
+        InputError
+            For unknown elements, or an offset that is negative or not a number.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> from fecontact.ancf import Assembly
+        >>> from fecontact.ancf.slender import line, straight
+        >>> cable = line(straight((0, 0, 0.1), (1, 0, 0.1), 4), EA=1.0, EI=1.0)
+        >>> post = line(straight((0.4, -1, -0.1), (0.4, 1, -0.1), 3), EA=1.0, EI=1.0)
+        >>> contacts = [fc.Contact(cable.side(0.1), other) for other in (fc.RigidBody(fc.Plane()), post.side(0.05))]
+        >>> a = Assembly([cable, post], sp.eye_array(54).tocsr(), contacts)
+        >>> [float(abs(part.gap[1]).round(12)) for part in a.conditions(a.q0).parts]
+        [0.0, 0.05]
+        """
+        return Skin(self, offset, elements)
 
     def positions(self, q: Array) -> Array:
         """Nodes (n_nodes, 3)."""

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from fecontact.ancf.bricks.faces import Faces
 from fecontact.ancf.bricks.laws import InvertedError
 from fecontact.ancf.bricks.solid import AncfSolid
 from fecontact.ancf.bricks.tangents import Places, has_pattern, with_data
@@ -19,18 +19,20 @@ from fecontact.ancf.bricks.viscosity import ViscousStep, relaxed, viscous_step
 from fecontact.ancf.system.hubs import Hubs
 from fecontact.ancf.system.joints import affine_modes, hold
 from fecontact.ancf.system.member import Member
-from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps, FacesMaster, Master, RigidMaster
+from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps, MovingSide, RigidMaster
 from fecontact.ancf.system.newton import DEPENDENT
 from fecontact.ancf.system.tangent import Reduction, Tangent
+from fecontact.bodies.body import Body
 from fecontact.bodies.rigid import RigidBody
+from fecontact.common.arguments import instance
 from fecontact.common.arrays import Array
-from fecontact.common.errors import InputError, shown
+from fecontact.common.errors import InputError
 from fecontact.common.renamed import renamed
+from fecontact.contact.contact import Contact, Side, is_side
 from fecontact.fem.support import Support
 
-#: A contact: slave solid and boundary, rigid body or master solid and boundary, and perhaps the friction.
-ContactOf = tuple[int, str, RigidBody | tuple[int, str]] | tuple[int, str, RigidBody | tuple[int, str], float]
-
+#: What users are asked for.
+A_CONTACT = "each of the contacts, such as Contact(solid.side('top'), ball),"
 #: Part of the unit directions of a rigid hub that is not affine, above which it is not rounding.
 AFFINE = 1e-9
 
@@ -144,22 +146,25 @@ class Assembly:
         Solids of bricks, or structures of slender elements.
     free : (n_dofs, n_free) csr_matrix
         Orthonormal directions of the coordinates that the supports leave free.
-    contacts : sequence of ContactConstraints
+    contacts : sequence of Contact
+        The slave is a side of a member, the master a rigid body or a side of another: ``solid.side("top")``,
+        ``cable.side(offset)``.
     rigid : sequence of int
         Numbers of the solids that are rigid hubs, which need the condition `Joints.affine`, see `hubs`.
 
     Raises
     ------
     InputError
-        For a rigid hub that is no solid of bricks, or is free to move otherwise than affinely.
+        For a rigid hub that is no solid of bricks, or is free to move otherwise than affinely; for contacts of bodies
+        or members that are not in the assembly, or that it has twice.
     """
 
     solids: Sequence[Member]
     free: sp.csr_matrix
-    contacts: Sequence[ContactConstraints] = field(default_factory=tuple)
+    contacts: Sequence[Contact] = ()
     rigid: Sequence[int] = ()
 
-    touches = renamed("touches", "contacts")
+    touches = renamed("touches", "constraints")
 
     def __post_init__(self) -> None:
         for k in self.rigid:
@@ -169,13 +174,51 @@ class Assembly:
             free, modes = self.free[self.starts[k] : self.starts[k + 1]], affine_modes(space)
             if abs(free - modes @ (modes.T @ free)).max() > AFFINE:
                 raise InputError(f"Solid {k} is to be rigid, but does not move affinely: give it joints.affine({k}).")
+        _ = self.constraints
+
+    @cached_property
+    def constraints(self) -> tuple[ContactConstraints, ...]:
+        """Gaps of each contact at any coordinates, and their gradients."""
+        return tuple(self._bound(instance(A_CONTACT, contact, Contact)) for contact in self.contacts)
+
+    def _bound(self, contact: Contact) -> ContactConstraints:
+        if not is_side(contact.slave):
+            raise InputError(
+                f"The contact of {contact.slave.name!r} is one of a scene: the slave in an assembly is a side of a "
+                "member, solid.side('top') or cable.side(offset).",
+                code="contact-of-bodies",
+            )
+        slave, start = cast(MovingSide, contact.slave), cast(int, self._start(contact.slave))
+        other = self._start(contact.master)
+        if other is None:
+            return slave.constraints(RigidMaster(cast(RigidBody, contact.master)), (start, None), self.q0, contact.mu)
+        master = cast(MovingSide, contact.master)
+        if master.member.is_slender != slave.member.is_slender:
+            raise InputError(
+                f"Contact of bricks with slender members is not available; found {slave.name!r} and {master.name!r}.",
+                code="bricks-and-members",
+            )
+        return slave.constraints(master, (start, other), self.q0, contact.mu)
+
+    def _start(self, side: Side | Body) -> int | None:
+        """First coordinate of the member of a side, which is found by identity; None of a rigid body."""
+        if not is_side(side):
+            return None
+        found = [k for k, s in enumerate(self.solids) if s is side.member]
+        if len(found) != 1:
+            raise InputError(
+                f"The member of {side.name!r} is {'twice' if found else 'not'} in the assembly (compared by identity), "
+                "which a contact of it needs once.",
+                code="not-in-assembly",
+            )
+        return self.starts[found[0]]
 
     @classmethod
     def of(
         cls,
         solids: Sequence[AncfSolid],
         supports: Sequence[Mapping[str, Support]] | None = None,
-        contacts: Sequence[ContactOf] = (),
+        contacts: Sequence[Contact] = (),
     ) -> Assembly:
         """Assembly of solids, their supports by boundary, and the contacts between them.
 
@@ -184,14 +227,7 @@ class Assembly:
         solids : sequence of AncfSolid
         supports : sequence of mappings, optional
             For each solid, its supports by boundary, see `hold`; none unless given.
-        contacts : sequence of (int, str, RigidBody or (int, str)) or (int, str, RigidBody or (int, str), float)
-            Number and boundary of the slave solid, then a rigid body or number and boundary of the master solid; with
-            friction, Coulomb's coefficient, `inf` for a rough surface.
-
-        Raises
-        ------
-        InputError
-            For contacts that are no such tuples, unknown solids or boundaries, or contact of a solid with itself.
+        contacts : sequence of Contact
 
         Examples
         --------
@@ -200,37 +236,14 @@ class Assembly:
         >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
         >>> cube = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3))
         >>> floor = fc.RigidBody(fc.Plane())
-        >>> Assembly.of([cube], [{"top": "xyz"}], [(0, "bottom", floor)]).contacts[0].n_multipliers
+        >>> Assembly.of([cube], [{"top": "xyz"}], [fc.Contact(cube.side("bottom"), floor)]).n_multipliers
         8
         """
         held = [{}] * len(solids) if supports is None else list(supports)
         if len(held) != len(solids):
             raise InputError(f"supports must be given for each of the {len(solids)} solids; found {len(held)}.")
         free = sp.block_diag([hold(s.space, h).free for s, h in zip(solids, held, strict=True)], format="csr")
-        start = np.cumsum([0] + [s.space.n_dofs for s in solids])
-
-        def side(k: int, boundary: str) -> tuple[Faces, int]:
-            if not 0 <= k < len(solids):
-                raise InputError(f"A contact names solid {k}; there are {len(solids)}, counted from 0.", code="unknown")
-            return solids[k].side(boundary), int(start[k])
-
-        bound = []
-        for given in contacts:
-            match given:
-                case (int(k), str(boundary), (int(), str()) as other, *friction) if len(friction) < 2:
-                    if other[0] == k:
-                        raise InputError(f"Solid {k} cannot be in contact with itself.", code="contact-with-itself")
-                    master: Master = FacesMaster(*side(*other))
-                case (int(k), str(boundary), RigidBody() as body, *friction) if len(friction) < 2:
-                    master = RigidMaster(body)
-                case _:
-                    raise InputError(
-                        "A contact is (solid, boundary, rigid body) or (solid, boundary, (solid, boundary)), and its "
-                        f"friction if there is any; found {shown(given)}.",
-                        code="contact-entry",
-                    )
-            bound.append(ContactConstraints(*side(k, boundary), master, int(start[-1]), *friction))
-        return cls(tuple(solids), sp.csr_matrix(free), tuple(bound))
+        return cls(tuple(solids), sp.csr_matrix(free), tuple(contacts))
 
     def with_rigid(self, *bodies: RigidBody) -> Assembly:
         """The same assembly with other poses of the rigid bodies, one for each contact with a rigid body.
@@ -240,14 +253,15 @@ class Assembly:
         InputError
             If their number is not that of the contacts with a rigid body.
         """
-        rigid = [k for k, t in enumerate(self.contacts) if t.master.is_rigid]
+        rigid = [k for k, contact in enumerate(self.contacts) if contact.master.is_rigid]
         if len(rigid) != len(bodies):
             raise InputError(f"The assembly touches {len(rigid)} rigid bodies; found {len(bodies)}.")
-        moved = list(self.contacts)
+        contacts, constraints = list(self.contacts), list(self.constraints)
         for k, body in zip(rigid, bodies, strict=True):
-            moved[k] = replace(moved[k], master=RigidMaster(body))
-        other = replace(self, contacts=tuple(moved))
-        other.__dict__["constants"] = self.constants
+            contacts[k] = replace(contacts[k], master=body)
+            constraints[k] = replace(constraints[k], master=RigidMaster(body))
+        other = copy.copy(self)  # with what depends on members and supports only
+        other.__dict__.update(contacts=tuple(contacts), constraints=tuple(constraints))
         return other
 
     @cached_property
@@ -295,12 +309,12 @@ class Assembly:
     @property
     def n_multipliers(self) -> int:
         """Contact conditions of all contacts."""
-        return sum(t.n_multipliers for t in self.contacts)
+        return sum(t.n_multipliers for t in self.constraints)
 
     @cached_property
     def widths(self) -> Array:
         """Lengths (n_multipliers,) on which they act."""
-        return np.concatenate([np.zeros(0), *(t.widths for t in self.contacts)])
+        return np.concatenate([np.zeros(0), *(t.widths for t in self.constraints)])
 
     def held(self, x: Array) -> Array:
         """Part of a change of coordinates, or of forces, (n_dofs,) that the supports take."""
@@ -407,19 +421,20 @@ class Assembly:
 
     def conditions(self, q: Array) -> Conditions:
         """Contact conditions at coordinates q."""
-        parts = tuple(t.at(q) for t in self.contacts)
+        parts = tuple(t.at(q) for t in self.constraints)
         gap = np.concatenate([p.gap for p in parts]) if parts else np.zeros(0)
         G = sp.vstack([p.G for p in parts], format="csr") if parts else self.constants.no_rows
         return Conditions(parts, gap, G)
 
     def split(self, forces: Array) -> list[Array]:
         """Forces of each contact, split from those of all."""
-        return list(np.split(forces, np.cumsum([t.n_multipliers for t in self.contacts])[:-1])) if self.contacts else []
+        ends = np.cumsum([t.n_multipliers for t in self.constraints])
+        return list(np.split(forces, ends[:-1])) if self.contacts else []
 
     def curvature(self, conditions: Conditions, forces: Array) -> sp.csr_matrix | None:
         """Second derivative of forces . gap; None where it vanishes."""
         blocks = [
-            t.curvature(p, f) for t, p, f in zip(self.contacts, conditions.parts, self.split(forces), strict=True)
+            t.curvature(p, f) for t, p, f in zip(self.constraints, conditions.parts, self.split(forces), strict=True)
         ]
         found = [b for b in blocks if b is not None]
         return sum(found[1:], found[0]) if found else None

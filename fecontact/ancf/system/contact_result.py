@@ -13,6 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps
+from fecontact.bodies.body import Body
 from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.one_line import one_line
@@ -98,22 +99,22 @@ def contact_result(
     x = part.projection.points + part.projection.gap[:, None] * part.projection.normals
     x = np.where(part.projection.outside[:, None], 0.0, x)  # not among the means
     points, normals, weights = part.means @ x, part.means @ part.projection.normals, touch.present_areas(q)
-    slave = touch.present(q, f"slave {number}")
-    if slave is None:
+    bodies = touch.present(q, number)
+    if bodies is None:
         return ContactPoints(f"contact {number}", points, normals, weights, forces, part.gap, tangential, slip)
-    return _on_faces(touch, number, q, (slave, part, x), (forces, tangential, slip), weights)
+    return _on_faces(bodies, part, x, touch.friction, (forces, tangential, slip), weights)
 
 
 def _on_faces(
-    touch: ContactConstraints,
-    number: int,
-    q: Array,
-    now: tuple[SurfaceBody, ContactGaps, Array],
+    bodies: tuple[SurfaceBody, Body],
+    part: ContactGaps,
+    x: Array,
+    mu: float,
     found: tuple[Array, Array, Array],
     weights: Array,
 ) -> ContactFields:
-    (slave, part, x), (forces, tangential, slip) = now, found
-    master, surface = touch.master.present(q, f"master {number}"), slave.facets
+    (slave, master), (forces, tangential, slip) = bodies, found
+    surface = slave.facets
     facing = np.flatnonzero(np.isfinite(part.gap))
     covered = np.flatnonzero(np.isin(surface.facets, facing).any(axis=1))
     shown, local = np.unique(surface.facets[covered], return_inverse=True)
@@ -130,7 +131,7 @@ def _on_faces(
         facets=local.reshape(-1, surface.facets.shape[1]), facet_numbers=covered,
         sharing=sp.csr_matrix(at_nodes.T @ around), reference_point=reference,
         displacements=(np.zeros(slave.n_dofs), np.zeros(master.n_dofs)), coupling="mortar", note="",
-        friction=_friction(touch.friction, forces, weights, tangential[facing], slip[facing]),
+        friction=_friction(mu, forces, weights, tangential[facing], slip[facing]),
     )  # fmt: skip
 
 

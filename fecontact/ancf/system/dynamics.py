@@ -213,7 +213,7 @@ def move(
         prints = {
             "the bodies (meshes, materials, laws)": fingerprint(a.solids),
             "the supports": fingerprint(a.free, *a.rigid),
-            "the contacts": fingerprint([t.pair for t in a.contacts]),
+            "the contacts": fingerprint([t.pair for t in a.constraints]),
             "the loads (gravity, forces, stages)": fingerprint(
                 np.zeros(3) if gravity is None else gravity, forces, varying
             ),
@@ -265,7 +265,7 @@ def _loaded(stage: Stage, load: Array) -> Stage:
 
 
 def _multipliers(a: Assembly) -> tuple[int, ...]:
-    return tuple(t.n_multipliers for t in a.contacts)
+    return tuple(t.n_multipliers for t in a.constraints)
 
 
 def _held_at(assembly: Assembly, start: Start | None) -> StageAt:
@@ -283,12 +283,12 @@ def _acting(stage: Stage) -> tuple[object, ...]:
     """What varies in a stage, for a fingerprint."""
     a = stage.assembly
     moments = [getattr(solid, "moments", ()) for solid in a.solids]
-    return stage.forces, stage.motion, tuple(stage.follow), [t.pair for t in a.contacts], moments
+    return stage.forces, stage.motion, tuple(stage.follow), [t.pair for t in a.constraints], moments
 
 
 def _approach(begin: Stage, end: Stage, then: Instant, now: Instant) -> float:
     """Largest approach of two bodies in a step, see `ContactConstraints.approach`; zero without contacts."""
-    pairs = zip(begin.assembly.contacts, end.assembly.contacts, strict=True)
+    pairs = zip(begin.assembly.constraints, end.assembly.constraints, strict=True)
     return max((after.approach(then.q, now.q, before) for before, after in pairs), default=0.0)
 
 
@@ -409,7 +409,7 @@ class _Record:
         conditions = a.conditions(now.q)
         finite = conditions.gap[np.isfinite(conditions.gap)]
         resultants = []
-        each = zip(a.contacts, conditions.parts, a.split(now.forces), a.split(now.tangential), strict=True)
+        each = zip(a.constraints, conditions.parts, a.split(now.forces), a.split(now.tangential), strict=True)
         for touch, part, forces, dragged in each:
             k = a.starts.index(touch.slave_start)
             moves = np.stack([a.solids[k].translation(e) for e in np.eye(3)])

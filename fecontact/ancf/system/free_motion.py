@@ -69,7 +69,7 @@ def _resisted(a: Assembly, modes: Array, k: int) -> Array:
 
 def _held_by_friction(a: Assembly) -> list[int]:
     """Numbers of the solids in contacts with friction."""
-    starts = {start for t in a.contacts if t.friction for start in (t.slave_start, t.master.start)}
+    starts = {start for t in a.constraints if t.friction for start in (t.slave_start, t.master_start)}
     return [k for k, start in enumerate(a.starts[:-1]) if start in starts]
 
 

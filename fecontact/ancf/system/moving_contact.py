@@ -16,19 +16,18 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.ancf.bricks.faces import Faces
+from fecontact.ancf.system.member import Member
 from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.rigid import RigidBody
 from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import friction
 from fecontact.common.errors import InputError
+from fecontact.contact.contact import Side
 from fecontact.surfaces.facet_surface import Projection
 
 #: Step, relative to the size of the rigid shape, of the differences for the derivative of its normals.
@@ -64,60 +63,13 @@ class ContactGaps:
     means: sp.csr_matrix
 
 
-class Slave(Protocol):
-    """What carries the multipliers: faces of bricks, or lines and middle surfaces of slender members."""
-
-    @property
-    def named(self) -> object:
-        """What tells it from others of the same body."""
-
-    @property
-    def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
-        """Rows N (n_points, n_functions), A (n_multipliers, n_points), areas (n_multipliers,); lengths of a line."""
-
-    @property
-    def points(self) -> tuple[IntArray, Array]:
-        """Elements (n_points,) of the quadrature points, in order, and coordinates (n_points, n_axes) from 0 to 1."""
-
-    def rows(self, each: IntArray, local: Array) -> sp.csr_matrix:
-        """Rows N (n, n_functions) at coordinates (n, n_axes) on elements (n,)."""
-
-    @property
-    def widths(self) -> Array:
-        """Lengths (n_multipliers,) on which multipliers act."""
-
-    def present_areas(self, q: Array) -> Array:
-        """Areas (n_multipliers,) at coordinates q of its member; lengths of a line."""
-
-    def present(self, q: Array, name: str) -> SurfaceBody | None:
-        """Its faces at coordinates q of its member; None of a slender one."""
-
-    @property
-    def offset(self) -> float:
-        """Distance of the skin that touches from the points."""
-
-    @property
-    def thickness(self) -> float:
-        """Smallest extent of the body behind it; infinite for members, which have the distance of their skin."""
-
-
 class Master(ABC):
-    """A contact partner of faces of bricks."""
+    """A contact partner. Coordinates q are its own; a rigid body has none."""
 
     @property
     @abstractmethod
     def named(self) -> object:
-        """The partner, without the ANCF solid itself."""
-
-    @property
-    def is_rigid(self) -> bool:
-        """Whether it has no coordinates, and can be stood somewhere else."""
-        return self.start is None
-
-    @property
-    def start(self) -> int | None:
-        """Its first coordinate among those of all bodies; None without any."""
-        return None
+        """What tells it from others, of the same member too."""
 
     @property
     @abstractmethod
@@ -126,22 +78,18 @@ class Master(ABC):
 
     @abstractmethod
     def project(self, q: Array, points: Array) -> Projection:
-        """Feet of points (n, 3) at coordinates q of all bodies, in world axes."""
+        """Feet of points (n, 3), in world axes."""
 
     @abstractmethod
-    def present(self, q: Array, name: str) -> Body:
-        """It as a body of results, at coordinates q of all bodies."""
+    def present(self, q: Array, name: str) -> Body | None:
+        """It as a body of results; None of a slender member, which has no faces."""
 
-    def rows(self, projection: Projection, n_dofs: int) -> sp.csr_matrix | None:
-        """Rows (n, n_dofs): displacements of closest points along their normals; None without any."""
-        return None
-
-    def components(self, projection: Projection, n_dofs: int) -> sp.csr_matrix | None:
-        """Rows (3 n, n_dofs): displacements of closest points along the world's axes; None without any."""
+    def rows_at(self, projection: Projection) -> sp.csr_matrix | None:
+        """Values (n, n_functions) of its functions at closest points; None without coordinates."""
         return None
 
     def normal_derivative(self, projection: Projection) -> Array | None:
-        """Derivative (n, 3, 3) of the normals by the positions of the points; None where it is left out."""
+        """Derivative (n, 3, 3) of the normals by the positions of the points; None where it is neglected."""
         return None
 
     @property
@@ -155,9 +103,69 @@ class Master(ABC):
         return np.asarray(own @ (now.rotation - then.rotation).T + (now.translation - then.translation))
 
 
+class MovingSide(Side, Master):
+    """Faces of bricks, or the skin of a slender member: as the slave it carries the multipliers.
+
+    Attributes
+    ----------
+    member : Member
+    offset : float
+        Distance of the skin that touches from the points.
+    """
+
+    member: Member
+    offset: float = 0.0
+
+    @property
+    @abstractmethod
+    def n_dofs(self) -> int:
+        """Coordinates of its member."""
+
+    @property
+    @abstractmethod
+    def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
+        """Rows N (n_points, n_functions), A (n_multipliers, n_points), areas (n_multipliers,); lengths of a line."""
+
+    @property
+    @abstractmethod
+    def points(self) -> tuple[IntArray, Array]:
+        """Elements (n_points,) of the quadrature points, in order, and coordinates (n_points, n_axes) from 0 to 1."""
+
+    @abstractmethod
+    def rows(self, each: IntArray, local: Array) -> sp.csr_matrix:
+        """Rows N (n, n_functions) at coordinates (n, n_axes) on elements (n,)."""
+
+    @property
+    @abstractmethod
+    def widths(self) -> Array:
+        """Lengths (n_multipliers,) on which multipliers act."""
+
+    @abstractmethod
+    def present_areas(self, q: Array) -> Array:
+        """Areas (n_multipliers,) at coordinates q; lengths of a line."""
+
+    @abstractmethod
+    def present(self, q: Array, name: str) -> SurfaceBody | None:
+        """Its faces; None of a slender member."""
+
+    def constraints(self, master: Master, starts: tuple[int, int | None], q0: Array, mu: float) -> ContactConstraints:
+        """Contact constraints with it as the slave.
+
+        Parameters
+        ----------
+        master : Master
+        starts : (int, int or None)
+            First coordinates of both sides among those of all members; None of a rigid body.
+        q0 : (n_dofs,) array
+            Initial coordinates of all members.
+        mu : float
+        """
+        return ContactConstraints(self, master, *starts, len(q0), mu)
+
+
 @dataclass(frozen=True, eq=False)
 class RigidMaster(Master):
-    """A rigid body that faces may touch."""
+    """A rigid body that members may touch."""
 
     body: RigidBody
 
@@ -198,85 +206,35 @@ class RigidMaster(Master):
 
 
 @dataclass(frozen=True, eq=False)
-class FacesMaster(Master):
-    """Faces of bricks that others may touch, and their first coordinate among those of all bodies."""
-
-    faces: Faces
-    first: int
-
-    @property
-    def start(self) -> int:
-        """As given."""
-        return self.first
-
-    @property
-    def named(self) -> tuple[IntArray, int]:
-        """The faces by number, and where their coordinates begin."""
-        return self.faces.faces, self.start
-
-    @property
-    def thickness(self) -> float:
-        """Of the bricks."""
-        return self.faces.thickness
-
-    def project(self, q: Array, points: Array) -> Projection:
-        """Feet of points (n, 3) on the faces as q has them."""
-        return self.faces.project(q[self.start : self.start + self.faces.space.n_dofs], points)
-
-    def present(self, q: Array, name: str) -> SurfaceBody:
-        """The faces as q has them."""
-        return self.faces.present(q[self.start : self.start + self.faces.space.n_dofs], name)
-
-    def _rows(self, projection: Projection) -> sp.csr_matrix:
-        """Values of the functions at the closest points."""
-        assert projection.facet is not None
-        assert projection.local is not None
-        return self.faces.rows(projection.facet, projection.local)
-
-    def rows(self, projection: Projection, n_dofs: int) -> sp.csr_matrix:
-        """Rows: displacements of the closest points along their normals."""
-        return _along_normals(self._rows(projection), projection.normals, self.start, n_dofs)
-
-    def components(self, projection: Projection, n_dofs: int) -> sp.csr_matrix:
-        """Rows: displacements of the closest points along the world's axes."""
-        return _components(self._rows(projection), self.start, n_dofs)
-
-
-@dataclass(frozen=True, eq=False)
 class ContactConstraints:
     """Contact constraints of faces or slender members against a rigid body or faces of another solid.
 
     Parameters
     ----------
-    slave : Faces or Trace
+    slave : MovingSide
         What has the multipliers.
-    slave_start : int
-        Its first coordinate among those of all bodies.
     master : Master
+    slave_start, master_start : int
+        Their first coordinates among those of all bodies; None of a rigid master.
     n_dofs : int
         Coordinates of all bodies.
     friction : float
         Coulomb's coefficient; may be infinite.
 
-    Raises
-    ------
-    InputError
-        If it is negative or not a number.
     """
 
-    slave: Slave
-    slave_start: int
+    slave: MovingSide
     master: Master
+    slave_start: int
+    master_start: int | None
     n_dofs: int
     friction: float = 0.0
-
-    def __post_init__(self) -> None:
-        friction(self.friction, infinite=True)
 
     @property
     def pair(self) -> tuple[object, ...]:
         """The two sides of the contact, faces or the rigid body, and the friction between them."""
-        sides = self.slave.named, self.slave_start, self.master.named
+        master = self.master.named if self.master_start is None else (self.master.named, self.master_start)
+        sides = self.slave.named, self.slave_start, master
         return (*sides, self.friction) if self.friction else sides
 
     @property
@@ -286,7 +244,11 @@ class ContactConstraints:
 
     def _own(self, q: Array) -> Array:
         """Coordinates of the slave out of those of all bodies."""
-        return q[self.slave_start : self.slave_start + 3 * self.slave.quadrature[0].shape[1]]
+        return q[self.slave_start : self.slave_start + self.slave.n_dofs]
+
+    def _theirs(self, q: Array) -> Array:
+        """Coordinates of the master; none of a rigid body."""
+        return q[:0] if self.master_start is None else q[self.master_start :][: self.master.n_dofs]  # type: ignore[attr-defined]
 
     def positions(self, q: Array) -> Array:
         """World positions (n_points, 3) of the slave's quadrature points at coordinates q of all bodies."""
@@ -296,9 +258,11 @@ class ContactConstraints:
         """Areas (n_multipliers,) at coordinates q of all bodies: force over area is the pressure of a multiplier."""
         return self.slave.present_areas(self._own(q))
 
-    def present(self, q: Array, name: str) -> SurfaceBody | None:
-        """The slave's faces at coordinates q of all bodies; None of a slender member."""
-        return self.slave.present(self._own(q), name)
+    def present(self, q: Array, number: int) -> tuple[SurfaceBody, Body] | None:
+        """Slave and master at coordinates q of all bodies, named by a number; None of a slender member."""
+        slave, master = self.slave.present(self._own(q), f"slave {number}"), self.master
+        found = master.present(self._theirs(q), f"master {number}")
+        return None if slave is None or found is None else (slave, found)
 
     @cached_property
     def components(self) -> sp.csr_matrix:
@@ -326,9 +290,10 @@ class ContactConstraints:
         """
         start = self.positions(then)
         moved = self.positions(now) - start - self.master.rigid_displacement(start, pose)
-        opposite = self.master.components(part.projection, self.n_dofs)
-        if opposite is None:
+        rows = self.master.rows_at(part.projection)
+        if rows is None or self.master_start is None:
             return self.components, moved
+        opposite = _components(rows, self.master_start, self.n_dofs)
         return sp.csr_matrix(self.components - opposite), moved - (opposite @ (now - then)).reshape(-1, 3)
 
     @cached_property
@@ -352,7 +317,7 @@ class ContactConstraints:
         own = np.linalg.norm(
             self.positions(now) - start - self.master.rigid_displacement(start, before.master.pose), axis=1
         )
-        fastest = own.max() + (0.0 if self.master.is_rigid else np.abs(now - then).max())
+        fastest = own.max() + (0.0 if self.master_start is None else np.abs(now - then).max())
         if fastest <= NEAR * self.thickness:
             return 0.0
         part = before.at(then)
@@ -391,11 +356,12 @@ class ContactConstraints:
 
     def _facing(self, q: Array, each: IntArray, local: Array) -> Projection:
         """Projection of points at coordinates (n, n_axes) on elements (n,) of the slave, in world axes."""
-        return self.master.project(q, np.asarray(self.slave.rows(each, local) @ self._own(q).reshape(-1, 3)))
+        points = np.asarray(self.slave.rows(each, local) @ self._own(q).reshape(-1, 3))
+        return self.master.project(self._theirs(q), points)
 
     def projection(self, q: Array) -> Projection:
         """Projection of the quadrature points on the master, in world axes."""
-        return self.master.project(q, self.positions(q))
+        return self.master.project(self._theirs(q), self.positions(q))
 
     def at(self, q: Array) -> ContactGaps:
         """Gaps and gradients at coordinates q (n_dofs,) of all bodies."""
@@ -407,9 +373,9 @@ class ContactConstraints:
             share = np.asarray(means.sum(axis=1)).ravel()
             means = sp.csr_matrix(sp.diags_array(np.divide(1.0, share, where=share > 0, out=share * 0)) @ means)
         points = _along_normals(rows, projection.normals, self.slave_start, self.n_dofs)
-        opposite = self.master.rows(projection, self.n_dofs)
-        if opposite is not None:
-            points = points - opposite
+        opposite = self.master.rows_at(projection)
+        if opposite is not None and self.master_start is not None:
+            points = points - _along_normals(opposite, projection.normals, self.master_start, self.n_dofs)
         gap = means @ np.where(hidden, 0.0, projection.gap - self.slave.offset)
         gap[np.diff(means.indptr) == 0] = np.inf
         if hidden.any():

@@ -226,7 +226,7 @@ class GeneralisedAlpha:
         c, forces = _accelerated_by_contact(begin.assembly, now), now.forces
         q = now.q + h * now.v + h**2 / 2 * (now.b + c)
         q = q + end.jump(q)
-        kept, since = ModifiedNewton(), _since(begin, now)
+        kept, since = ModifiedNewton(), _since(begin.assembly, now)
         tangential = now.tangential
         for nit in range(1, MAX_ITERATIONS + 1):
             b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
@@ -239,7 +239,7 @@ class GeneralisedAlpha:
                 K = a.constants.with_mass(a.step_tangent(q, h, 1.0), inertia)
                 less = _sum(end.load_tangent(q), 1.0, a.curvature(conditions, share * forces))
                 kept.refactor(a, K, less, near, q, 1.0)
-            slip = slips(a.contacts, conditions.parts, q, since)
+            slip = slips(a.constraints, conditions.parts, q, since)
             guess = share * forces, share * slip.of(tangential)
             ties = None if a.hubs is None else a.hubs.ties(q)
             change, pressing, dragging = kept.step(a, rest, conditions.G, conditions.gap, near, slip, guess, ties)
@@ -275,7 +275,7 @@ class EnergyMomentum:
         q, driven = q + end.jump(q), rate(at, end, now.time + h, RATE * h)
         before = begin.assembly.conditions(now.q)
         halfway, kept = half.assembly if _moved(begin, end) else None, ModifiedNewton()
-        since, forces, tangential = _since(begin, now), now.forces, now.tangential
+        since, forces, tangential = _since(begin.assembly, now), now.forces, now.tangential
         for nit in range(1, MAX_ITERATIONS + 1):
             middle = (now.q + q) / 2
             internal = np.concatenate(
@@ -301,7 +301,7 @@ class EnergyMomentum:
             if not kept.reusable(pressing):
                 K = a.constants.with_mass(a.step_tangent(middle, h, 0.5), 2 / h**2)
                 kept.refactor(a, K, _sum(half.load_tangent(middle), 0.5, None), pressing, q, 0.5)
-            slip = slips(a.contacts, parts, q, since)
+            slip = slips(a.constraints, parts, q, since)
             guess = forces, slip.of(tangential)
             ties = None if a.hubs is None else a.hubs.ties(q, middle)
             change, forces, t = kept.step(a, load - internal - inertia, G, closing, pressing, slip, guess, ties)
@@ -345,7 +345,7 @@ def _sum(of_loads: sp.csr_matrix | None, share: float, curvature: sp.csr_matrix 
 
 def _moved(begin: Stage, end: Stage) -> bool:
     """Whether rigid bodies have moved."""
-    pairs = zip(begin.assembly.contacts, end.assembly.contacts, strict=True)
+    pairs = zip(begin.assembly.constraints, end.assembly.constraints, strict=True)
     return any(one.master is not other.master for one, other in pairs)
 
 
@@ -366,7 +366,7 @@ def _accelerated_by_contact(a: Assembly, now: Instant) -> Array:
     if not now.forces.any():
         return np.zeros_like(now.q)
     parts = a.conditions(now.q)
-    slip = slips(a.contacts, parts.parts, now.q, SlipStart(now.q, tuple(t.master.pose for t in a.contacts), now.owed))
+    slip = slips(a.constraints, parts.parts, now.q, _since(a, now))
     return a.accelerated(parts.G.T @ now.forces + slip.T.T @ slip.of(now.tangential), now.q)
 
 
@@ -384,9 +384,9 @@ def _by_moments(before: Assembly, after: Assembly, q: Array) -> float:
     return 0.0 if same else after.energy(q) - before.energy(q)
 
 
-def _since(begin: Stage, now: Instant) -> SlipStart:
-    """Whence the slip of a step counts."""
-    return SlipStart(now.q, tuple(t.master.pose for t in begin.assembly.contacts), now.owed)
+def _since(a: Assembly, now: Instant) -> SlipStart:
+    """State from which the slip of a step counts."""
+    return SlipStart(now.q, tuple(t.master.pose for t in a.constraints), now.owed)
 
 
 def _with_friction(a: Assembly, now: Instant, after: Instant, slip: Slips, s: Array, t: Array, h: float) -> Instant:

@@ -110,7 +110,7 @@ class State:
     >>> from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Stage, equilibrium
     >>> cube = AncfSolid(AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")), fc.Material(1.0, 0.0))
     >>> press = fc.RigidBody(fc.Plane())
-    >>> a = Assembly.of([cube], [{"top": "xyz"}], [(0, "bottom", press)])
+    >>> a = Assembly.of([cube], [{"top": "xyz"}], [fc.Contact(cube.side("bottom"), press)])
     >>> state = equilibrium(lambda s: Stage(a.with_rigid(press.placed((0, 0, 0.1 * s)))), steps=1).last
     >>> (contact,) = state.contacts
     >>> round(contact.max_pressure, 9), round(contact.point_area, 9)  # E s (1 - s^2) / 2
@@ -151,8 +151,8 @@ class State:
     @property
     def _on_faces(self) -> tuple[ContactFields, ...]:
         """The contacts of bricks."""
-        shown = [c for c, t in zip(self.contacts, self.constraints, strict=True) if t.present(self.q, "") is not None]
-        return cast(tuple[ContactFields, ...], tuple(shown))
+        pairs = zip(self.contacts, self.constraints, strict=True)
+        return tuple(cast(ContactFields, c) for c, t in pairs if not t.slave.member.is_slender)
 
     @property
     def residuals(self) -> Residuals:
@@ -271,7 +271,7 @@ def equilibrium(
     level, step = 0.0 if begun is None else begun.level, 1.0 / steps
     a = stage(level).assembly
     q, forces, no_stresses = a.q0, np.zeros(a.n_multipliers), np.zeros(6 * len(a.rigid))
-    friction = initial_friction(a.contacts, q)
+    friction = initial_friction(a.constraints, q)
     if begun is not None:
         q, forces, friction = begun.q, _joined(begun.forces), begun.friction
     states: list[State] = [] if begun is None else [begun]
@@ -352,11 +352,11 @@ class Iterate:
             If it turns material inside out.
         """
         a, multipliers = stage.assembly, tuple(len(f) for f in state.forces)
-        if state.q.shape != (a.n_dofs,) or multipliers != tuple(t.n_multipliers for t in a.contacts):
+        own = tuple(t.n_multipliers for t in a.constraints)
+        if state.q.shape != (a.n_dofs,) or multipliers != own:
             raise InputError(
                 f"The state to go on from has {state.q.size} coordinates and contact forces on {multipliers} "
-                f"multipliers, the assembly {a.n_dofs} and {tuple(t.n_multipliers for t in a.contacts)}: start from a "
-                "state of the same solids and contacts.",
+                f"multipliers, the assembly {a.n_dofs} and {own}: start from a state of the same solids and contacts.",
                 code="start-differs",
             )
         a.check_inverted(state.q)
@@ -375,7 +375,7 @@ class Iterate:
     @cached_property
     def slip(self) -> Slips:
         """Slip since the end of the last step."""
-        return slips(self.a.contacts, self.conditions.parts, self.q, self.before.start)
+        return slips(self.a.constraints, self.conditions.parts, self.q, self.before.start)
 
     @cached_property
     def tangential(self) -> Array:
@@ -407,7 +407,7 @@ class Iterate:
     def rest(self) -> Array:
         """Forces (n_dofs,) that are not in balance, those of the supports among them."""
         a, rest = self.a, self.load - self.internal
-        if a.contacts:
+        if a.constraints:
             rest = rest + self.conditions.G.T @ self.forces + self.slip.T.T @ self.tangential
         return rest if a.hubs is None else rest + a.hubs.derivative(self.q).T @ self.stresses
 
@@ -443,11 +443,11 @@ class Iterate:
         """The equilibrium that it is."""
         a, conditions = self.a, self.conditions
         each = tuple(a.split(self.forces))
-        depths = [t.overlap(self.q, part, f) for t, part, f in zip(a.contacts, conditions.parts, each, strict=True)]
+        depths = [t.overlap(self.q, part, f) for t, part, f in zip(a.constraints, conditions.parts, each, strict=True)]
         return State(
             level, self.q, each, tuple(a.split(conditions.gap)), -a.held(self.rest), a.energy(self.q), nit,
-            self.slip.end(a.contacts, self.q, self.forces, self.tangential, self.residuals), self.stresses,
-            tuple(depth if depth > tolerance * a.size else 0.0 for depth in depths), tuple(a.contacts),
+            self.slip.end(a.constraints, self.q, self.forces, self.tangential, self.residuals), self.stresses,
+            tuple(depth if depth > tolerance * a.size else 0.0 for depth in depths), a.constraints,
         )  # fmt: skip
 
 
@@ -488,7 +488,7 @@ def _balanced(it: Iterate, level: float, tolerance: float) -> State:
     rises on the way, so that a search along the step would only shorten it. The tangent must be positive definite
     throughout.
     """
-    if not it.a.contacts or all(s.is_slender for s in it.a.solids):
+    if not it.a.constraints or all(s.is_slender for s in it.a.solids):
         try:
             return _iterated(it, level, tolerance, MAX_FULL_STEPS)
         except (UnstableError, InvertedError, SolverError):
@@ -518,7 +518,7 @@ def _newton(it: Iterate, K: sp.csr_matrix, floats: bool) -> tuple[Array, Iterate
     Contact and hubs take the symmetric part of the tangent of loads that follow.
     """
     a, Z, of_loads, weight = it.a, it.a.free, it.stage.load_tangent(it.q), 0.0
-    constrained = bool(a.contacts) or a.hubs is not None
+    constrained = bool(a.constraints) or a.hubs is not None
     if of_loads is not None and constrained:
         of_loads = sp.csr_matrix((of_loads + of_loads.T) / 2)
     K = a.constants.minus(K, of_loads, a.curvature(it.conditions, it.forces))

@@ -185,10 +185,8 @@ def sides(contact: Contact, search_radius: SearchRadius | None = None) -> Coupli
     With a search radius, only the parts of two elastic bodies' facets that may touch within it are paired.
     """
     assert contact.surfaces is not None
-    given = CouplingChoice(
-        contact.slave, contact.master, contact.surfaces, search_radius=search_radius, friction=contact.mu > 0
-    )
-    surface = contact.slave.surface(contact.surfaces[0])
+    given = CouplingChoice(*contact.bodies, contact.surfaces, search_radius=search_radius, friction=contact.mu > 0)
+    surface = given.slave.surface(contact.surfaces[0])
     if facets_of(surface) is None:
         given = replace(given.turned_over(), note=f"{contact.master.name!r} has the nodes and was made the slave")
     elif contact.coupling == "mortar" and _spreads_on_cells(surface, given.master_surface):

@@ -18,7 +18,7 @@ def brick(divisions=(3, 3, 1), size=(1.0, 1.0, 0.5), at=(0.0, 0.0, 0.0)):
 
 
 def dragged(solid, other=FLOOR, mu=MU):
-    return Assembly.of([solid], [{"top": "xyz"}], [(0, "bottom", other, mu)])
+    return Assembly.of([solid], [{"top": "xyz"}], [fc.Contact(solid.side("bottom"), other, friction=mu)])
 
 
 def moved(a, by, rotation=None, point=(0.5, 0.5, 0.5)):
@@ -39,17 +39,18 @@ def moved(a, by, rotation=None, point=(0.5, 0.5, 0.5)):
     ids=["plane", "ball", "brick"],
 )
 def test_slip_and_its_gradient_by_differences(other, at):
-    solids, contact = [brick((1, 1, 1), at=at)], (0, "bottom", other, MU)
+    solids = [brick((1, 1, 1), at=at)]
     if other is None:
-        solids, contact = [*solids, brick((2, 1, 1))], (0, "bottom", (1, "top"), MU)
-    a = Assembly.of(solids, None, [contact])
+        solids.append(brick((2, 1, 1)))
+        other = solids[1].side("top")
+    a = Assembly.of(solids, None, [fc.Contact(solids[0].side("bottom"), other, friction=MU)])
     rng = np.random.default_rng(1)
     q = a.q0 + 1e-3 * rng.standard_normal(a.n_dofs)
-    start, step = initial_friction(a.contacts, q).start, rng.standard_normal(a.n_dofs)
+    start, step = initial_friction(a.constraints, q).start, rng.standard_normal(a.n_dofs)
     # slip since q itself is zero, so that the turn of the tangents has no part in the derivative there
-    now = slips(a.contacts, a.conditions(q).parts, q, start)
+    now = slips(a.constraints, a.conditions(q).parts, q, start)
     ahead, behind = (
-        slips(a.contacts, a.conditions(x).parts, x, start).slip for x in (q + 1e-5 * step, q - 1e-5 * step)
+        slips(a.constraints, a.conditions(x).parts, x, start).slip for x in (q + 1e-5 * step, q - 1e-5 * step)
     )
     assert np.abs(now.slip).max() < 1e-15
     found, known = (ahead - behind) / 2e-5, now.T @ step
@@ -132,7 +133,8 @@ def test_bad_friction_is_refused():
 def test_brick_on_brick_drags_it_along_with_mu_times_the_force():
     """Upper brick dragged over a lower one of another mesh: friction is equal and opposite, and mu times the force."""
     lower, upper = brick((3, 2, 1), size=(2.0, 1.4, 0.5), at=(-0.3, -0.2, -0.5)), brick((2, 2, 1))
-    a = Assembly.of([lower, upper], [{"bottom": "xyz"}, {"top": "xyz"}], [(1, "bottom", (0, "top"), MU)])
+    contact = fc.Contact(upper.side("bottom"), lower.side("top"), friction=MU)
+    a = Assembly.of([lower, upper], [{"bottom": "xyz"}, {"top": "xyz"}], [contact])
     up, across = (np.concatenate([np.zeros(lower.n_dofs), upper.translation(e)]) for e in ([0, 0, 1.0], [1.0, 0, 0]))
 
     def stage(x, z):

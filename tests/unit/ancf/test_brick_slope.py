@@ -21,7 +21,7 @@ def solid():
 
 def on_slope(solid, mu, supports=None):
     floor = fc.RigidBody(fc.Plane(), name="floor")
-    return Assembly.of([solid], supports, [(0, "bottom", floor, mu)])
+    return Assembly.of([solid], supports, [fc.Contact(solid.side("bottom"), floor, friction=mu)])
 
 
 def test_it_holds_without_creep(solid):

@@ -23,7 +23,7 @@ from fecontact.ancf import (
     save_motion,
     traction,
 )
-from fecontact.ancf.bricks.faces import Faces, multiplier_rule
+from fecontact.ancf.bricks.faces import multiplier_rule
 from fecontact.ancf.bricks.solid import forces_between
 from fecontact.ancf.system.newton import ContactRows, stable_step
 from fecontact.ancf.system.tangent import Tangent, UnstableError
@@ -53,7 +53,7 @@ def test_hats_are_positive_and_add_up_to_one():
 
 def test_areas_of_hats_cover_the_faces():
     solid = brick()
-    faces = Faces(solid.space, solid.space.mesh.faces("bottom"))
+    faces = solid.side("bottom")
     assert abs(faces.quadrature[2].sum() - 1) < 1e-13
     assert (faces.quadrature[2] > 0).all()
 
@@ -61,7 +61,8 @@ def test_areas_of_hats_cover_the_faces():
 def test_faces_as_patches_are_those_of_the_element():
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 2, 2)).mapped(lambda x: x + 0.05 * np.sin(3 * x[:, ::-1]))
     space, rng = AncfSpace(mesh), np.random.default_rng(0)
-    faces, q = Faces(space, mesh.faces("top")), space.q0 + 0.1 * rng.standard_normal(space.n_dofs)
+    faces = AncfSolid(space, fc.Material(E=1.0, nu=0.3)).side("top")
+    q = space.q0 + 0.1 * rng.standard_normal(space.n_dofs)
     each, local = rng.integers(0, 6, 50), rng.random((50, 2))
     S, dS = space.face_functions(faces.faces[each], local)
     e = space.spread(q)[space.functions[faces.faces[each, 0]]]
@@ -73,7 +74,8 @@ def test_faces_as_patches_are_those_of_the_element():
 def test_feet_on_curved_faces_are_found_from_points_along_their_normals():
     mesh = fc.shapes.block((1.0, 1.0, 0.5), (4, 4, 1)).mapped(lambda x: x + 0.03 * np.sin(3 * x[:, ::-1]))
     space, rng = AncfSpace(mesh), np.random.default_rng(1)
-    faces, q = Faces(space, mesh.faces("top")), space.q0 + 0.002 * rng.standard_normal(space.n_dofs)
+    faces = AncfSolid(space, fc.Material(E=1.0, nu=0.3)).side("top")
+    q = space.q0 + 0.002 * rng.standard_normal(space.n_dofs)
     each, local, height = rng.integers(0, 16, 200), 0.05 + 0.9 * rng.random((200, 2)), 0.02 * rng.random(200)
     x, tangents = faces.at(q, each, local)
     normals = np.cross(tangents[..., 0], tangents[..., 1])
@@ -94,9 +96,10 @@ def test_feet_on_curved_faces_are_found_from_points_along_their_normals():
     ids=["sphere", "cylinder"],
 )
 def test_gap_gradient_and_curvature_by_differences(obstacle):
-    a = Assembly.of([brick()], None, [(0, "top", obstacle)])
+    solid = brick()
+    a = Assembly.of([solid], None, [fc.Contact(solid.side("top"), obstacle)])
     q, h = shaken(a, 1e-2), 1e-5
-    d, forces = shaken(a, 1.0, 1) - a.q0, np.random.default_rng(2).random(a.contacts[0].n_multipliers)
+    d, forces = shaken(a, 1.0, 1) - a.q0, np.random.default_rng(2).random(a.n_multipliers)
     at, ahead, behind = (a.conditions(x) for x in (q, q + h * d, q - h * d))
     # central differences err by h^2 = 1e-10 times third derivatives, and by rounding 1e-16 / h
     assert np.abs((ahead.gap - behind.gap) / (2 * h) - at.G @ d).max() < 1e-8
@@ -106,7 +109,8 @@ def test_gap_gradient_and_curvature_by_differences(obstacle):
 
 def test_gap_gradient_between_bricks_by_differences():
     # the slave lies well inside the master, so that no point crosses the rim in a difference
-    a = Assembly.of([brick((2, 2, 1), (0.6, 0.6, 0.3), (0.2, 0.17, 0.52)), brick()], None, [(0, "bottom", (1, "top"))])
+    upper, lower = brick((2, 2, 1), (0.6, 0.6, 0.3), (0.2, 0.17, 0.52)), brick()
+    a = Assembly.of([upper, lower], None, [fc.Contact(upper.side("bottom"), lower.side("top"))])
     q, h = shaken(a, 2e-3), 1e-5
     d = shaken(a, 1.0, 1) - a.q0
     at, ahead, behind = (a.conditions(x) for x in (q, q + h * d, q - h * d))
@@ -171,7 +175,7 @@ def test_a_ball_is_pressed_far_into_a_brick_that_its_contact_keeps_from_buckling
     """By a quarter of its height; steps stopped at 0.19, where rows weighed too little. The energy is its work."""
     mesh, ball = fc.shapes.block((1.3, 0.74, 1.0), (1, 1, 1), element="hex8"), fc.RigidBody(fc.Sphere(2.0))
     solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.0), NeoHookean(), points=3)
-    a = Assembly.of([solid], [{"bottom": "xyz"}], [(0, "top", ball)])
+    a = Assembly.of([solid], [{"bottom": "xyz"}], [fc.Contact(solid.side("top"), ball)])
     path = equilibrium(lambda s: Stage(a.with_rigid(ball.placed((0.65, 0.37, 1 - 0.25 * s)))), steps=16)
     assert path.success
     assert path.cuts == 0
@@ -185,7 +189,8 @@ def test_a_ball_is_pressed_far_into_a_brick_that_its_contact_keeps_from_buckling
 def test_a_ball_between_the_quadrature_points_of_a_face_is_named(depth):
     """Source: geometry; the mean gaps are open, and nothing presses."""
     ball = fc.RigidBody(fc.Sphere(0.5)).placed((0.45, 0.36, 0.5 - depth))
-    a = Assembly.of([brick((1, 1, 1))], [{"bottom": "xyz"}], [(0, "top", ball)])
+    solid = brick((1, 1, 1))
+    a = Assembly.of([solid], [{"bottom": "xyz"}], [fc.Contact(solid.side("top"), ball)])
     path = equilibrium(lambda _: Stage(a), steps=1)
     assert not path.last.forces[0].any()
     assert path.last.overlaps == pytest.approx((max(0.0, depth),), abs=1e-12)
@@ -196,7 +201,8 @@ def test_a_ball_between_the_quadrature_points_of_a_face_is_named(depth):
 def test_a_motion_names_what_overlaps_and_never_presses(depth, tmp_path):
     """Source: geometry; a ball beside a brick that rests, between the quadrature points of its face."""
     ball = fc.RigidBody(fc.Sphere(0.5)).placed((0.45, 0.36, 0.5 - depth))
-    a = Assembly.of([brick((1, 1, 1))], [{"bottom": "xyz"}], [(0, "top", ball)])
+    solid = brick((1, 1, 1))
+    a = Assembly.of([solid], [{"bottom": "xyz"}], [fc.Contact(solid.side("top"), ball)])
     for until in (0.2, 0.3):  # the second one reads the first one's record
         motion = move(a, until=until, step=0.1, path=tmp_path / "record.npz")
     assert not motion.contact_force.any()
@@ -208,11 +214,11 @@ def test_a_motion_names_what_overlaps_and_never_presses(depth, tmp_path):
 def test_uniform_compression_against_a_plane_is_exact(law):
     # patch test at large strain, nu = 0: a column shortened by a fifth has the same pressure on every hat
     solid = brick(law=law, material=fc.Material(E=1.0, nu=0.0), at=(0.0, 0.0, 0.0))
-    a = Assembly.of([solid], [{"top": "xyz"}], [(0, "bottom", FLOOR)])
+    a = Assembly.of([solid], [{"top": "xyz"}], [fc.Contact(solid.side("bottom"), FLOOR)])
     path = equilibrium(lambda s: Stage(a.with_rigid(FLOOR.placed((0, 0, 0.1 * s)))), steps=2)
     stretch = 0.8
     law_stress = law(np.diag([1.0, 1.0, stretch]), *(np.array(c) for c in (0.0, 0.5))).stress[2, 2]
-    pressure = path.last.forces[0] / a.contacts[0].areas
+    pressure = path.last.forces[0] / a.constraints[0].areas
     assert path.success
     assert np.abs(pressure / (-stretch * law_stress) - 1).max() < 1e-9  # ten times Newton's tolerance
     # the supports carry what the floor pushes
@@ -225,12 +231,13 @@ def test_brick_on_brick_with_other_meshes_passes_the_patch_test():
     # meshes 2 x 2 on 3 x 3, nu = 0, uniform compression: hats and quadrature points straddle the master's faces
     upper = brick((2, 2, 1), at=(0.0, 0.0, 0.5), material=fc.Material(E=1.0, nu=0.0))
     lower = brick((3, 3, 1), material=fc.Material(E=1.0, nu=0.0))
-    a = Assembly.of([upper, lower], [{"top": "xyz"}, {"bottom": "xyz"}], [(0, "bottom", (1, "top"))])
+    contact = fc.Contact(upper.side("bottom"), lower.side("top"))
+    a = Assembly.of([upper, lower], [{"top": "xyz"}, {"bottom": "xyz"}], [contact])
     drop = np.zeros(a.n_dofs)
     top = upper.space.mesh.points[upper.space.nodes][:, 2] > 1 - 1e-9
     drop.reshape(-1, 3)[upper.space.start[top], 2] = -0.02
     path = equilibrium(lambda s: Stage(a, motion=s * drop), steps=1)
-    pressure = path.last.forces[0] / a.contacts[0].areas
+    pressure = path.last.forces[0] / a.constraints[0].areas
     # shape functions have kinks across the master's sides, the rule on the slave does not see them: 1e-3
     strain = -0.02 + 0.02**2 / 2
     assert np.abs(pressure / np.mean(pressure) - 1).max() < 5e-2
@@ -238,7 +245,8 @@ def test_brick_on_brick_with_other_meshes_passes_the_patch_test():
 
 
 def test_statics_needs_supports_and_says_which_solid_lacks_them():
-    a = Assembly.of([brick()], [{"top": "z"}], [(0, "bottom", FLOOR)])
+    solid = brick()
+    a = Assembly.of([solid], [{"top": "z"}], [fc.Contact(solid.side("bottom"), FLOOR)])
     with refused(fc.InputError, "free-rigid-motion", "Solid 1", "in 3"):
         equilibrium(lambda s: Stage(a))
 
@@ -281,7 +289,7 @@ def test_forces_that_are_rounding_count_as_balanced(angle):
 
 def test_free_fall_is_exact_and_touches_nothing():
     solid = brick(at=(0, 0, 5.0))
-    a = Assembly.of([solid], None, [(0, "bottom", FLOOR)])
+    a = Assembly.of([solid], None, [fc.Contact(solid.side("bottom"), FLOOR)])
     for scheme in (GeneralisedAlpha(0.9), EnergyMomentum()):
         motion = move(a, until=0.5, step=0.05, scheme=scheme, velocity=(1.0, 0, 0), gravity=(0, 0, -10.0))
         fallen = a.q0 + a.translation(np.array([0.5, 0, -10 * 0.5**2 / 2]))
@@ -307,10 +315,10 @@ def dropped_flat(unit=1.0, on_brick=False):
     material = fc.Material(E=500.0 / unit, nu=0.3, density=unit**-3)
     size = (unit, unit, unit / 2)
     upper = brick((1, 1, 1), size, (0, 0, 0.05 * unit), material=material)
-    a = Assembly.of([upper], None, [(0, "bottom", FLOOR)])
+    a = Assembly.of([upper], None, [fc.Contact(upper.side("bottom"), FLOOR)])
     if on_brick:
         lower = brick((1, 1, 1), size, (0, 0, -unit / 2), material=material)
-        a = Assembly.of([upper, lower], [{}, {"bottom": "xyz"}], [(0, "bottom", (1, "top"))])
+        a = Assembly.of([upper, lower], [{}, {"bottom": "xyz"}], [fc.Contact(upper.side("bottom"), lower.side("top"))])
     speed, gravity = np.zeros(a.n_dofs), np.zeros(a.n_dofs)
     down = upper.space.affine(np.zeros((3, 3)), np.array([0, 0, -unit]))
     speed[: len(down)], gravity[: len(down)] = down, 10 * upper.mass @ down
@@ -343,7 +351,8 @@ def test_motion_does_not_depend_on_the_unit_of_length():
 
 
 def test_interrupted_motion_goes_on_where_it_stopped(tmp_path):
-    a = Assembly.of([brick(at=(0, 0, 0.01))], None, [(0, "bottom", FLOOR)])
+    solid = brick(at=(0, 0, 0.01))
+    a = Assembly.of([solid], None, [fc.Contact(solid.side("bottom"), FLOOR)])
     chosen = {"step": 0.02, "scheme": EnergyMomentum(), "velocity": (0, 0, -0.2), "every": 3}
     whole = move(a, until=0.24, **chosen)
     part = move(a, until=0.12, path=tmp_path / "run.npz", **chosen)
@@ -405,13 +414,29 @@ def test_bad_input_of_a_motion(wrong, match):
 
 def test_bad_contacts_are_refused():
     solid = brick()
-    with refused(fc.InputError, "unknown", "are 1"):
-        Assembly.of([solid], None, [(1, "bottom", FLOOR)])
+    for solids, how in (([brick()], "not"), ([solid, solid], "twice")):
+        with refused(fc.InputError, "not-in-assembly", f"is {how} in the assembly"):
+            Assembly.of(solids, None, [fc.Contact(solid.side("bottom"), FLOOR)])
     with refused(fc.InputError, "contact-with-itself"):
-        Assembly.of([solid], None, [(0, "bottom", (0, "top"))])
-    for given in ((0,), (0, "bottom"), (0, "bottom", 0), ("bottom", 0, FLOOR), (0, "bottom", FLOOR, 0.1, 0.2), 5, "ab"):
-        with refused(fc.InputError, "contact-entry"):
-            Assembly.of([solid], None, [given])  # type: ignore[list-item]
+        fc.Contact(solid.side("bottom"), solid.side("top"))
+    with refused(fc.InputError, "unknown-boundary", "'lid'"):
+        solid.side("lid")
+    for sides in ((FLOOR, solid.side("top")), (solid.side("top"), solid), (solid.side("top"), "floor")):
+        with refused(fc.InputError, "contact-sides"):
+            fc.Contact(*sides)
+    for option in ({"surfaces": ("top", "surface")}, {"coupling": "mortar"}, {"friction_axis": np.eye(3)[0]}):
+        with refused(fc.InputError, "input", f"{next(iter(option))}: for bodies of scenes"):
+            fc.Contact(solid.side("top"), FLOOR, **option)
+    for mu in (-0.1, np.nan):
+        with refused(fc.InputError, "friction"):
+            fc.Contact(solid.side("top"), FLOOR, friction=mu)
+    with refused(fc.InputError, "contact-of-members", "AncfBody"):
+        fc.Scene([FLOOR], [fc.Contact(solid.side("top"), FLOOR)])
+    for given in ((0, "bottom", FLOOR), 5):
+        with refused(fc.InputError, "wrong-class", "solid.side('top')"):
+            Assembly.of([solid], None, [given])
+    with refused(fc.InputError, "contact-of-bodies", "solid.side"):
+        Assembly.of([solid], None, [fc.Contact(fc.RigidBody(fc.Sphere(1.0)), FLOOR)])
     with refused(fc.InputError, "input", "supports must be given"):
         Assembly.of([solid], [{}, {}])
     with refused(fc.InputError, "rho-range", "1.5"):
@@ -422,7 +447,8 @@ def test_contact_with_a_curved_tool_keeps_the_band():
     """The second derivative B of the gaps lies in the pattern of the tangent, and Z^T (K - B) Z in its band."""
     mesh = fc.shapes.block((3.0, 1.0, 1.0), (3, 1, 1), element="hex8").translated((0.0, -0.5, -1.0))
     solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3), points=3)
-    a = Assembly.of([solid], [{"x_min": "xyz"}], [(0, "top", fc.RigidBody(fc.Sphere(2.0)).placed((2.0, 0.0, -0.1)))])
+    ball = fc.RigidBody(fc.Sphere(2.0)).placed((2.0, 0.0, -0.1))
+    a = Assembly.of([solid], [{"x_min": "xyz"}], [fc.Contact(solid.side("top"), ball)])
     K, conditions = a.tangent(a.q0), a.conditions(a.q0)
     B = a.curvature(conditions, np.ones(len(conditions.gap)))
     found = a.constants.reduced(a.constants.minus(K, B))
@@ -443,11 +469,11 @@ def test_nothing_flies_through_another_body_in_a_long_step(scheme, other):
     hard = fc.Material(E=1e3, nu=0.3, density=1.0)
     thrown = brick((1, 1, 1), material=hard)
     if other == "ball":
-        a = Assembly.of([thrown], None, [(0, "bottom", fc.RigidBody(fc.Sphere(0.5)).placed((0.5, 0.5, -2.1)))])
+        ball = fc.RigidBody(fc.Sphere(0.5)).placed((0.5, 0.5, -2.1))
+        a = Assembly.of([thrown], None, [fc.Contact(thrown.side("bottom"), ball)])
     else:
-        a = Assembly.of(
-            [thrown, brick((1, 1, 1), at=(0.0, 0.0, -1.6), material=hard)], None, [(0, "bottom", (1, "top"))]
-        )
+        lower = brick((1, 1, 1), at=(0.0, 0.0, -1.6), material=hard)
+        a = Assembly.of([thrown, lower], None, [fc.Contact(thrown.side("bottom"), lower.side("top"))])
     speed = np.zeros((a.n_dofs // 3, 3))
     speed[: thrown.space.n_functions : 4, 2] = -1.0
     for step in (1.0, 0.25):
@@ -461,9 +487,8 @@ def test_nothing_flies_through_another_body_in_a_long_step(scheme, other):
 
 
 def test_a_long_step_along_a_body_is_not_cut():
-    a = Assembly.of(
-        [brick((1, 1, 1)), brick((1, 1, 1), (9.0, 1.0, 0.5), (-4.0, 0.0, -0.51))], None, [(0, "bottom", (1, "top"))]
-    )
+    upper, lower = brick((1, 1, 1)), brick((1, 1, 1), (9.0, 1.0, 0.5), (-4.0, 0.0, -0.51))
+    a = Assembly.of([upper, lower], None, [fc.Contact(upper.side("bottom"), lower.side("top"))])
     speed = np.zeros((a.n_dofs // 3, 3))
     speed[: a.n_dofs // 6 : 4, 0] = 1.0
     motion = move(a, until=3.0, step=1.0, velocity=speed.ravel())

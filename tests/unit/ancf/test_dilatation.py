@@ -55,12 +55,12 @@ def on_a_plug(volumetric, grown=1.3):
         return fc.RigidBody(fc.surfaces.Cylinder(radius)).placed((0.0, 0.0, -radius))
 
     held = {"y_min": "z", "y_max": "x", "bottom": "y", "top": "y"}
-    a = Assembly.of([solid], [held], [(0, "x_min", plug(1.0))])
+    a = Assembly.of([solid], [held], [fc.Contact(solid.side("x_min"), plug(1.0))])
     path = equilibrium(lambda s: Stage(a.with_rigid(plug(1 + (grown - 1) * s))), steps=6)
     assert path.success
     outer = np.sqrt(4 + grown**2 - 1) / 2
     exact = np.log(grown / outer) + (outer**-2 - grown**-2) / 2
-    areas = a.contacts[0].areas * grown
+    areas = a.constraints[0].areas * grown
     return path.last.forces[0] / areas / exact, areas
 
 

@@ -36,9 +36,8 @@ def bar():
 
 def cube_on_floor():
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 1), element="hex8")
-    return Assembly.of(
-        [AncfSolid(AncfSpace(mesh), fc.Material(E=10.0, nu=0.3))], [{"top": "xyz"}], [(0, "bottom", FLOOR)]
-    )
+    solid = AncfSolid(AncfSpace(mesh), fc.Material(E=10.0, nu=0.3))
+    return Assembly.of([solid], [{"top": "xyz"}], [fc.Contact(solid.side("bottom"), FLOOR)])
 
 
 def moved(a: Assembly, state: State):
@@ -144,7 +143,7 @@ def fallen(path, *, E=100.0, size=1.0, law=None, support=None, floor=0.0, **othe
     """A cube just above the floor, for a few steps."""
     mesh = fc.shapes.block((1.0, 1.0, size), (1, 1, 1), element="hex8").translated((0, 0, 0.2))
     solid = AncfSolid(AncfSpace(mesh), fc.Material(E=E, nu=0.3, density=1.0), law or StVenantKirchhoff(), points=3)
-    a = Assembly.of([solid], [support or {}], [(0, "bottom", FLOOR.placed((0, 0, floor)))])
+    a = Assembly.of([solid], [support or {}], [fc.Contact(solid.side("bottom"), FLOOR.placed((0, 0, floor)))])
     chosen = {"until": 0.04, "step": 0.02, "gravity": (0, 0, -10.0), "path": path} | others
     return move(a, **chosen)
 

@@ -7,7 +7,6 @@ from refusals import refused
 import fecontact as fc
 from fecontact import InputError
 from fecontact.ancf import AncfSolid, AncfSpace
-from fecontact.ancf.bricks.faces import Faces
 from fecontact.ancf.picture import draw_side, edges, multiplier_pressure
 
 SOFT = fc.Material(E=1.0, nu=0.0)
@@ -41,7 +40,7 @@ def test_edges_follow_the_deformation():
 
 def test_averaging_keeps_the_force_and_uniform_pressure():
     space = AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 1), element="hex8"))
-    top = Faces(space, space.mesh.faces("top"))
+    top = AncfSolid(space, fc.Material(E=1.0, nu=0.3)).side("top")
     areas = top.quadrature[2]
     _, _, same = multiplier_pressure(top, space.q0, 2.0 * areas, averaged=True)
     assert np.abs(same - 2).max() < 1e-14

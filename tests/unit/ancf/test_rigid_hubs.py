@@ -134,8 +134,7 @@ def test_a_hub_presses_a_brick_on_a_ball():
         joints.pinned((1, (0.0, 0.0, 0.7)), (0, 0, 1)),
     ]
     ball = fc.RigidBody(fc.Sphere(1.0)).placed((0.0, 0.0, 0.0), fc.rotation_about((1, 0, 0), np.pi))
-    touch = replace(Assembly.of([soft], None, [(0, "bottom", ball)]).contacts[0], n_dofs=soft.n_dofs + hub.n_dofs)
-    a = Assembly([soft, hub], joints.free(conditions), [touch], rigid=[1])
+    a = Assembly([soft, hub], joints.free(conditions), [fc.Contact(soft.side("bottom"), ball)], rigid=[1])
     motion = joints.motion(conditions, [None] * 4 + [-0.05])
     path = equilibrium(lambda level: Stage(a, motion=level * motion), steps=2)
     assert path.success, path.message
@@ -152,6 +151,6 @@ def test_refused(block):
         Assembly([hub], Assembly.of([hub]).free, rigid=[0])
     with refused(fc.InputError, "input", "number 1"):
         Assembly([hub], block.free, rigid=[1])
-    table = Assembly.of([hub], None, [(0, "bottom", fc.RigidBody(fc.Plane()), 0.5)]).contacts
+    table = [fc.Contact(hub.side("bottom"), fc.RigidBody(fc.Plane()), friction=0.5)]
     with refused(fc.InputError, "free-rigid-motion"):
         equilibrium(lambda _: Stage(replace(block, contacts=table)))

@@ -9,7 +9,7 @@ from refusals import refused
 import fecontact as fc
 from fecontact.analytic import friction
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Joints, Stage, equilibrium
-from fecontact.ancf.slender import line, plate, straight, touching
+from fecontact.ancf.slender import line, plate, straight, touching, touching_members
 
 UP = np.array([0.0, 1.0, 0.0])
 
@@ -54,12 +54,12 @@ def test_a_cable_laid_on_a_drum():
     cable = line(straight((0, r, 0), (2.6, r, 0), 13), EA=1e4, EI=bending)
     joints = Joints([cable])
     free = joints.free([joints.flat(), joints.pinned((0, 0)), joints.guided((0, 0), 1, UP)])
-    a = Assembly([cable], free, [touching([cable], 0, drum(), offset=thick)])
+    a = Assembly([cable], free, [fc.Contact(cable.side(thick), drum())])
     load = np.zeros(cable.n_dofs)
     load[-5] = -pull
     path = equilibrium(lambda level: Stage(a, forces=level * load), steps=5)
     assert path.success
-    forces, contact = path.last.forces[0], a.contacts[0]
+    forces, contact = path.last.forces[0], a.constraints[0]
     part = a.conditions(path.last.q).parts[0]
     assert a.translation(UP) @ (part.G.T @ forces) == pytest.approx(pull, rel=1e-3)
     pressure = (forces / contact.areas)[:2].mean()
@@ -83,7 +83,7 @@ def test_a_belt_slides_round_half_a_drum(n, most):
     belt = line(points, EA=1e3, EI=1e-4, tangents=tangents)
     joints = Joints([belt])
     free = joints.free([joints.flat(), joints.pinned((0, 0), UP)])
-    a = Assembly([belt], free, [touching([belt], 0, drum(), friction=mu)])
+    a = Assembly([belt], free, [fc.Contact(belt.side(), drum(), friction=mu)])
     load, motion = np.zeros((2, belt.n_dofs))
     load[-5], motion[1] = -slack, -0.02
     hung = equilibrium(lambda level: Stage(a, forces=level * load), steps=2)
@@ -106,7 +106,7 @@ def closed_belt(EI, mus, distance=3.0, n=12, m=4):
     joints, left = Joints([belt]), [len(belt.cells) - 1, *range(n + 1)]
     free, right = joints.free([joints.flat(), joints.rigid((0, 0), (0, -1))]), range(n + m - 1, 2 * n + m + 1)
     touches = [
-        touching([belt], 0, drum(x), friction=mu, elements=each)
+        fc.Contact(belt.side(elements=each), drum(x), friction=mu)
         for x, mu, each in zip((0.0, distance), mus, (left, right), strict=True)
     ]
     return belt, Assembly([belt], free, touches)
@@ -189,8 +189,8 @@ def test_a_plate_pressed_on_a_ball():
     support = {"x_max": "xyz", "y_max": "xyz", "x_min": "x", "y_min": "y"}
     forces = []
     for a in (
-        Assembly([quarter], joints.free(held), [touching([quarter], 0, ball, offset=thick / 2)]),
-        Assembly.of([solid], [support], [(0, "top", ball)]),
+        Assembly([quarter], joints.free(held), [fc.Contact(quarter.side(thick / 2), ball)]),
+        Assembly.of([solid], [support], [fc.Contact(solid.side("top"), ball)]),
     ):
         path = equilibrium(
             lambda level, a=a: Stage(a.with_rigid(ball.placed((0, 0, thick / 2 - depth * level)))), steps=2
@@ -220,7 +220,7 @@ def test_a_ball_within_an_element_whose_mean_gap_is_open_is_named(depth, at, car
     joints = Joints([sheet])
     rim = np.flatnonzero(np.abs(sheet.vectors[:, 0, :2]).max(axis=1) > 1 - 1e-9)
     free = joints.free([joints.clamped((0, k)) for k in rim])
-    path = equilibrium(lambda _: Stage(Assembly([sheet], free, [touching([sheet], 0, below, offset=0.025)])), steps=1)
+    path = equilibrium(lambda _: Stage(Assembly([sheet], free, [fc.Contact(sheet.side(0.025), below)])), steps=1)
     assert path.success
     assert (path.last.forces[0].sum() > 0) == carries
     overlap = 0.0 if carries else max(0.0, depth)
@@ -228,17 +228,24 @@ def test_a_ball_within_an_element_whose_mean_gap_is_open_is_named(depth, at, car
     assert ("Contact 0 carries nothing, but its sides overlap" in str(path)) == (overlap > 0)
 
 
-@pytest.mark.parametrize(
-    ("change", "match"),
-    [
-        ({"offset": -0.1}, ("input", "offset must be a radius")),
-        ({"elements": [4]}, ("input", "has 4")),
-        ({"number_of": 1}, ("unknown", "are 1")),
-        ({"friction": -0.1}, ("friction", "zero or positive")),
-    ],
-)
-def test_bad_input(change, match):
+def test_bad_input():
     cable = line(straight((0, 0, 0), (1, 0, 0), 4), EA=1.0, EI=1.0)
-    given = {"number_of": 0, **change}
-    with refused(fc.InputError, *match):
-        touching([cable], given.pop("number_of"), drum(), **given)
+    for offset in (-0.1, np.nan, np.inf):
+        with refused(fc.InputError, "input", "offset must be a radius"):
+            cable.side(offset)
+    for elements in ([4], [-1], []):
+        with refused(fc.InputError, "input", "has 4"):
+            cable.side(0.1, elements)
+    with refused(fc.InputError, "friction", "zero or positive"):
+        fc.Contact(cable.side(), drum(), friction=-0.1)
+
+
+def test_former_names_of_contacts_still_work():
+    cable, post = (line(straight((0, 0, z), (1, 0, z), 4), EA=1.0, EI=1.0) for z in (0, 1))
+    with pytest.warns(DeprecationWarning, match=r"touching\(..\) is now Contact"):
+        found = touching([cable], 0, drum(), offset=0.1, friction=0.2, elements=[2, 1])
+    assert (found.slave.member, found.slave.offset, found.mu) == (cable, 0.1, 0.2)
+    assert found.slave.elements.tolist() == [1, 2]
+    with pytest.warns(DeprecationWarning, match=r"touching_members\(..\) is now Contact"):
+        found = touching_members([post, cable], 1, 0, offsets=(0.1, 0.2))
+    assert (found.slave.member, found.master.member, found.master.offset) == (cable, post, 0.2)

@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
 from fecontact.ancf import Assembly, Joints, Stage, equilibrium
-from fecontact.ancf.slender import beam, line, plate, straight, strip, thick_plate, touching, touching_members
+from fecontact.ancf.slender import beam, line, plate, straight, strip, thick_plate
 from fecontact.ancf.slender.closest import Middle
-from fecontact.ancf.slender.trace import skin
+from fecontact.ancf.slender.contact import skin
 
 X, Y, Z = np.eye(3)
 MATERIAL = fc.Material(E=3.0, nu=0.3, density=2.0)
@@ -23,6 +24,12 @@ MADE = {
     "plate": lambda: plate(CORNERS, (2, 1), MATERIAL, 0.1),
     "thick plate": lambda: thick_plate(CORNERS, (2, 1), MATERIAL, 0.1),
 }
+
+
+def bound(members, *contact, **friction):
+    """Constraints of a contact between free members."""
+    free = sp.eye_array(sum(m.n_dofs for m in members), format="csr")
+    return Assembly(members, free, [fc.Contact(*contact, **friction)]).constraints[0]
 
 
 def places(middle, rng):
@@ -72,7 +79,7 @@ def test_a_common_motion_is_no_slip(kind):
         made = [beam(points, MATERIAL, width=0.1, height=0.1) for points in axes]
     else:
         made = [line(points, EA=1.0, EI=1.0) for points in axes]
-    contact = touching_members(made, 0, 1, offsets=(0.05, 0.05), friction=0.3)
+    contact = bound(made, made[0].side(0.05), made[1].side(0.05), friction=0.3)
     q = np.concatenate([s.q0 for s in made])
     # about the normal of the crossing, where lines have no twist
     turn = Rotation.from_rotvec([0, 0, 0.8] if kind != "beams" else [0.4, -0.8, 1.2])
@@ -101,7 +108,7 @@ def test_a_shaft_is_turned_by_a_plane_that_moves_across():
         held += [joints.pinned((0, k), [X, Y]), joints.guided((0, k), 1, Y), joints.guided((0, k), 2, Y)]
         held.append(joints.guided((0, k), 3, Z))
     floor = fc.RigidBody(fc.Plane())
-    touch = touching([shaft], 0, floor, offset=radius, friction=math.inf, elements=[3])
+    touch = fc.Contact(shaft.side(radius, [3]), floor, friction=math.inf)
     a, load = Assembly([shaft], joints.free(held), [touch]), np.zeros(shaft.n_dofs)
     load[[-10, -22]] = -1e-6
     path = equilibrium(lambda level: Stage(a.with_rigid(floor.placed((0, level * way, 0))), forces=load), steps=1)
@@ -124,7 +131,7 @@ def test_rough_bars_bend_as_one(mu):
     # the clamps let the axes stretch
     held = [c for k in (0, 1) for c in (joints.pinned((k, 0)), joints.guided((k, 0), 1, Y))]
     free = joints.free([joints.flat(), *held])
-    a = Assembly(made, free, [touching_members(made, 0, 1, offsets=(h / 2, h / 2), friction=mu)])
+    a = Assembly(made, free, [fc.Contact(made[0].side(h / 2), made[1].side(h / 2), friction=mu)])
     load = np.concatenate([made[0].mass @ made[0].translation(-Y), np.zeros(made[1].n_dofs)])
     path = equilibrium(lambda level: Stage(a, forces=level * load), steps=1)
     assert path.success
@@ -143,9 +150,7 @@ def test_a_bar_is_drawn_across_another():
     other = line(straight((at, -under, 0), (at, 0.2, 0), 4), EA=EA, EI=bend)
     joints = Joints([one, other])
     held = [joints.clamped((0, 0)), joints.clamped((1, 0))]
-    a = Assembly(
-        [one, other], joints.free(held), [touching_members([one, other], 0, 1, offsets=(0.01, 0.01), friction=mu)]
-    )
+    a = Assembly([one, other], joints.free(held), [fc.Contact(one.side(0.01), other.side(0.01), friction=mu)])
     load = np.zeros(a.n_dofs)
     load[one.n_dofs - 4] = -1e-2
     pressed = equilibrium(lambda level: Stage(a, forces=level * load), steps=1)

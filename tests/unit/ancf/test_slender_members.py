@@ -9,11 +9,27 @@ from refusals import refused
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
-from fecontact.ancf import Assembly, EnergyMomentum, GeneralisedAlpha, Joints, Stage, equilibrium, move
-from fecontact.ancf.slender import line, plate, straight, strip, touching_members
+from fecontact.ancf import (
+    AncfSolid,
+    AncfSpace,
+    Assembly,
+    EnergyMomentum,
+    GeneralisedAlpha,
+    Joints,
+    Stage,
+    equilibrium,
+    move,
+)
+from fecontact.ancf.slender import line, plate, straight, strip
 from fecontact.ancf.slender.closest import Middle, closest
 
 X, Y, Z = np.eye(3)
+
+
+def bound(members, *contact, **friction):
+    """Constraints of a contact between free members."""
+    free = sp.eye_array(sum(m.n_dofs for m in members), format="csr")
+    return Assembly(members, free, [fc.Contact(*contact, **friction)]).constraints[0]
 
 
 def crossed(angle, n=(5, 4), radii=(0.05, 0.04), apart=0.0, at=(0.37, -0.21)):
@@ -22,7 +38,7 @@ def crossed(angle, n=(5, 4), radii=(0.05, 0.04), apart=0.0, at=(0.37, -0.21)):
     high = np.array([0, 0, sum(radii) + apart])
     one = line(straight(at[0] * X - X + high, at[0] * X + X + high, n[0]), EA=1e3, EI=1.0, mass=1.0)
     other = line(straight(at[1] * way - way, at[1] * way + way, n[1]), EA=1e3, EI=1.0, mass=1.0)
-    return [one, other], touching_members([one, other], 0, 1, offsets=radii)
+    return [one, other], bound([one, other], one.side(radii[0]), other.side(radii[1]))
 
 
 def start(structures):
@@ -46,7 +62,7 @@ CASES = {
 def on_a_plate():
     sheet = plate([(-1, -1, 0), (1, -1, 0), (-1, 1, 0)], (2, 3), fc.Material(E=1e3, nu=0.3), 0.1)
     bar = line(straight((-0.7, 0.1, 0.09), (0.6, 0.3, 0.09), 3), EA=1e3, EI=1.0)
-    return [bar, sheet], touching_members([bar, sheet], 0, 1, offsets=(0.04, 0.05))
+    return [bar, sheet], bound([bar, sheet], bar.side(0.04), sheet.side(0.05))
 
 
 def strips():
@@ -55,7 +71,7 @@ def strips():
         strip(points, rubber, width=0.1, height=0.1)
         for points in (straight((0.3, 0.12, 0), (0.6, 1, 0), 2), straight((0, 0, 0), (1, 0, 0), 3))
     ]
-    return made, touching_members(made, 0, 1, offsets=(0.05, 0.05))
+    return made, bound(made, made[0].side(0.05), made[1].side(0.05))
 
 
 def plates():
@@ -63,7 +79,7 @@ def plates():
         plate([(-a, -a, h), (a, -a, h), (-a, a, h)], (2, 2), fc.Material(E=1e3, nu=0.3), 0.1)
         for a, h in ((0.7, 0.1), (1.0, 0.0))
     ]
-    return made, touching_members(made, 0, 1, offsets=(0.05, 0.05))
+    return made, bound(made, made[0].side(0.05), made[1].side(0.05))
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -106,7 +122,7 @@ def test_action_is_reaction_in_force_and_moment(case):
 
 def lift(path, a, of=0):
     """Resultant contact force on the slave of a contact, upwards (z)."""
-    part, k = a.conditions(path.last.q).parts[of], a.starts.index(a.contacts[of].slave_start)
+    part, k = a.conditions(path.last.q).parts[of], a.starts.index(a.constraints[of].slave_start)
     forces = a.part(part.G.T @ path.last.forces[of], k)
     return float(a.solids[k].translation(Z) @ forces)
 
@@ -127,7 +143,7 @@ def test_two_crossing_cantilevers(angle, at, under):
     other = line(straight(begin, begin + 0.6 * way, 4), EA=1e4, EI=other_bend)
     joints = Joints([one, other])
     free = joints.free([joints.clamped((0, 0)), joints.clamped((1, 0))])
-    a = Assembly([one, other], free, [touching_members([one, other], 0, 1, offsets=(0.01, 0.01))])
+    a = Assembly([one, other], free, [fc.Contact(one.side(0.01), other.side(0.01))])
     forces = np.zeros(a.n_dofs)
     forces[one.n_dofs - 4] = -load
     path = equilibrium(lambda level: Stage(a, forces=level * forces), steps=1)
@@ -145,7 +161,7 @@ def test_a_crossing_passes_from_element_to_element():
     other = line(straight((at, -under, 0), (at, 0.2, 0), 8), EA=1e4, EI=bend)
     joints = Joints([one, other])
     held = [joints.clamped((0, 0)), joints.clamped((1, 0))]
-    a = Assembly([one, other], joints.free(held), [touching_members([one, other], 0, 1, offsets=(0.01, 0.01))])
+    a = Assembly([one, other], joints.free(held), [fc.Contact(one.side(0.01), other.side(0.01))])
     forces, motion = np.zeros(a.n_dofs), joints.motion(held, [[*(way * X), 0.0, 0.0], None])
     forces[one.n_dofs - 4] = -load
     path = equilibrium(lambda level: Stage(a, forces=min(1, 3 * level) * forces, motion=level * motion), steps=3)
@@ -169,7 +185,7 @@ def test_a_taut_cable_laid_across_another(n):
     other = line(straight((0, -low / 2, 0), (0, low / 2, 0), n[1]), EA=EA, EI=EI)
     joints, ends = Joints([one, other]), [(0, 0), (0, -1), (1, 0), (1, -1)]
     held = [joints.pinned(e) for e in ends]
-    a = Assembly([one, other], joints.free(held), [touching_members([one, other], 0, 1, offsets=(r, r))])
+    a = Assembly([one, other], joints.free(held), [fc.Contact(one.side(r), other.side(r))])
     pull = [-stretch / 2 * X, stretch / 2 * X, -stretch * low / 2 * Y, stretch * low / 2 * Y]
     motion = joints.motion(held, [p - (down * Z if k < 2 else 0.0) for k, p in enumerate(pull)])
     path = equilibrium(lambda level: Stage(a, motion=level * motion), steps=2)
@@ -192,7 +208,7 @@ def test_two_stacked_cantilevers_share_the_load(n, force, pressure):
     ]
     joints = Joints(made)
     free = joints.free([joints.flat(), joints.clamped((0, 0)), joints.clamped((1, 0))])
-    a = Assembly(made, free, [touching_members(made, 0, 1, offsets=(h / 2, h / 2))])
+    a = Assembly(made, free, [fc.Contact(made[0].side(h / 2), made[1].side(h / 2))])
     load = np.concatenate([made[0].mass @ made[0].translation(-Y), np.zeros(made[1].n_dofs)])
     path = equilibrium(lambda level: Stage(a, forces=level * load), steps=1)
     assert path.success
@@ -212,7 +228,7 @@ def test_a_bar_pressed_on_a_plate():
     joints = Joints([bar, sheet])
     edge = np.flatnonzero(sheet.vectors[:, 0, 0] < 1e-9)
     held = [joints.clamped((1, k)) for k in edge] + [joints.pinned((0, k)) for k in (0, -1)]
-    a = Assembly([bar, sheet], joints.free(held), [touching_members([bar, sheet], 0, 1, offsets=(0.01, thick / 2))])
+    a = Assembly([bar, sheet], joints.free(held), [fc.Contact(bar.side(0.01), sheet.side(thick / 2))])
     motion = joints.motion(held, [None] * len(edge) + [-down * Z] * 2)
     path = equilibrium(lambda level: Stage(a, motion=level * motion), steps=1)
     assert path.success
@@ -224,7 +240,7 @@ def test_a_bar_pressed_on_a_plate():
 def test_a_bar_thrown_across_another(scheme):
     """Both in free flight: momentum and its moment stay, energy as the scheme has it, and they part again."""
     (one, other), contact = crossed(1.2, n=(2, 2), apart=0.004, at=(0.2, 0.1))
-    a = Assembly([one, other], sp.eye_array(contact.n_dofs, format="csr"), [contact])
+    a = Assembly([one, other], sp.eye_array(contact.n_dofs, format="csr"), [fc.Contact(contact.slave, contact.master)])
     motion = move(a, until=6e-3, step=5e-4, velocity=np.concatenate([one.translation(-Z), 0 * other.q0]), scheme=scheme)
     assert motion.success
     hit = motion.contact_force[:, 0, 2]
@@ -242,22 +258,21 @@ def motion_ends(motion, a, one):
     return [(a.q0, thrown), (motion.now.q, motion.now.v)]
 
 
-@pytest.mark.parametrize(
-    ("change", "match"),
-    [
-        ({"slave": 2}, ("unknown", "are 2")),
-        ({"master": 0}, ("input", "cannot touch itself")),
-        ({"offsets": (0.0, 0.0)}, ("input", "not both zero")),
-        ({"offsets": (-0.1, 0.2)}, ("input", "two radii")),
-        ({"offsets": (0.3, 0.3)}, ("initial-overlap", "0.51")),
-        ({"elements": [7]}, ("input", "has 5")),
-    ],
-)
-def test_bad_input(change, match):
-    structures, _ = crossed(1.0)
-    given = {"slave": 0, "master": 1, "offsets": (0.05, 0.04), **change}
-    with refused(fc.InputError, *match):
-        touching_members(structures, given.pop("slave"), given.pop("master"), **given)
+def test_bad_input():
+    (one, other), _ = crossed(1.0)
+    with refused(fc.InputError, "contact-with-itself"):
+        fc.Contact(one.side(0.1), one.side(0.1))
+    with refused(fc.InputError, "input", "not both zero"):
+        bound([one, other], one.side(), other.side())
+    with refused(fc.InputError, "initial-overlap", "0.51"):
+        bound([one, other], one.side(0.3), other.side(0.3))
+    with refused(fc.InputError, "not-in-assembly"):
+        bound([one, one], one.side(0.1), other.side(0.1))
+    solid = AncfSolid(AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")), fc.Material(1.0, 0.3))
+    with refused(fc.InputError, "bricks-and-members"):
+        bound([one, solid], one.side(0.1), solid.side("top"))
+    with refused(fc.InputError, "bricks-and-members"):
+        bound([one, solid], solid.side("top"), one.side(0.1))
 
 
 @pytest.mark.parametrize("beyond", [False, True])
@@ -268,7 +283,7 @@ def test_a_bar_within_elements_of_a_plate_is_named(beyond):
     # the cubic whose ends rise at slopes of one has its lowest point 1/4 below them
     ends = np.array([[[t, 0.6 + beyond, 0.25 + 0.04 - depth], [1.0, 0, k]] for t, k in zip(x, (-1, 1), strict=True)])
     bar = line(straight((x[0], 0.6, 1), (x[1], 0.6, 1), 1), EA=1e3, EI=1.0)
-    contact = touching_members([bar, sheet], 0, 1, offsets=(0.02, 0.02))
+    contact = bound([bar, sheet], bar.side(0.02), sheet.side(0.02))
     q = np.concatenate([ends.ravel(), sheet.q0])
     part = contact.at(q)
     assert part.gap.min() > 0
@@ -278,7 +293,7 @@ def test_a_bar_within_elements_of_a_plate_is_named(beyond):
 def test_an_element_with_two_crossings_that_touch_is_refused():
     one = line(straight((-1, 0, 0.1), (1, 0, 0.1), 1), EA=1.0, EI=1.0)
     two = line([straight((x, -1, 0), (x, 1, 0), 1) for x in (-0.5, 0.5)], EA=1.0, EI=1.0)
-    contact = touching_members([one, two], 0, 1, offsets=(0.05, 0.05))
+    contact = bound([one, two], one.side(0.05), two.side(0.05))
     q = start([one, two])
     q[2] = q[8] = 0.099
     with refused(fc.SolverError, "crossed-twice"):
@@ -320,4 +335,4 @@ def test_closest_points_of_a_skew_element_from_its_corners():
 def test_a_plate_is_no_slave_of_a_line():
     (bar, sheet), _ = on_a_plate()
     with refused(fc.InputError, "input", "exchange slave and master"):
-        touching_members([bar, sheet], 1, 0, offsets=(0.05, 0.04))
+        bound([bar, sheet], sheet.side(0.05), bar.side(0.04))

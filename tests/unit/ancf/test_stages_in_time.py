@@ -26,9 +26,10 @@ from fecontact.ancf.slender import line, straight
 SCHEMES = pytest.mark.parametrize("scheme", [GeneralisedAlpha(), EnergyMomentum()], ids=["alpha", "energy"])
 
 
-def bar(supports=None, divisions=(2, 1, 1), size=(2.0, 1.0, 1.0), E=100.0, contacts=()):
+def bar(supports=None, divisions=(2, 1, 1), size=(2.0, 1.0, 1.0), E=100.0, floor=None):
     mesh = fc.shapes.block(size, divisions, element="hex8")
     solid = AncfSolid(AncfSpace(mesh), fc.Material(E=E, nu=0.0, density=1.0), points=3)
+    contacts = [fc.Contact(solid.side("bottom"), floor)] if floor else []
     return Assembly.of([solid], None if supports is None else [supports], contacts)
 
 
@@ -75,7 +76,7 @@ def test_a_floor_that_moves_is_a_body_that_falls(scheme):
     v, floor = 0.5, fc.RigidBody(fc.Plane())
     mesh_up = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8").translated((0.0, 0.0, 0.012))
     solid = AncfSolid(AncfSpace(mesh_up), fc.Material(E=100.0, nu=0.0, density=1.0), points=3)
-    a = Assembly.of([solid], None, [(0, "bottom", floor)])
+    a = Assembly.of([solid], None, [fc.Contact(solid.side("bottom"), floor)])
     arguments = {"until": 0.2, "step": 0.01, "scheme": scheme, "every": 1}
     pushed = move(lambda t: Stage(a.with_rigid(floor.placed((0, 0, v * t)))), **arguments)
     falling = move(a, velocity=(0.0, 0.0, -v), **arguments)
@@ -172,9 +173,9 @@ def test_a_stage_is_made_once_a_time(scheme, each):
 
 @SCHEMES
 def test_what_rests_on_a_floor_stays(scheme):
-    floor, held = [(0, "bottom", fc.RigidBody(fc.Plane()))], {"x_min": "x", "y_min": "y"}
-    pressed, loose = bar({**held, "top": "z"}, contacts=floor), bar(held, contacts=floor)
-    loose = replace(loose, solids=pressed.solids)
+    floor, held = fc.RigidBody(fc.Plane()), {"x_min": "x", "y_min": "y"}
+    pressed = bar({**held, "top": "z"}, floor=floor)
+    loose = Assembly.of(pressed.solids, [held], pressed.contacts)
     weight, down = (pressed.translation(np.array([0.0, 0.0, z])) for z in (-5.0, -0.1))
     path = equilibrium(lambda s: Stage(pressed, forces=s * (pressed.mass @ weight), motion=s * down), steps=1)
     assert path.success

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly, NeoHookean, Stage, equilibrium
-from fecontact.ancf.slender import Joints, line, plate, straight, touching
+from fecontact.ancf.slender import Joints, line, plate, straight
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -22,7 +22,7 @@ def squeezed(stretch):
     """A neo-Hookean block between smooth plates, free at the sides, with one Poisson ratio that widens it."""
     block = solid((1.0, 1.0, 1.0), (2, 2, 1), fc.Material(E=1.0, nu=0.3), NeoHookean(), points=3)
     press = fc.RigidBody(fc.Plane())
-    a = Assembly.of([block], [{"top": "z", "x_min": "x", "y_min": "y"}], [(0, "bottom", press)])
+    a = Assembly.of([block], [{"top": "z", "x_min": "x", "y_min": "y"}], [fc.Contact(block.side("bottom"), press)])
     return equilibrium(lambda s: Stage(a.with_rigid(press.placed((0, 0, (1 - stretch) * s)))), steps=3).last
 
 
@@ -49,7 +49,8 @@ def test_bricks_and_the_linear_body_have_one_multiplier_basis():
     ball = fc.RigidBody(fc.Sphere(1e4))
     body = fc.AncfBody(mesh, material, contact="top", supports={"bottom": "xyz"})
     linear = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(motions={ball: {"z": -depth}}).contacts[0]
-    a = Assembly.of([AncfSolid(AncfSpace(mesh), material)], [{"bottom": "xyz"}], [(0, "top", ball)])
+    solid = AncfSolid(AncfSpace(mesh), material)
+    a = Assembly.of([solid], [{"bottom": "xyz"}], [fc.Contact(solid.side("top"), ball)])
     (found,) = equilibrium(lambda s: Stage(a.with_rigid(ball.placed((0, 0, -depth * s)))), steps=1).last.contacts
     order, other = (np.lexsort(np.round(c.points, 4).T) for c in (found, linear))
     assert len(order) == len(other) == 16 + 24
@@ -60,7 +61,7 @@ def test_bricks_and_the_linear_body_have_one_multiplier_basis():
 
 def test_friction_of_a_state_is_that_of_a_result():
     block = solid((1.0, 1.0, 0.5), (2, 2, 1), fc.Material(E=1e3, nu=0.3, density=1.0), points=3)
-    a = Assembly.of([block], None, [(0, "bottom", fc.RigidBody(fc.Plane()), 0.4)])
+    a = Assembly.of([block], None, [fc.Contact(block.side("bottom"), fc.RigidBody(fc.Plane()), friction=0.4)])
     weight = a.gravity(9.81 * np.array([np.sin(0.3), 0.0, -np.cos(0.3)]))
     state = equilibrium(lambda s: Stage(a, forces=s * weight), steps=1).last
     (contact,) = state.contacts
@@ -74,7 +75,7 @@ def test_friction_of_a_state_is_that_of_a_result():
 def test_outline_map_and_table_of_a_ball_in_a_block(tmp_path):
     block = solid((2.0, 2.0, 1.0), (8, 8, 1), fc.Material(E=1.0, nu=0.3), at=(-1.0, -1.0, -1.0), points=3)
     ball = fc.RigidBody(fc.Sphere(2.0))
-    a = Assembly.of([block], [{"bottom": "xyz"}], [(0, "top", ball)])
+    a = Assembly.of([block], [{"bottom": "xyz"}], [fc.Contact(block.side("top"), ball)])
     state = equilibrium(lambda s: Stage(a.with_rigid(ball.placed((0, 0, -0.15 * s)))), steps=1).last
     (contact,) = state.contacts
     circle = contact.outline.curves[0]
@@ -102,7 +103,7 @@ def test_members_have_forces_per_present_length_and_no_map():
     conditions = [joints.pinned((0, 0)), joints.pinned((0, 4))]
     flat = [joints.pinned((0, k), [(0, 1, 0)]) for k in (1, 2, 3)]
     free = joints.free([*conditions, *flat, *(joints.guided((0, k), 1, [(0, 1, 0)]) for k in range(5))])
-    a = Assembly([cable], free, [touching([cable], 0, floor, offset=0.1)])
+    a = Assembly([cable], free, [fc.Contact(cable.side(0.1), floor)])
     out = joints.motion(conditions, [None, (0.1, 0.0, 0.0)])
     down = np.zeros((cable.n_dofs // 3, 3))
     down[::2, 2] = [-0.125, -0.25, -0.25, -0.25, -0.125]
@@ -118,12 +119,12 @@ def test_members_have_forces_per_present_length_and_no_map():
 
 def test_areas_of_a_plate_are_present_ones():
     sheet = plate([(0, 0, 0), (1, 0, 0), (0, 1, 0)], (2, 2), fc.Material(E=1.0, nu=0.0), 0.1)
-    contact = touching([sheet], 0, fc.RigidBody(fc.Plane()), offset=0.05)
+    contact = sheet.side(0.05)
     stretched = sheet.q0.reshape(-1, 3) * [1.3, 0.9, 1.0]
     assert np.abs(contact.present_areas(stretched.ravel()) - 0.25 * 1.3 * 0.9).max() < 1e-14
 
 
 def test_the_former_name_of_an_assemblys_contacts_warns():
     a = Assembly.of([solid((1.0, 1.0, 1.0), (1, 1, 1), fc.Material(E=1.0, nu=0.3))])
-    with pytest.warns(DeprecationWarning, match="touches is now contacts"):
-        assert a.touches == a.contacts
+    with pytest.warns(DeprecationWarning, match="touches is now constraints"):
+        assert a.touches == a.constraints

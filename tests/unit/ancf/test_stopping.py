@@ -12,8 +12,8 @@ from fecontact.ancf.system.slip import initial_friction, slips, stopped
 def block():
     mesh = fc.shapes.block((1.0, 1.0, 0.5), (1, 1, 1), element="hex8")
     solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3, density=2.0), points=2)
-    a = Assembly.of([solid], None, [(0, "bottom", fc.RigidBody(fc.Plane()), 0.5)])
-    slip = slips(a.contacts, a.conditions(a.q0).parts, a.q0, initial_friction(a.contacts, a.q0).start)
+    a = Assembly.of([solid], None, [fc.Contact(solid.side("bottom"), fc.RigidBody(fc.Plane()), friction=0.5)])
+    slip = slips(a.constraints, a.conditions(a.q0).parts, a.q0, initial_friction(a.constraints, a.q0).start)
     v = a.translation(np.array([1.0, 0.5, 0.0])) + 0.1 * np.random.default_rng(0).standard_normal(a.n_dofs)
     return a, slip, v
 

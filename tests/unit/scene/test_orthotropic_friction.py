@@ -250,7 +250,7 @@ def test_half_spaces_and_bricks_have_one_coefficient() -> None:
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
     solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.0), points=3)
     with refused(fc.InputError, "friction-isotropic", "(0.1, 0.3)"):
-        Assembly.of([solid], None, [(0, "bottom", fc.RigidBody(fc.Plane()), MU)])
+        Assembly.of([solid], None, [fc.Contact(solid.side("bottom"), fc.RigidBody(fc.Plane()), friction=MU)])
 
 
 def test_a_section_has_one_coefficient() -> None:

@@ -1,20 +1,32 @@
-"""Contact of slender members with each other: along lines of closest points, and at crossings.
+"""Contact of slender members, with rigid bodies and with each other: their skins, pairs of points, and friction.
 
-Skins lie at distances r, radii or half thicknesses, from axes or middle surfaces; the gap of two points is their
-distance less both. Every element of the slave has one multiplier. Where the other member runs along it, this is its
-mean gap over Gauss points; where it crosses, the gap of the two points that are closest to each other (P. Wriggers & G.
-Zavarise, Commun. Numer. Methods Eng. 13, 1997). Lines of contact are for small angles, points for large ones (C. Meier,
-W. A. Wall & A. Popp, Comput. Methods Appl. Mech. Engrg. 315, 2017); which it is follows from the angle and from how
-much a mean gap would leave open, see `pairs`. Ends of axes have a multiplier each, and touch as balls do.
+The skin lies at a constant distance from the axis or middle surface, a radius or half a thickness; the gap of two
+points is their distance less those of the skins. Every element of the slave has one multiplier, its mean gap over Gauss
+points. A member that wraps a body is held in all its forms by more: with two for each element of a cable laid on a drum
+(ends and middles, as the corners and sides of a brick's faces) pressures alternate between nothing and twice their
+value; with one they are right to 1e-3.
 
-Pairs of points of two slender members that face each other, and the derivatives of their distance.
+Where another member crosses, the gap is that of the two points closest to each other (P. Wriggers & G. Zavarise,
+Commun. Numer. Methods Eng. 13, 1997). Lines of contact are for small angles, points for large ones (C. Meier, W. A.
+Wall & A. Popp, Comput. Methods Appl. Mech. Engrg. 315, 2017); which it is follows from the angle and from how much a
+mean gap would leave open, see `crossings`. Ends of axes have a multiplier each, and touch as balls do.
 
-A point of one member faces the closest one of the other; at a crossing both are closest to each other. With the
-positions u of the points that move, the distance D(u, q) and its direction n = (x - y) / |x - y|,
+With the coordinates u of points that move along members, the distance D(u, q) and its direction n = (x - y) / |x - y|,
 
     dg/dq = n . (dx - dy),    d2g/dq2 = D_qq - D_qu D_uu^-1 D_uq,
 
 both exact, since D_u = 0.
+
+Friction acts at the skin. A point of the skin is one of the axis and a fibre f to it, which moves with the section,
+
+    f = c_x r_x + c_y r_y + c_z r_z         elements with three gradients; c is constant
+    f = c_x r_x + c_y r_y + c_n n           two; n is the unit normal, dn = -a^k (n . dr_k) with the dual base a^k
+    f = c_x r_x + g,  g . r_x = 0           one; g turns with the axis, dg = -r_x (g . dr_x) / |r_x|^2
+
+and is none of their own coordinates. A line has no twist: a turn about its axis leaves its fibres where they are, and
+friction across the axis has no moment about it. Over a finite turn from the tangent t to t' a fibre g becomes
+
+    g - (g . t') / (1 + t . t') (t + t').
 """
 
 from __future__ import annotations
@@ -22,21 +34,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import scipy.sparse as sp
 
 from fecontact.ancf.slender.closest import Middle, closest_pairs
-from fecontact.ancf.slender.structure import Structure
-from fecontact.ancf.slender.trace import Trace, chosen_elements, skin
-from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps, Master
-from fecontact.bodies.body import Body
+from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps, Master, MovingSide
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import number
 from fecontact.common.errors import InputError, SolverError
 from fecontact.surfaces.facet_surface import Projection
+
+if TYPE_CHECKING:
+    from fecontact.ancf.slender.structure import Structure
 
 #: Sine of the angle above which two axes cross.
 STEEP = 0.2
@@ -52,6 +64,82 @@ BEYOND = 1e-6
 ROUNDS = 3
 #: Difference of an element's coordinate between two crossings.
 APART = 1e-3
+
+#: Gauss points of an element along each of its axes.
+POINTS = 6
+
+
+def skin(
+    middle: Middle, states: tuple[Array, Array], each: IntArray, local: Array, fibre: Array
+) -> tuple[sp.csr_matrix, Array, Array]:
+    """Points of the skin, their displacements by the coordinates, and where they were in an earlier state.
+
+    Parameters
+    ----------
+    middle : Middle
+    states : (then, now)
+        Coordinates (n_dofs,) of all members.
+    each, local : (n,) int array and (n, n_axes) array
+        Elements, and coordinates on them.
+    fibre : (n, 3) array
+        From axis or middle surface to the skin, now.
+
+    Returns
+    -------
+    rows : (3 n, n_dofs) csr_matrix
+    then, now : (n, 3) arrays
+    """
+    first = len(middle.structure.shape.gradients)
+    units = np.eye(3, dtype=int)[:first]
+    N, D = middle.rows(each, local), np.stack([middle.rows(each, local, tuple(e)) for e in units], axis=1)
+    vectors = [middle.part(q)[middle.structure.functions[each]] for q in states]
+    (x0, g0), (x, g) = ((np.einsum("nf,nfi->ni", N, v), np.einsum("nkf,nfi->nki", D, v)) for v in vectors)
+    turned, C = (_with_three, _with_two, _with_one)[3 - first](g0, g, fibre)
+    values = N[:, :, None, None] * np.eye(3) + np.einsum("nkij,nkf->nfij", C, D)
+    rows = _assembled(middle, each, values, len(states[0]))
+    return rows, x0 + turned, x + fibre
+
+
+def _with_three(g0: Array, g: Array, f: Array) -> tuple[Array, Array]:
+    """Earlier fibres (n, 3) and their changes (n, k, 3, 3) by the gradients (n, k, 3)."""
+    c = np.linalg.solve(g.swapaxes(1, 2), f[:, :, None])[:, :, 0]
+    return np.einsum("nk,nki->ni", c, g0), c[:, :, None, None] * np.eye(3)
+
+
+def _with_two(g0: Array, g: Array, f: Array) -> tuple[Array, Array]:
+    (base, dual), (base0, _) = _frame(g), _frame(g0)
+    c = np.einsum("nki,ni->nk", dual, f)
+    C = c[:, :2, None, None] * np.eye(3)
+    C -= c[:, 2, None, None, None] * dual[:, :2, :, None] * base[:, 2, None, None, :]
+    return np.einsum("nk,nki->ni", c, base0), C
+
+
+def _frame(g: Array) -> tuple[Array, Array]:
+    """Two gradients (n, 2, 3) and the unit normal, and their dual base, (n, 3, 3) each."""
+    across = np.cross(g[:, 0], g[:, 1])
+    base = np.concatenate([g, (across / np.linalg.norm(across, axis=1, keepdims=True))[:, None]], axis=1)
+    return base, np.linalg.inv(base).swapaxes(1, 2)
+
+
+def _with_one(g0: Array, g: Array, f: Array) -> tuple[Array, Array]:
+    a, a0 = g[:, 0], g0[:, 0]
+    size = (a * a).sum(axis=1, keepdims=True)
+    c = (f * a).sum(axis=1, keepdims=True) / size
+    across = f - c * a
+    t, t0 = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in (a, a0))
+    share = (across * t0).sum(axis=1, keepdims=True) / (1 + (t * t0).sum(axis=1, keepdims=True))
+    C = c[:, :, None] * np.eye(3) - (a / size)[:, :, None] * across[:, None, :]
+    return c * a0 + across - share * (t + t0), C[:, None]
+
+
+def _assembled(middle: Middle, each: IntArray, values: Array, n_dofs: int) -> sp.csr_matrix:
+    """Rows (3 n, n_dofs) of values (n, f, 3, 3): a component by the components of the vectors."""
+    columns = middle.start + 3 * middle.structure.functions[each][:, :, None] + np.arange(3)
+    across = values.transpose(0, 2, 1, 3)
+    column = np.broadcast_to(columns[:, None], across.shape)
+    row = np.arange(3 * len(values)).repeat(across[0, 0].size) if len(values) else np.zeros(0, np.int64)
+    return sp.csr_matrix((across.ravel(), (row, column.ravel())), shape=(3 * len(values), n_dofs))
+
 
 #: Slave and master.
 Sides = tuple[Middle, Middle]
@@ -223,46 +311,129 @@ def second_derivatives(sides: Sides, pairs: Pairs, q: Array, n: Array) -> tuple[
 
 
 @dataclass(frozen=True, eq=False)
-class MemberMaster(Master):
-    """A slender member that others may touch.
+class Skin(MovingSide):
+    """Skin of some elements of a slender member, at a distance from axis or middle surface.
 
-    Attributes
+    Parameters
     ----------
-    middle : Middle
+    member : Structure
     offset : float
-        Distance of its skin.
+        A radius, or half a thickness.
+    chosen : sequence of int, optional
+        Elements that may touch; all unless given.
+
+    Raises
+    ------
+    InputError
+        For unknown elements, or an offset that is negative or not a number.
     """
 
-    middle: Middle
+    member: Structure
     offset: float
+    chosen: Sequence[int] | None = None
+    name: str = "skin"
+
+    def __post_init__(self) -> None:
+        if not 0 <= number(self.offset) < np.inf:
+            raise InputError(f"offset must be a radius or half a thickness, zero or positive; found {self.offset!r}.")
+        n, each = len(self.member.cells), self.elements
+        if not len(each) or each[0] < 0 or each[-1] >= n:
+            raise InputError(f"The {self.member.name} has {n} elements, counted from 0; found {self.chosen!r}.")
 
     @property
-    def start(self) -> int:
-        """Its first coordinate."""
-        return self.middle.start
+    def n_dofs(self) -> int:
+        """Coordinates of the member."""
+        return self.member.n_dofs
+
+    @cached_property
+    def elements(self) -> IntArray:
+        """Sorted numbers (n,) of the elements that may touch."""
+        given = np.arange(len(self.member.cells)) if self.chosen is None else np.asarray(self.chosen, dtype=np.int64)
+        return np.unique(given)
+
+    @property
+    def middle(self) -> Middle:
+        """Axis or middle surface, by coordinates of the member alone."""
+        return Middle(self.member, 0)
+
+    @property
+    def named(self) -> tuple[IntArray, float]:
+        """Elements and distance."""
+        return self.elements, self.offset
 
     @property
     def thickness(self) -> float:
-        """Twice the distance of its skin."""
-        return 2 * self.offset
+        """Infinite: what it touches has the other side."""
+        return np.inf
 
-    @property
-    def named(self) -> tuple[int, float]:
-        """First coordinate and distance of the skin."""
-        return self.start, self.offset
-
-    def present(self, q: Array, name: str) -> Body:
-        """Refused: it has no faces.
+    def constraints(self, master: Master, starts: tuple[int, int | None], q0: Array, mu: float) -> ContactConstraints:
+        """Contact constraints with it as the slave, see `MovingSide.constraints`.
 
         Raises
         ------
         InputError
-            Always.
+            For two offsets of zero, a plate as the slave of a line, and members that overlap by more than half the sum
+            of their offsets.
         """
-        raise InputError("A slender member has no faces that a result could show.", code="no-faces")
+        first, other = starts
+        if other is None:
+            return SkinContact(self, master, first, None, len(q0), mu)
+        skin = cast(Skin, master)
+        if self.offset + skin.offset == 0:
+            raise InputError("The offsets of two members are radii or half thicknesses, not both zero.")
+        if self.middle.n_axes > skin.middle.n_axes:
+            raise InputError(
+                f"A {self.member.name} cannot be the slave of a {skin.member.name}: exchange slave and master."
+            )
+        contact = MemberContact(self, skin, first, other, len(q0), mu)
+        overlap = -contact.at(q0).gap.min()
+        if overlap > contact.reach / 2:
+            raise InputError(
+                f"Two members overlap by {overlap:.4g} at the start, more than half the sum of their offsets, "
+                f"{contact.reach:.4g}: it is open on which side of each other they are. Move them apart.",
+                code="initial-overlap",
+            )
+        return contact
+
+    @cached_property
+    def _rule(self) -> tuple[Array, Array]:
+        """Gauss points (n, n_axes) of an element, and their weights (n,)."""
+        x, w = np.polynomial.legendre.leggauss(POINTS)
+        one, weights = (1 + x) / 2, w / 2
+        if self.middle.n_axes == 1:
+            return one[:, None], weights
+        grid = np.stack(np.meshgrid(one, one, indexing="ij"), axis=-1).reshape(-1, 2)
+        return grid, np.outer(weights, weights).ravel()
+
+    @cached_property
+    def points(self) -> tuple[IntArray, Array]:
+        """Elements (n,) of the Gauss points and their coordinates (n, n_axes)."""
+        local = self._rule[0]
+        return self.elements.repeat(len(local)), np.tile(local, (len(self.elements), 1))
+
+    def rows(self, each: IntArray, local: Array) -> sp.csr_matrix:
+        """Values (n, n_functions) of all functions at coordinates (n, n_axes) on elements (n,)."""
+        return self.middle.matrix(each, local)
+
+    @cached_property
+    def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
+        """Rows N (n_points, n_functions), A (n, n_points), and areas or lengths (n,) of the elements."""
+        s, each, (grid, weights) = self.member, self.elements, self._rule
+        N = self.rows(*self.points)
+        A = sp.kron(sp.eye_array(len(each)), weights[None], format="csr")
+        return N, sp.csr_matrix(A), np.prod(s.lengths[each, : grid.shape[1]], axis=1)
+
+    def present_areas(self, q: Array) -> Array:
+        """Areas or lengths (n,) of the elements at coordinates q of the structure."""
+        first = self.middle.at(q, *self.points)[1]
+        size = np.linalg.norm(first[:, 0] if first.shape[1] == 1 else np.cross(first[:, 0], first[:, 1]), axis=1)
+        return np.asarray(size.reshape(len(self.elements), -1) @ self._rule[1])
+
+    def present(self, q: Array, name: str) -> None:
+        """None: it has no faces."""
 
     def project(self, q: Array, points: Array) -> Projection:
-        """Feet of points (n, 3) on its skin."""
+        """Feet of points (n, 3) on the skin."""
         y = self.middle.at(q, *self.middle.project(q, points))[0]
         return self.seen(points, y, np.zeros(len(y), bool))
 
@@ -272,6 +443,28 @@ class MemberMaster(Master):
         distance = np.linalg.norm(w, axis=1)
         normals = np.divide(w, distance[:, None], out=np.zeros_like(w), where=distance[:, None] > 0)
         return Projection(y + self.offset * normals, normals, distance - self.offset, hidden)
+
+    @cached_property
+    def widths(self) -> Array:
+        """Lengths (n_multipliers,) on which multipliers act."""
+        areas = self.quadrature[2]
+        return areas ** (1 / self._rule[0].shape[1])
+
+
+@dataclass(frozen=True, eq=False)
+class SkinContact(ContactConstraints):
+    """Contact of a slender member with a rigid body; friction acts at its skin."""
+
+    slave: Skin
+
+    def relative_displacement(
+        self, part: ContactGaps, then: Array, now: Array, pose: Pose
+    ) -> tuple[sp.csr_matrix, Array]:
+        """Displacement of points of the skin against the rigid body, see `ContactConstraints.relative_displacement`."""
+        fibre = -self.slave.offset * part.projection.normals
+        middle = Middle(self.slave.member, self.slave_start)
+        rows, before, after = skin(middle, (then, now), *self.slave.points, fibre)
+        return rows, after - before - self.master.rigid_displacement(before, pose)
 
 
 @dataclass(frozen=True, eq=False)
@@ -292,13 +485,14 @@ class MemberGaps(ContactGaps):
 class MemberContact(ContactConstraints):
     """Contact of a member with another; multipliers of the slave's elements, then of ends of slave and master."""
 
-    slave: Trace
-    master: MemberMaster
+    slave: Skin
+    master: Skin
+    master_start: int
 
     @cached_property
     def sides(self) -> Sides:
         """Slave and master."""
-        return Middle(self.slave.structure, self.slave_start), self.master.middle
+        return Middle(self.slave.member, self.slave_start), Middle(self.master.member, self.master_start)
 
     @cached_property
     def reach(self) -> float:
@@ -416,68 +610,3 @@ class MemberContact(ContactConstraints):
         H *= pressing[used, None, None]
         rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
         return sp.csr_matrix((H.ravel(), (rows.ravel(), columns.ravel())), shape=(self.n_dofs,) * 2)
-
-
-def touching_members(
-    structures: Sequence[Structure],
-    slave: int,
-    master: int,
-    *,
-    offsets: tuple[float, float],
-    friction: float = 0.0,
-    elements: Sequence[int] | None = None,
-) -> MemberContact:
-    """Contact between two of several structures.
-
-    Parameters
-    ----------
-    structures : sequence of Structure
-        All members of the assembly, in order.
-    slave, master : int
-        The two that touch, counted from 0. Multipliers are those of the slave's elements: where both run along each
-        other it should have the longer ones, or pressures alternate. Of a plate and another member, the plate is the
-        master.
-    offsets : (float, float)
-        Distances of the skins of slave and master from axes or middle surfaces: radii, or half thicknesses.
-    friction : float
-        Coulomb's coefficient; `inf` for rough surfaces.
-    elements : sequence of int, optional
-        Elements of the slave that may touch; all unless given.
-
-    Raises
-    ------
-    InputError
-        For unknown structures or elements, a member on itself, offsets that are negative, not numbers or both zero, a
-        plate as the slave of a line, or members that overlap by more than half the sum of the offsets.
-
-    Examples
-    --------
-    >>> from fecontact.ancf.slender import line, straight
-    >>> one = line(straight((-1, 0, 0.1), (1, 0, 0.1), 5), EA=1.0, EI=1.0)
-    >>> other = line(straight((0, -1, 0), (0, 1, 0), 4), EA=1.0, EI=1.0)
-    >>> contact = touching_members([one, other], 0, 1, offsets=(0.05, 0.04))
-    >>> float(contact.at(np.concatenate([one.q0, other.q0])).gap[2].round(12))
-    0.01
-    """
-    for k in (slave, master):
-        if not 0 <= k < len(structures):
-            raise InputError(f"There are {len(structures)} structures, counted from 0; found {k}.", code="unknown")
-    if slave == master:
-        raise InputError(f"Structure {slave} cannot touch itself; give what touches as structures of their own.")
-    if len(offsets) != 2 or not all(0 <= number(r) < np.inf for r in offsets) or sum(offsets) == 0:
-        raise InputError(f"offsets must be two radii or half thicknesses, not both zero; found {offsets!r}.")
-    one, starts = structures[slave], np.cumsum([0] + [s.n_dofs for s in structures])
-    trace = Trace(one, chosen_elements(one, slave, elements), float(offsets[0]))
-    middle = Middle(structures[master], int(starts[master]))
-    if Middle(one, 0).n_axes > middle.n_axes:
-        raise InputError(f"A {one.name} cannot be the slave of a {middle.structure.name}: exchange slave and master.")
-    other = MemberMaster(middle, float(offsets[1]))
-    contact = MemberContact(trace, int(starts[slave]), other, int(starts[-1]), friction)
-    overlap = -contact.at(np.concatenate([s.q0 for s in structures])).gap.min()
-    if overlap > contact.reach / 2:
-        raise InputError(
-            f"Structures {slave} and {master} overlap by {overlap:.4g} at the start, more than half the sum of their "
-            f"offsets, {contact.reach:.4g}: it is open on which side of each other they are. Move them apart.",
-            code="initial-overlap",
-        )
-    return contact
