@@ -300,7 +300,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
         "HalfSpace.curve": of(
             half.curve, surface=bowl, forces=[0.1, 0.3], load_point=None, tolerance=1e-8, symmetry=True, workers=1
         ),
-        "LoadCurve.plot": of(half.curve(bowl, [0.1, 0.3]).plot, path=None, length="mm", force="N", stress="MPa"),
+        "LoadCurve.plot": of(half.curve(bowl, [0.1, 0.3]).plot, path=None, length="mm", force="N", units="MPa"),
         "DividingPlane": of(fc.DividingPlane, point=(0, 0, 0), normal=(1, 0, 0), body=None, sides=("a", "b")),
         "a case": of(lambda case: scene.sweep([case]), case=pressed),
         "case name": of(

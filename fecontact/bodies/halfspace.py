@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import ClassVar, Protocol, TypeVar, cast, overload
 
 import numpy as np
@@ -27,11 +28,10 @@ from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.fft import array_module
 from fecontact.halfspace.friction import CERTIFIED, PressStep
-from fecontact.halfspace.friction_path import FrictionPath, solve_path
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.layered import Layer
-from fecontact.halfspace.load_curve import LoadCurve, load_curve
 from fecontact.halfspace.operator import CellModel, Part, coarse_pressure
+from fecontact.halfspace.path import FrictionPath, LoadCurve, solve_curve, solve_path
 from fecontact.halfspace.pressing import Load, check_settings, press
 from fecontact.halfspace.surface import GridSurface, grid_surface
 from fecontact.halfspace.validity import overlap_between_cells
@@ -264,7 +264,7 @@ class HalfSpace(SurfaceBody):
         if friction is not None:
             step = PressStep(force, approach, tangential, shift, load_point=load_point)
             within = CERTIFIED if tolerance is None else tolerance
-            return self.press_path(surface, [step], friction, within, symmetry, workers).contacts[0]
+            return self.press_path(surface, [step], friction, within, symmetry, workers, progress=False).last
         if tangential is not None or shift is not None:
             raise InputError("A tangential force or a shift needs friction: give friction=, Coulomb's mu.")
         tolerance = 1e-8 if tolerance is None else tolerance
@@ -293,6 +293,7 @@ class HalfSpace(SurfaceBody):
         tolerance: float = 1e-8,
         symmetry: bool = True,
         workers: int | None = None,
+        path: str | Path | None = None,
         progress: bool | None = None,
     ) -> LoadCurve:
         """Press a rigid surface with several forces: approach, area and pressures over the force.
@@ -308,6 +309,9 @@ class HalfSpace(SurfaceBody):
             Positive, in any order.
         load_point, tolerance, symmetry, workers
             As in `press`.
+        path : str or Path, optional
+            File of JSON lines, a row per load, written as loads are done; an interrupted curve goes on from there. A
+            row of another half-space, surface or load, or after other loads, is refused.
         progress : bool, optional
             Whether to show the loads on standard error; by default where that is a terminal.
 
@@ -333,7 +337,11 @@ class HalfSpace(SurfaceBody):
         check_settings(tolerance, symmetry, workers)
         z = self.heights_of(surface)
         loads = [Load(float(force), None, load_point) for force in values]
-        return load_curve(loads, lambda load: press(self.compliance, z, load, tolerance, symmetry, workers), progress)
+
+        def pressed(load: Load) -> HalfSpaceContact:
+            return press(self.compliance, z, load, tolerance, symmetry, workers)
+
+        return solve_curve(self.compliance, z, loads, pressed, tolerance, path, progress)
 
     def press_path(
         self,
@@ -343,6 +351,8 @@ class HalfSpace(SurfaceBody):
         tolerance: float = CERTIFIED,
         symmetry: bool = True,
         workers: int | None = None,
+        path: str | Path | None = None,
+        progress: bool | None = None,
     ) -> FrictionPath:
         """Press and drag a rigid surface with friction along a path of loads, from the unloaded state.
 
@@ -360,6 +370,12 @@ class HalfSpace(SurfaceBody):
             Coulomb's mu, zero or positive; infinite: what touches sticks.
         tolerance, symmetry, workers
             As in `press`; symmetry concerns the pressures.
+        path : str or Path, optional
+            File of JSON lines, a row per step, written as steps are done, with 30 to 60 bytes per cell: steps already
+            in it are certified, not solved, so that an interrupted path goes on where it stopped. A row of another
+            half-space, surface, step or history is refused.
+        progress : bool, optional
+            Whether to show the steps on standard error; by default where that is a terminal.
 
         Returns
         -------
@@ -384,8 +400,9 @@ class HalfSpace(SurfaceBody):
         array([ 0.   ,  0.229, -0.229,  0.229])
         """
         check_settings(tolerance, symmetry, workers)
-        path = solve_path(self.compliance, self._heights_at(surface), steps, friction, tolerance, symmetry, workers)
-        return replace(path, contacts=tuple(self._between_cells(c, surface, c.position) for c in path.contacts))
+        heights = self._heights_at(surface)
+        found = solve_path(self.compliance, heights, steps, friction, tolerance, symmetry, workers, path, progress)
+        return replace(found, steps=tuple(self._between_cells(c, surface, c.position) for c in found.steps))
 
     def _heights_at(self, surface: HeightSurface | ArrayLike) -> Callable[[tuple[float, float]], Array]:
         """Heights (nx, ny) of a surface by its position."""

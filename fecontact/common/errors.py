@@ -10,7 +10,8 @@ Examples
 True
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 #: Characters of a value that a message repeats.
 SHOWN = 120
@@ -37,6 +38,9 @@ class FecontactError(Exception):
     def __init__(self, *args: object, code: str | None = None) -> None:
         super().__init__(*args)
         self.code = code or self.code
+
+    def __str__(self) -> str:
+        return str(self.args[0]) if self.args else ""
 
 
 class InputError(FecontactError, ValueError):
@@ -73,6 +77,26 @@ class MissingPackageError(FecontactError, ImportError):
     """An optional package that a feature needs is not installed; the message says how to install it."""
 
     code = "missing-package"
+
+
+@contextmanager
+def named(what: str) -> Iterator[None]:
+    """Context: messages of errors begin with what they are about, such as a case or a step; class and code stay.
+
+    Examples
+    --------
+    >>> with named("Step 2 of 3"):
+    ...     raise InputError("No loads.", code="no-loads")
+    Traceback (most recent call last):
+    ...
+    fecontact.common.errors.InputError: Step 2 of 3: No loads.
+    """
+    try:
+        yield
+    except FecontactError as error:
+        if what:
+            error.args = (f"{what}: {error}", *error.args[1:])
+        raise
 
 
 def shown(value: object) -> str:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -13,7 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from fecontact.common.arrays import Array
+from fecontact.common.checks import among
 from fecontact.common.files import csv_name, write_atomically
+from fecontact.common.renamed import present_name
 
 #: Between columns of text.
 GAP = "  "
@@ -158,6 +162,27 @@ class Table:
             If the file cannot be written.
         """
         return write_atomically(path, self.csv())
+
+
+class Figures:
+    """Columns of numbers by name, with a row for each case, load or step."""
+
+    @property
+    @abstractmethod
+    def figures(self) -> Mapping[str, Array]:
+        """Columns (n,) by name."""
+
+    def column(self, name: str) -> Array:
+        """Figures (n,) of one name, see `figures`.
+
+        Raises
+        ------
+        InputError
+            If there are none of that name.
+        """
+        name = present_name(name, self.figures)
+        among("column", name, self.figures)
+        return self.figures[name]
 
 
 def _exact(value: Any) -> Any:

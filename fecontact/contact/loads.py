@@ -145,18 +145,20 @@ class LoadStep:
 
         return LoadStep(**{name: moved(getattr(self, name)) for name in KEYED}, gravity=self.gravity)
 
-    def halfway(self, end: LoadStep) -> LoadStep:
-        """Loads and motions half way to those of another step; what one of them leaves out is zero there.
+    def between(self, end: LoadStep, share: float) -> LoadStep:
+        """Loads and motions a share of the way to those of another step; what one of them leaves out is zero there.
 
         Components are free as at the end.
         """
+        if share in (0, 1):
+            return end if share else self
 
         def mean(name: str) -> dict[Any, Any]:
             one, other = getattr(self, name), getattr(end, name)
-            return {key: _mean(one.get(key), other.get(key)) for key in {**one, **other}}
+            return {key: _between(one.get(key), other.get(key), share) for key in {**one, **other}}
 
         means = {name: mean(name) for name in KEYED if name != "free"}
-        return LoadStep(**means, free=end.free, gravity=_mean(self.gravity, end.gravity))
+        return LoadStep(**means, free=end.free, gravity=_between(self.gravity, end.gravity, share))
 
     def refuse_nodal_values(self) -> None:
         """Refuse distributions that are bound to the nodes of meshes which will be divided.
@@ -176,19 +178,16 @@ class LoadStep:
                     )
 
 
-def _mean(one: Any, other: Any) -> Any:
-    """Mean of two loads or motions; what is not given is zero."""
-    if one is None and other is None:
+def _between(one: Any, other: Any, share: float) -> Any:
+    """A load or motion a share of the way from one to another; what is not given is zero."""
+    given = [(load, weight) for load, weight in ((one, 1 - share), (other, share)) if load is not None]
+    if not given:
         return None
-    if isinstance(other if one is None else one, Mapping):
-        both = {**(one or {}), **(other or {})}
-        return {c: ((one or {}).get(c, 0.0) + (other or {}).get(c, 0.0)) / 2 for c in both}
-    if callable(one) or callable(other):  # a load that varies over its boundary
-        parts = [load for load in (one, other) if load is not None]
-        return lambda *at: sum(np.asarray(p(*at) if callable(p) else p, float) for p in parts) / 2
-    return (np.zeros(np.shape(other)) if one is None else np.asarray(one, float)) / 2 + (
-        np.zeros(np.shape(one)) if other is None else np.asarray(other, float)
-    ) / 2
+    if isinstance(given[0][0], Mapping):
+        return {c: sum(w * load.get(c, 0.0) for load, w in given) for c in {c: 0 for load, _ in given for c in load}}
+    if any(callable(load) for load, _ in given):  # a load that varies over its boundary
+        return lambda *at: sum(w * np.asarray(load(*at) if callable(load) else load, float) for load, w in given)
+    return sum(w * np.asarray(load, float) for load, w in given)
 
 
 #: Share of the largest possible opening by a rigid motion, and of the largest possible work of the loads, that counts

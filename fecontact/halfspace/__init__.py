@@ -2,10 +2,9 @@
 
 from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.friction import PressStep
-from fecontact.halfspace.friction_path import FrictionPath
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.layered import Layer
-from fecontact.halfspace.load_curve import LoadCurve
+from fecontact.halfspace.path import FrictionPath, LoadCurve
 
 __all__ = [
     "FrictionContact",

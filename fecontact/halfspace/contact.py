@@ -25,7 +25,7 @@ from fecontact.halfspace import inside
 from fecontact.halfspace.grid import Grid, part_of
 from fecontact.halfspace.grid_error import EdgeCells, cells_error_estimate, edge_area, edge_cells
 from fecontact.halfspace.layered import STRESSED, Layer, thin_layers
-from fecontact.halfspace.pictures import save_fields
+from fecontact.halfspace.pictures import Drawn, plot_dragged, plot_pressed, save_fields
 from fecontact.halfspace.validity import validity_warnings
 from fecontact.solvers import Residuals
 from fecontact.solvers.coulomb import friction_limit, sticks
@@ -73,8 +73,10 @@ class SolverReport:
 
 @one_line
 @dataclass(frozen=True, eq=False)
-class HalfSpaceContact:
+class HalfSpaceContact(Drawn):
     """Contact of a half-space with a rigid surface; made by `HalfSpace.press`.
+
+    Drawn are pressure, gap, displacement and the von Mises stress inside.
 
     Attributes
     ----------
@@ -344,24 +346,8 @@ class HalfSpaceContact:
         stress = loaded.periodic(downwards) if self.periodic else loaded.free(downwards, chunk)
         return np.asarray(stress * inside.OUTWARDS)
 
-    def plot(self, path: str | Path | None = None, *, length: str = "", force: str = "", stress: str = "") -> Any:
-        """Picture of pressure, gap, displacement and the von Mises stress inside, a matplotlib figure.
-
-        Parameters
-        ----------
-        path : str or Path, optional
-            File to write; the suffix decides the format.
-        length, force, stress : str
-            Names of units, for labels.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be written, or a name is no text.
-        """
-        from fecontact.halfspace.pictures import plot_pressed
-
-        return plot_pressed(self, path, Units(length, force, stress))
+    def _drawn(self, path: str | Path | None, units: Units) -> Any:
+        return plot_pressed(self, path, units)
 
     def summary(self) -> dict[str, Any]:
         """Figures for scripts, ready for JSON."""
@@ -461,7 +447,8 @@ class TangentialReport:
 class FrictionContact(HalfSpaceContact):
     """Contact of a half-space with a rigid surface, with friction, at the end of a step of a load path.
 
-    Made by `HalfSpace.press` with `friction`, and by `HalfSpace.press_path`. Tractions act on the half-space, slip is
+    Made by `HalfSpace.press` with `friction`, and by `HalfSpace.press_path`. Drawn are what sticks and slips, with
+    arrows along the tractions, and their size. Tractions act on the half-space, slip is
     its motion against the counter-surface; so slip opposes the traction.
 
     Attributes
@@ -601,14 +588,8 @@ class FrictionContact(HalfSpaceContact):
         loaded = inside.Loaded(self.grid, self.pressure, self.material, ())
         return np.asarray(by_pressure + loaded.sheared(downwards, self.traction, chunk) * inside.OUTWARDS)
 
-    def plot(self, path: str | Path | None = None, *, length: str = "", force: str = "", stress: str = "") -> Any:
-        """Picture of what sticks and slips, with arrows along the tractions, and of the tractions' size.
-
-        Parameters and errors as in `HalfSpaceContact.plot`.
-        """
-        from fecontact.halfspace.pictures import plot_dragged
-
-        return plot_dragged(self, path, Units(length, force, stress))
+    def _drawn(self, path: str | Path | None, units: Units) -> Any:
+        return plot_dragged(self, path, units)
 
     def summary(self) -> dict[str, Any]:
         """Figures for scripts, ready for JSON."""

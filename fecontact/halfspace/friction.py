@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +28,7 @@ from fecontact.halfspace.compliance import (
     is_coupled,
     tangential_compliance,
 )
-from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact, TangentialReport
+from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact, SolverReport, TangentialReport
 from fecontact.halfspace.fft import VectorConvolution
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.pressing import Load, normal_residuals, press
@@ -223,6 +225,39 @@ def press_step(
         tolerance = max(friction.tolerance, min(tolerance, PER_TURN * contact.residuals.worst))
 
 
+def certified(
+    friction: Friction, heights: Array, step: PressStep, last: FrictionContact | None, known: Mapping[str, Any]
+) -> FrictionContact:
+    """A contact of an earlier run, by its fields, with slip and certificate computed anew.
+
+    Raises
+    ------
+    SolverError
+        If the certificate does not hold.
+    """
+    body = friction.body
+    given: dict[str, Any] = {
+        **known,
+        "solver": SolverReport(**known["solver"]),
+        "tangential_solver": TangentialReport(**known["tangential_solver"]),
+    }
+    unknown = Residuals(math.inf, math.inf, math.inf, math.inf)
+    contact = FrictionContact(
+        grid=body.grid, periodic=body.periodic, material=body.material, layers=tuple(body.layers),
+        pressure_kind=body.pressure, residuals=unknown, friction=friction.mu, **given,
+    )  # fmt: skip
+    turn = _Turn(friction, contact, step, last)
+    q = contact.traction[:, *turn.box]
+    motion = np.array([*contact.shift, contact.twist]) - turn.before
+    slip = turn.slip(q, motion[turn.free])
+    load = Load(step.force, step.approach, step.load_point)
+    pressed = replace(contact, residuals=normal_residuals(body, heights + turn.lift(q), load, contact))
+    found = replace(contact, slip=turn.spread(slip), residuals=_residuals(pressed, turn.problem, q, slip))
+    if not found.residuals.within(friction.tolerance):
+        raise SolverError(f"What the file has of this step is no solution: {found.residuals}. Choose another file.")
+    return found
+
+
 def _check_holds(friction: Friction, normal: HalfSpaceContact, step: PressStep) -> None:
     """Refuse loads beyond the limit of friction: necessary conditions, each load alone."""
     x, y, torque = step.loads
@@ -364,9 +399,13 @@ class _Turn:
         whole[:, *self.box] = q
         return whole
 
+    def slip(self, q: Array, m: Array) -> Array:
+        """Slip (2, bx, by) on the box; zero where nothing touches."""
+        return np.where(self.normal.active[self.box], self.problem.slip(q, m), 0.0)
+
     def contact(self, heights: Array, load: Load, q: Array, m: Array) -> FrictionContact:
         """The contact with tractions q on the box and motions m since the last step, and its certificate."""
-        slip = np.where(self.normal.active[self.box], self.problem.slip(q, m), 0.0)
+        slip = self.slip(q, m)
         motion = np.array(
             [b if value is None else value for b, value in zip(self.before, self.step.motions, strict=True)]
         )

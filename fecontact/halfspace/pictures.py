@@ -5,6 +5,7 @@ Files of contacts on half-spaces.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import among
 from fecontact.common.files import check_writable, replacing, save_figure, save_json
 from fecontact.common.material import von_mises
+from fecontact.common.renamed import warn
 from fecontact.common.units import Units
 from fecontact.halfspace import inside
 from fecontact.halfspace.grid import Grid
@@ -39,6 +41,37 @@ ARROWS = 16
 #: A `HalfSpaceContact`; one with friction, a `FrictionContact`. They draw themselves with this module.
 Pressed = Any
 Dragged = Any
+
+
+class Drawn:
+    """Something with a picture, whose labels have names of units."""
+
+    def plot(
+        self, path: str | Path | None = None, *, units: str = "", length: str = "", force: str = "", stress: str = ""
+    ) -> Figure:
+        """Draw it, a matplotlib figure.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            File to write; the suffix decides the format.
+        units, length, force : str
+            Names of the units of pressure, length and force, for labels.
+        stress : str
+            Former name of `units`; it warns.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written, or a name is no text.
+        """
+        if stress:
+            warn("plot(stress=) is now plot(units=); the old name will be removed.", stacklevel=3)
+        return self._drawn(path, Units(length, force, units or stress))
+
+    @abstractmethod
+    def _drawn(self, path: str | Path | None, units: Units) -> Figure:
+        """The picture."""
 
 
 def plot_pressed(

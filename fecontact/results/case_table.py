@@ -18,8 +18,8 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import among, whole
 from fecontact.common.errors import InputError, shown
 from fecontact.common.files import check_writable, save_json, write_atomically, write_collection
-from fecontact.common.renamed import present_name, renamed
-from fecontact.common.table import Column, Table
+from fecontact.common.renamed import renamed
+from fecontact.common.table import Column, Figures, Table
 from fecontact.common.units import Units
 from fecontact.contact.loads import check_member
 from fecontact.contact.model import SceneModel
@@ -172,7 +172,7 @@ ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CaseTable(Sequence[Mapping[str, Any]]):
+class CaseTable(Figures, Sequence[Mapping[str, Any]]):
     """Figures of many cases, a row for each. As a sequence it is that of the rows.
 
     Attributes
@@ -250,18 +250,6 @@ class CaseTable(Sequence[Mapping[str, Any]]):
         found = {name: np.array([line.get(name, np.nan) for line in lines], float) for name in names}
         idle = {name for row in self.rows for name in row.get("loads", {}) if not found[name].any()}
         return {name: values for name, values in found.items() if name not in idle}
-
-    def column(self, name: str) -> Array:
-        """Figures (n,) of one name, see `figures`.
-
-        Raises
-        ------
-        InputError
-            If there are none of that name.
-        """
-        name = present_name(name, self.figures)
-        among("column", name, self.figures)
-        return self.figures[name]
 
     def save(self, path: str | Path) -> Path:
         """Write the table; the suffix decides.

@@ -10,9 +10,8 @@ reconstructions of both pressures give those of the tractions, mu p - d, whose d
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from fecontact.common.one_line import one_line
 from fecontact.common.renamed import renamed
 from fecontact.contact.condensed_problem import DisplacementState
 from fecontact.contact.friction_rows import TangentialRows
+from fecontact.contact.step_end import at_nodes
 from fecontact.results.error_estimate import PressureReadings, larger_misfit
 from fecontact.solvers import Solution
 
@@ -39,15 +39,6 @@ class EarlierParts:
     friction_work: float
     work_density: Array
     sliding_integral: Array
-
-    def as_dict(self) -> dict[str, Any]:
-        """All of it, ready for JSON."""
-        return {name: np.asarray(value).tolist() for name, value in vars(self).items()}
-
-    @classmethod
-    def from_dict(cls, values: Mapping[str, Any]) -> EarlierParts:
-        """What `as_dict` wrote."""
-        return cls(values["friction_work"], *(np.array(values[n]) for n in ("work_density", "sliding_integral")))
 
 
 @one_line
@@ -157,13 +148,6 @@ class FrictionFields:
 
     dissipated, rubbed = renamed("dissipated", "friction_work"), renamed("rubbed", "sliding_integral")
     stick_area, slip_area = renamed("stick_area", "point_stick_area"), renamed("slip_area", "point_slip_area")
-
-
-def at_nodes(values: Array, nodes: IntArray, wanted: IntArray) -> Array:
-    """Values (n, ...) at nodes (n,) for other nodes (m,); zero where there is none."""
-    out = np.zeros((max(nodes.max(initial=0), wanted.max(initial=0)) + 1, *values.shape[1:]))
-    out[nodes] = values
-    return out[wanted]
 
 
 def with_parts(

@@ -185,17 +185,17 @@ def friction_not_unique(result: ContactResult) -> Iterator[str]:
 
 def large_steps(result: ContactResult) -> Iterator[str]:
     """Warnings of friction that smaller load steps would change."""
-    for k, moved in () if result.step_end is None else result.step_end.moved.items():
-        contact = result.contacts[k]
-        assert contact.friction is not None
-        changed, rubbed = (
-            float(np.linalg.norm(size / np.sqrt(contact.friction.weights)))
-            for size in (moved.changes, np.linalg.norm(contact.friction.forces, axis=1))
-        )
-        if changed > MAX_ERROR * rubbed:
+    end = result.step_end
+    for k, contact in enumerate(result.contacts if end is not None else ()):
+        if contact.friction is None or end is None:
+            continue
+        changes, forces = end.change[end.contact == k], np.linalg.norm(contact.friction.forces, axis=1)
+        root = np.sqrt(contact.friction.weights)
+        changed, friction = (float(np.linalg.norm(size / root)) for size in (changes, forces))
+        if changed > MAX_ERROR * friction:
             yield (
                 f"The load steps are large: the tractions of friction between {contact.slave.name!r} and "
-                f"{contact.master.name!r} may be off by about {percent(changed / rubbed)}, as steps in halves change "
+                f"{contact.master.name!r} may be off by about {percent(changed / friction)}, as steps in halves change "
                 "what is pressed anew. Press in smaller steps."
             )
 

@@ -29,7 +29,7 @@ from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search_region import SearchRadius
 from fecontact.contact.springs import spring_rows
-from fecontact.contact.step_end import Moved, StepEnd
+from fecontact.contact.step_end import StepEnd
 from fecontact.results.friction_fields import friction_fields
 from fecontact.results.result import ContactResult, make_result
 from fecontact.solvers import (
@@ -157,12 +157,18 @@ def solved(
     result = make_result(model, interfaces, chosen, loading, condensed, solution, state, timer, rounds, fields)
     if frictional is None:
         return result
-    moved = {
-        each.place: Moved(each.interface.pairing.nodes, fields[each.place].moved, fields[each.place].touching)
-        for each in friction
-    }
-    poses = tuple(body.pose for body in model.bodies)
-    end = StepEnd(poses, moved, chosen, frictional.forces, frictional.q)
+    nodes = [each.interface.pairing.nodes for each in friction]
+    end = StepEnd(
+        poses=tuple(body.pose for body in model.bodies),
+        q=frictional.q,
+        forces=frictional.forces,
+        chosen=chosen,
+        contact=np.repeat([each.place for each in friction], [len(own) for own in nodes]),
+        nodes=np.concatenate(nodes),
+        displacement=np.concatenate([fields[each.place].moved for each in friction]),
+        pressed=np.concatenate([fields[each.place].touching for each in friction]),
+        change=np.zeros(sum(map(len, nodes))),
+    )
     return replace(result, friction=frictional, step_end=end)
 
 
@@ -203,8 +209,9 @@ def tangential_rows(
             rows = TangentialRows(paired, k, contact.mu, contact.lay)
             if past is not None:
                 slave, master = (past.poses[number[id(body)]] for body in (paired.slave, paired.master))
-                moved, pressed = past.moved[k].at(paired.pairing.nodes) if k in past.moved else (None, None)
-                moved = None if moved is None else paired.pairing.mixed(moved)
+                nodes = paired.pairing.nodes
+                moved = paired.pairing.mixed(past.of(k, past.displacement, nodes))
+                pressed = past.of(k, past.pressed, nodes)
                 rows = replace(rows, since=slave.relative_to(master), moved=moved, pressed=pressed)
             out.append(rows)
     return out

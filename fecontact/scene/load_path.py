@@ -9,11 +9,11 @@ In a file a path has a row of JSON for each step, from which an interrupted one 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from pathlib import Path
-from typing import Any, NamedTuple
+from pathlib import Path as FilePath
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,22 +23,20 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import file_path, instance, items
 from fecontact.common.arrays import Array
 from fecontact.common.checks import number_array, positive, share, whole
-from fecontact.common.errors import InputError, SolverError, SupportError
-from fecontact.common.files import Resumed
+from fecontact.common.errors import InputError, SolverError
 from fecontact.common.fingerprint import fingerprint
-from fecontact.common.halving import in_parts
 from fecontact.common.one_line import one_line
-from fecontact.common.progress import progress_line
+from fecontact.common.path import Path, Steps, follow
 from fecontact.common.renamed import renamed
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.table import Column, Table
 from fecontact.contact.loads import LOADS, LoadStep
 from fecontact.contact.model import SceneModel
-from fecontact.contact.step_end import Moved, StepEnd
+from fecontact.contact.step_end import StepEnd, at_nodes
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.case_table import CaseTable, fields_to_keep, kept_of, plane_of, row_of
 from fecontact.results.files import save_series
-from fecontact.results.friction_fields import EarlierParts, at_nodes, with_parts
+from fecontact.results.friction_fields import with_parts
 from fecontact.results.result import ContactResult
 from fecontact.results.resultants import DividingPlane, resultant
 from fecontact.scene.adaptive import Target, solve_to_accuracy
@@ -51,8 +49,8 @@ from fecontact.solvers import TOLERANCE
 
 @one_line
 @dataclass(frozen=True, eq=False)
-class LoadPath:
-    """Results of the steps of a load path.
+class LoadPath(Path[ContactResult]):
+    """Results of a scene at the ends of the steps of a load path.
 
     Attributes
     ----------
@@ -64,19 +62,9 @@ class LoadPath:
         Loads at the end of every step by name, see `scene.sweep_case`.
     """
 
-    steps: tuple[ContactResult, ...]
-    cuts: tuple[int, ...]
     loads: tuple[Mapping[str, float], ...] = field(repr=False)
 
     dissipated = renamed("dissipated", "friction_work")
-
-    def __len__(self) -> int:
-        """Number of steps."""
-        return len(self.steps)
-
-    def __getitem__(self, k: int) -> ContactResult:
-        """Result of a step."""
-        return self.steps[k]
 
     @cached_property
     def friction_work(self) -> Array:
@@ -87,6 +75,15 @@ class LoadPath:
     def forces(self) -> Array:
         """Forces (n_steps, n_contacts, 3) on the first body of each contact, friction included."""
         return np.array([[resultant(c)[0] for c in result.contacts] for result in self.steps])
+
+    @cached_property
+    def figures(self) -> Mapping[str, Array]:
+        """Columns (n_steps,) of numbers by name, see `CaseTable.figures`."""
+        return self.table().figures
+
+    def rows(self) -> Sequence[Mapping[str, Any]]:
+        """Rows of the table of the steps."""
+        return self.table().rows
 
     def motions(self, body: Body) -> Array:
         """Rigid motions (n_steps, 6) of a body's frame: translations and rotation vectors."""
@@ -154,7 +151,7 @@ class LoadPath:
         maps = tuple(kept_of(result, fields) for result in self.steps)
         return CaseTable(tuple(rows), names, first.scene.unit_names, maps)
 
-    def save(self, path: str | Path, times: Sequence[float] | None = None) -> Path:
+    def save(self, path: str | FilePath, times: Sequence[float] | None = None) -> FilePath:
         """Write the path; the suffix decides: .pvd with a .vtu for each step, or as `CaseTable.save`.
 
         Parameters
@@ -184,62 +181,10 @@ class LoadPath:
         return str(Table(columns, rows))
 
 
-def step_prints(model: SceneModel, steps: Sequence[LoadStep], settings: Mapping[str, Any]) -> dict[str, dict[str, str]]:
-    """Fingerprints of each step by its number: of the model, the settings, its loads, and those of all steps before."""
-    named = {str(k): {**vars(step), **settings} for k, step in enumerate(steps, start=1)}
-    out: dict[str, dict[str, str]] = {}
-    last: dict[str, str] | None = None
-    for name, found in fingerprints(model, named).items():
-        out[name] = last = {**found, "the steps before": fingerprint(last)}
-    return out
-
-
-def rows_before(file: Resumed) -> list[dict[str, Any]]:
-    """Rows of an earlier run, from the first step to the last one without a gap.
-
-    Raises
-    ------
-    InputError
-        If a row is none of a step.
-    """
-    rows: list[dict[str, Any]] = []
-    for name in file.prints:
-        if name not in file.rows:
-            break
-        if not {"end", "since", "parts", "cuts"} <= set(file.rows[name]):
-            raise InputError(
-                f"The row {name!r} in {file.path} is not a step of a load path; choose another file.", code="not-a-step"
-            )
-        rows.append(file.rows[name])
-    return rows
-
-
-class _Done(NamedTuple):
-    """A finished step: its result, number of parts and the start of the last one."""
-
-    result: ContactResult
-    cuts: int
-    since: StepEnd | None
-
-    def row(self) -> dict[str, Any]:
-        """Row of a file: the summary, what the next step goes on from, and what the last part followed."""
-        assert self.result.step_end is not None
-        earlier = [c.friction and c.friction.earlier for c in self.result.contacts]
-        return {
-            **self.result.summary(),
-            "parts": [parts and parts.as_dict() for parts in earlier],
-            "cuts": self.cuts,
-            "end": self.result.step_end.as_dict(),
-            "since": None if self.since is None else self.since.as_dict(),
-        }
-
-
 #: Excess of the path of a point over its chord from which a step is cut: a turn on the spot by 0.22 rad.
 CURVED = 2e-3
 #: Change of a prescribed rotation (radians) from which a step is cut at once: poses do not tell whole turns.
 MAX_TURN = 3.0
-#: Format of the rows of a file; those of another one are refused.
-ROW_FORMAT = 4
 #: Friction of points pressed anew by a step, over the limit of all points, from which the step is solved in halves too.
 MUCH_ANEW = 0.05
 #: Error of friction over its change by steps of half the size: 2 for errors of the first order, and 1.0 to 1.9 where
@@ -254,7 +199,7 @@ SMALLER = "Give smaller load steps."
 def solve_path(
     model: SceneModel,
     steps: Sequence[Mapping[str, Any]],
-    path: str | Path | None = None,
+    path: str | FilePath | None = None,
     *,
     finite_motion: bool = False,
     accuracy: float | Mapping[str, float] | None = None,
@@ -327,66 +272,49 @@ def solve_path(
     if not model.has_friction:
         raise InputError("No contact has friction: the order of loads does not matter; use Scene.solve or Scene.sweep.")
     share("the tolerance", tolerance)
-    way, steps_given = _Way(model, finite_motion, tolerance), [LoadStep.of(step) for step in steps]
+    way = _SceneSteps(model, [LoadStep.of(step) for step in steps], finite_motion, tolerance)
     if accuracy is None:
         if max_dofs is not None or max_seconds is not None:
             raise InputError(
                 "max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.",
                 code="limit-without-accuracy",
             )
-        return _followed(way, steps_given, path, progress)
+        return way.path(path, progress)
     if path is not None:
         raise InputError("A path that is solved to an accuracy has no file: its rows would be of changing meshes.")
-    return _followed_to(way, steps_given, Target(accuracy, max_dofs, max_seconds), progress)
-
-
-def _followed_to(way: _Way, steps: Sequence[LoadStep], target: Target, progress: bool | None) -> LoadPath:
-    """The path on meshes divided until the pressure of its last step is within a target."""
-    originals = tuple(way.model.bodies)
-    rounds: list[LoadPath] = []
-
-    def solve(model: SceneModel, *_: object) -> ContactResult:
-        carried = CarriedScene(model, originals)
-        path = _followed(replace(way, model=model), [carried.step(step) for step in steps], None, progress)
-        rounds.append(path)
-        return path[-1]
-
-    last = solve_to_accuracy(way.model, LoadStep(), target, solve)
-    found = rounds[-1]
-    results = [replace(result, unrefined=originals) for result in found.steps[:-1]]
-    return replace(found, steps=(*results, last))
-
-
-def _followed(way: _Way, steps: Sequence[LoadStep], path: str | Path | None, progress: bool | None) -> LoadPath:
-    """The path on the meshes given."""
-    settings = {"finite_motion": way.finite_motion, "tolerance": way.tolerance, "format": ROW_FORMAT}
-    prints = {} if path is None else step_prints(way.model, steps, settings)
-    file = Resumed(path, prints, "a step of a load path")
-    rows = rows_before(file)
-    done: list[_Done] = []
-    given = LoadStep()
-    with file, progress_line("path", progress, total=len(steps), unit="step") as line:
-        for k, step in enumerate(steps):
-            try:
-                last = done[-1] if done else None
-                done.append(_rebuilt(way, step, rows[k]) if k < len(rows) else _step(way, given, step, last))
-            except (InputError, SupportError, SolverError) as error:
-                raise type(error)(f"Step {k + 1} of {len(steps)}: {error}", *error.args[1:], code=error.code) from error
-            if path is not None and k >= len(rows):
-                file.add(str(k + 1), done[-1].row())
-            given = step
-            line.update()
-    loads = tuple(loads_of(vars(step)) for step in steps)
-    return LoadPath(tuple(d.result for d in done), tuple(d.cuts for d in done), loads)
+    return _path_to(way, Target(accuracy, max_dofs, max_seconds), progress)
 
 
 @dataclass(frozen=True, eq=False)
-class _Way:
-    """How steps are solved."""
+class _SceneSteps(Steps[ContactResult]):
+    """Load steps of a scene, and how they are solved."""
 
     model: SceneModel
+    steps: Sequence[LoadStep]
     finite_motion: bool
     tolerance: float
+
+    def path(self, file: str | FilePath | None, progress: bool | None) -> LoadPath:
+        """The path on the meshes given."""
+        return LoadPath(*follow(self, len(self.steps), file, progress), tuple(loads_of(vars(s)) for s in self.steps))
+
+    def loads(self, k: int, share: float) -> LoadStep:
+        """Loads a share of the way through step k."""
+        return (self.steps[k - 1] if k else LoadStep()).between(self.steps[k], share)
+
+    def prints(self) -> Mapping[str, Mapping[str, str]]:
+        """Fingerprints by part of each step by its number."""
+        settings = {"finite_motion": self.finite_motion, "tolerance": self.tolerance}
+        return fingerprints(self.model, {str(k): {**vars(step), **settings} for k, step in enumerate(self.steps, 1)})
+
+    def row(self, result: ContactResult) -> Mapping[str, Any]:
+        """The summary."""
+        return result.summary()
+
+    def end(self, part: ContactResult) -> StepEnd:
+        """What the next step begins from."""
+        assert part.step_end is not None
+        return part.step_end
 
     def solved(self, step: LoadStep, past: StepEnd | None, poses: Sequence[Pose]) -> ContactResult:
         """Result of a step or a part of it; poses, if finite, are sought from those given."""
@@ -395,7 +323,7 @@ class _Way:
             return solve_finite(model, step, settings, Stopwatch(), poses, past)
         return check_rest(solved(model, step.on(model.bodies), None, settings, Stopwatch(), (), past))
 
-    def coupled_as(self, result: ContactResult) -> _Way:
+    def coupled_as(self, result: ContactResult) -> _SceneSteps:
         """The same with the contacts coupled as in a result: by the same sides and points."""
         contacts = [
             replace(
@@ -407,123 +335,137 @@ class _Way:
         ]
         return replace(self, model=replace(self.model, contacts=contacts))
 
+    def solver(self, k: int, before: ContactResult | None) -> Callable[..., ContactResult]:
+        """Solver of the parts of step k."""
+        return partial(self.part, k)
 
-def _step(way: _Way, given: LoadStep, step: LoadStep, last: _Done | None) -> _Done:
-    """A step solved after the last one."""
-    before = None if last is None else last.result
-    if before is not None and _same(way.model, given, step):
-        assert last is not None
-        assert before.step_end is not None
-        result = before if last.since is before.step_end else unchanged(before, way.tolerance)
-        return _Done(result, 1, before.step_end)
-    parts = list(in_parts(partial(_part, way), given, step, before, LoadStep.halfway))
-    since = parts[-2] if len(parts) > 1 else before
-    halved = None if len(parts) > 1 else _halved(way, given, step, before, parts[0])
-    result = _with_changes(_joined(parts), before, halved)
-    return _Done(result, len(parts), None if since is None else since.step_end)
+    def part(
+        self, k: int, start: float, end: float, last: ContactResult | None, known: Mapping[str, Any] | None = None
+    ) -> ContactResult:
+        """Result of a part of step k.
+
+        Raises
+        ------
+        SolverError
+            Also where it is solved, but points or bodies turn too far.
+        """
+        before, after = self.loads(k, start), self.loads(k, end)
+        if last is not None and _same(self.model, before, after):
+            return unchanged(last, self.tolerance)
+        if self.finite_motion and not self.model.twists and _largest_turn(before, after) > MAX_TURN:
+            raise SolverError(f"A body turns by more than {MAX_TURN:g} rad. {SMALLER}")
+        # the frictionless solution is a better start than the forces of the last step
+        past = None if last is None else replace(self.end(last), forces=np.zeros(0))
+        poses: Sequence[Pose] = () if past is None else carried_poses(self.model, before, after, past.poses)
+        found_before = None if known is None else StepEnd.read(known)
+        if found_before is not None:
+            past = past or StepEnd(tuple(body.pose for body in self.model.bodies))
+            past = replace(past, chosen=found_before.chosen, forces=found_before.forces, q=found_before.q)
+            poses = found_before.poses
+        found = self.solved(after, past, poses)
+        if last is not None and _coupling(found) != _coupling(last):
+            # loads may suggest another coupling, whose points have no past
+            found = self.coupled_as(last).solved(after, past, poses)
+        detour = max((c.friction.detour for c in found.contacts if c.friction is not None), default=0.0)
+        if detour > CURVED:
+            raise SolverError(f"Points slide along paths that are {detour:.1%} longer than their chords. {SMALLER}")
+        change = self.end(found).change if found_before is None else found_before.change
+        return replace(found, follows_step=True, step_end=replace(self.end(found), change=change))
+
+    def joined(self, parts: Sequence[ContactResult]) -> ContactResult:
+        """The last part of a step, with the work and the sliding of those before it."""
+        if len(parts) == 1:
+            return parts[0]
+        *others, last = parts
+        contacts = [
+            c
+            if c.friction is None
+            else replace(
+                c,
+                friction=with_parts(
+                    c.friction,
+                    last.interfaces[k].pairing.nodes,
+                    [(f, p.interfaces[k].pairing.nodes) for p in others if (f := p.contacts[k].friction) is not None],
+                ),
+            )
+            for k, c in enumerate(last.contacts)
+        ]
+        return replace(last, contacts=tuple(contacts))
+
+    def judged(self, k: int, result: ContactResult, last: ContactResult | None, cuts: int) -> ContactResult:
+        """The result with the change of its friction by smaller steps; of steps before it that stays at what sticks."""
+        end = self.end(result)
+        if last is not None and end is last.step_end:
+            return result
+        halved, change = self._halved(k, result, last) if cuts == 1 else None, np.zeros(len(end.nodes))
+        for i, contact in enumerate(result.contacts):
+            if (friction := contact.friction) is None:
+                continue
+            own = end.contact == i
+            if last is not None:
+                change[own] = self.end(last).of(i, self.end(last).change, end.nodes[own]) * friction.sticking
+            if halved is not None and (other := halved.contacts[i].friction) is not None:
+                forces = at_nodes(other.forces, halved.interfaces[i].pairing.nodes, end.nodes[own])
+                size = np.linalg.norm(friction.forces - forces, axis=1)
+                change[own] = np.hypot(change[own], ERROR_OVER_CHANGE * size)
+        return replace(result, step_end=replace(end, change=change))
+
+    def _halved(self, k: int, found: ContactResult, last: ContactResult | None) -> ContactResult | None:
+        """The result of step k in two halves; None where points that it presses anew carry little friction.
+
+        Such points slip from where the step begins, and not from where they touch. What sticks is off by the
+        displacement before that: with steps of half the size by about half of it.
+        """
+        start = self.end(found if last is None else last)
+        if last is None:
+            poses, none = tuple(b.pose for b in self.model.bodies), np.zeros(len(start.nodes))
+            start = replace(start, poses=poses, displacement=np.outer(none, np.zeros(3)), pressed=none > 0)
+        if not any(_presses_anew(found, i, start, self.finite_motion) for i in np.unique(self.end(found).contact)):
+            return None
+        same = self.coupled_as(found)
+        try:
+            for share in (0.0, 0.5):
+                before, after = self.loads(k, share), self.loads(k, share + 0.5)
+                start = replace(start, forces=np.zeros(0))
+                result = same.solved(after, start, carried_poses(same.model, before, after, start.poses))
+                start = self.end(result)
+        except SolverError:
+            return None
+        return result
 
 
-def _halved(
-    way: _Way, given: LoadStep, step: LoadStep, before: ContactResult | None, found: ContactResult
-) -> ContactResult | None:
-    """The result of a step in two halves; None where points that it presses anew carry little friction.
+def _path_to(way: _SceneSteps, target: Target, progress: bool | None) -> LoadPath:
+    """The path on meshes divided until the pressure of its last step is within a target."""
+    originals = tuple(way.model.bodies)
+    rounds: list[LoadPath] = []
 
-    Such points slip from where the step begins, and not from where they touch. What sticks is off by the displacement
-    before that: with steps of half the size by about half of it.
-    """
-    assert found.step_end is not None
-    ends = found.step_end.moved.items()
-    unloaded = {k: Moved(m.nodes, np.zeros_like(m.by), np.zeros_like(m.pressed)) for k, m in ends}
-    start = replace(found.step_end, poses=tuple(b.pose for b in way.model.bodies), moved=unloaded)
-    start = start if before is None or before.step_end is None else before.step_end
-    if not any(_presses_anew(found, k, start.moved[k], way.finite_motion) for k in unloaded):
-        return None
-    way, middle = way.coupled_as(found), given.halfway(step)
-    try:
-        for first, last in ((given, middle), (middle, step)):
-            start = replace(start, forces=np.zeros(0))
-            result = way.solved(last, start, carried_poses(way.model, first, last, start.poses))
-            assert result.step_end is not None
-            start = result.step_end
-    except SolverError:
-        return None
-    return result
+    def solve(model: SceneModel, *_: object) -> ContactResult:
+        carried = CarriedScene(model, originals)
+        rounds.append(replace(way, model=model, steps=[carried.step(step) for step in way.steps]).path(None, progress))
+        return rounds[-1].last
+
+    last = solve_to_accuracy(way.model, LoadStep(), target, solve)
+    results = [replace(result, unrefined=originals) for result in rounds[-1].steps[:-1]]
+    return replace(rounds[-1], steps=(*results, last))
 
 
-def _presses_anew(found: ContactResult, number: int, before: Moved, finite: bool) -> bool:
+def _presses_anew(found: ContactResult, number: int, before: StepEnd, finite: bool) -> bool:
     """Whether points that were open, beyond rounding, carry friction above a share of the limit of all points."""
     interface, contact = found.interfaces[number], found.contacts[number]
     friction = contact.friction
     assert friction is not None
-    anew = friction.touching & ~before.at(interface.pairing.nodes)[1]
+    anew = friction.touching & ~before.of(number, before.pressed, interface.pairing.nodes)
     if not finite:  # gaps are those before the step
         anew &= interface.gap > ROUNDING * interface.slave.size
     root, mu = np.sqrt(friction.weights), np.where(np.isfinite(friction.mu_along_slip), friction.mu_along_slip, 1.0)
-    rubbed, limit = np.linalg.norm(friction.forces, axis=1) / root, mu * contact.forces / root
-    return bool(np.linalg.norm(rubbed[anew]) > MUCH_ANEW * np.linalg.norm(limit))
+    tangential, limit = np.linalg.norm(friction.forces, axis=1) / root, mu * contact.forces / root
+    return bool(np.linalg.norm(tangential[anew]) > MUCH_ANEW * np.linalg.norm(limit))
 
 
-def _with_changes(result: ContactResult, before: ContactResult | None, halved: ContactResult | None) -> ContactResult:
-    """The result with what smaller steps change in its friction; what steps before it change stays where it sticks."""
-    assert result.step_end is not None
-    moved = {}
-    for k, now in result.step_end.moved.items():
-        friction, change = result.contacts[k].friction, np.zeros(len(now.nodes))
-        assert friction is not None
-        if before is not None and before.step_end is not None:
-            last = before.step_end.moved[k]
-            change = np.where(friction.sticking, at_nodes(last.changes, last.nodes, now.nodes), 0.0)
-        other = None if halved is None else halved.contacts[k].friction
-        if halved is not None and other is not None:
-            forces = at_nodes(other.forces, halved.interfaces[k].pairing.nodes, now.nodes)
-            change = np.hypot(change, ERROR_OVER_CHANGE * np.linalg.norm(friction.forces - forces, axis=1))
-        moved[k] = replace(now, change=change)
-    return replace(result, step_end=replace(result.step_end, moved=moved))
-
-
-def _joined(parts: Sequence[ContactResult]) -> ContactResult:
-    """The last part of a step, with the work and the sliding of those before it."""
-    if len(parts) == 1:
-        return parts[0]
-    *others, last = parts
-    contacts = [
-        c
-        if c.friction is None
-        else replace(
-            c,
-            friction=with_parts(
-                c.friction,
-                last.interfaces[k].pairing.nodes,
-                [(f, p.interfaces[k].pairing.nodes) for p in others if (f := p.contacts[k].friction) is not None],
-            ),
-        )
-        for k, c in enumerate(last.contacts)
-    ]
-    return replace(last, contacts=tuple(contacts))
-
-
-def _same(model: SceneModel, given: LoadStep, step: LoadStep) -> bool:
+def _same(model: SceneModel, before: LoadStep, after: LoadStep) -> bool:
     """Whether two steps have the same loads."""
-    one, other = (fingerprint(numbered(vars(loads), model.bodies)) for loads in (given, step))
+    one, other = (fingerprint(numbered(vars(loads), model.bodies)) for loads in (before, after))
     return one == other
-
-
-def _rebuilt(way: _Way, step: LoadStep, row: Mapping[str, Any]) -> _Done:
-    """A step of an earlier run, from the forces in its row; certified anew."""
-    end = StepEnd.from_dict(row["end"])
-    since = None if row["since"] is None else StepEnd.from_dict(row["since"])
-    begin = since or StepEnd(tuple(body.pose for body in way.model.bodies))
-    past = replace(begin, chosen=end.chosen, forces=end.forces, motion=end.motion)
-    result = way.solved(step, past, end.poses)
-    assert result.step_end is not None
-    result = replace(result, follows_step=True, step_end=replace(result.step_end, moved=end.moved))
-    pairs = zip(result.contacts, row["parts"], strict=True)
-    contacts = [
-        c if parts is None or c.friction is None
-        else replace(c, friction=replace(c.friction, earlier=EarlierParts.from_dict(parts)))
-        for c, parts in pairs
-    ]  # fmt: skip
-    return _Done(replace(result, contacts=tuple(contacts)), int(row["cuts"]), since)
 
 
 def unchanged(result: ContactResult, tolerance: float) -> ContactResult:
@@ -551,29 +493,6 @@ def unchanged(result: ContactResult, tolerance: float) -> ContactResult:
         for c in result.contacts
     ]
     return replace(result, contacts=tuple(still), solution=solution.normal, friction=solution)
-
-
-def _part(way: _Way, given: LoadStep, step: LoadStep, before: ContactResult | None) -> ContactResult:
-    """Result of a step or of a part of it.
-
-    Raises
-    ------
-    SolverError
-        Also where it is solved, but points or bodies turn too far.
-    """
-    # the frictionless solution is a better start than the forces of the last step
-    past = None if before is None or before.step_end is None else replace(before.step_end, forces=np.zeros(0))
-    poses = () if past is None else carried_poses(way.model, given, step, past.poses)
-    if way.finite_motion and not way.model.twists and _largest_turn(given, step) > MAX_TURN:
-        raise SolverError(f"A body turns by more than {MAX_TURN:g} rad. {SMALLER}")
-    found = way.solved(step, past, poses)
-    if before is not None and _coupling(found) != _coupling(before):
-        # loads may suggest another coupling, whose points have no past
-        found = way.coupled_as(before).solved(step, past, poses)
-    detour = max((c.friction.detour for c in found.contacts if c.friction is not None), default=0.0)
-    if detour > CURVED:
-        raise SolverError(f"Points slide along paths that are {detour:.1%} longer than their chords. {SMALLER}")
-    return replace(found, follows_step=True)
 
 
 def _largest_turn(given: LoadStep, step: LoadStep) -> float:

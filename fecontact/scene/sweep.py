@@ -6,6 +6,7 @@ import os
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor, wait
+from contextlib import AbstractContextManager
 from dataclasses import fields as fields_of
 from itertools import islice
 from pathlib import Path
@@ -19,7 +20,7 @@ from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.arguments import file_path, instance, items
 from fecontact.common.arrays import IntArray
 from fecontact.common.checks import among, whole
-from fecontact.common.errors import InputError, shown
+from fecontact.common.errors import InputError, named, shown
 from fecontact.common.files import Resumed
 from fecontact.common.progress import progress_line
 from fecontact.common.stopwatch import Stopwatch
@@ -41,7 +42,6 @@ from fecontact.scene.sweep_case import (
     files_of,
     fingerprints,
     loads_of,
-    naming,
     parameters_of,
     solved_case,
     with_files,
@@ -80,7 +80,7 @@ def run_sweep(
         name with another fingerprint is refused.
     processes : int
         Number of concurrent cases. More than one are solved by worker processes on this machine, which are sent the
-        scene with its condensed compliance (`scene.workers`, `scene.workers`). Objects defined in the main script, such
+        scene with its condensed compliance (`scene.workers`). Objects defined in the main script, such
         as a lambda for a rigid surface, are therefore refused. No ``__main__`` guard is needed.
     executor : concurrent.futures.Executor, optional
         Executor that solves the cases: a pool of the standard library (without fork), of loky, of
@@ -115,34 +115,34 @@ def run_sweep(
     """
     cases = [instance("each of the cases", case, Mapping) for case in items("the cases of a sweep", cases, "cases")]
     path = None if path is None else file_path("the path of a sweep", path)
-    named = {str(case.get("name", k)): case for k, case in enumerate(cases)}
-    if len(named) != len(cases):
+    by_name = {str(case.get("name", k)): case for k, case in enumerate(cases)}
+    if len(by_name) != len(cases):
         raise InputError("Two cases of the sweep have the same name; names tell the rows apart.", code="same-name")
-    for name, case in named.items():
-        with naming(name):
+    for name, case in by_name.items():
+        with _named(name):
             among("search", case.get("search", "local"), SEARCHES)
             if case.get("engine", "own") != "own":
                 raise InputError(
                     "A sweep has the engine 'own' only: give processes= or executor=, or use Scene.solve for each case."
                 )
-    named = with_files(_with_wishes(scene, named, keep, split), save)
+    by_name = with_files(_with_wishes(scene, by_name, keep, split), save)
     whole("the number of processes", processes)
     if executor is not None and not callable(getattr(executor, "submit", None)):
         raise InputError(f"The executor must have submit, as those of concurrent.futures do; found {shown(executor)}.")
-    prints = fingerprints(scene, named)
+    prints = fingerprints(scene, by_name)
     parameters = {}
-    for name, case in named.items():
-        with naming(name):
+    for name, case in by_name.items():
+        with _named(name):
             parameters[name] = parameters_of(case)
 
     def given(name: str) -> dict[str, Any]:
-        return {"parameters": parameters[name], "loads": loads_of(named[name])}
+        return {"parameters": parameters[name], "loads": loads_of(by_name[name])}
 
     file = Resumed(path, prints, "a row of a sweep")
     if (collection := collection_of(save)) is not None:
-        check_finished(file.rows, named, path)
+        check_finished(file.rows, by_name, path)
     maps: dict[str, Kept] = {}
-    left = {name: case for name, case in named.items() if name not in file.rows}
+    left = {name: case for name, case in by_name.items() if name not in file.rows}
     rows = _solved(scene, left, processes, executor) if left else ()
     with file, progress_line("sweep", progress, total=len(left), unit="case") as line:
         for name, (row, maps[name]) in rows:
@@ -150,10 +150,10 @@ def run_sweep(
             file.add(name, {**row, **given(name)})
     contacts = tuple((contact.slave.name, contact.master.name) for contact in scene.contacts)
     table = CaseTable(
-        tuple({**file.rows[name], **given(name)} for name in named),
+        tuple({**file.rows[name], **given(name)} for name in by_name),
         contacts,
         scene.unit_names,
-        tuple(maps.get(name, {}) for name in named),
+        tuple(maps.get(name, {}) for name in by_name),
     )
     if collection is not None:
         table.save(collection)
@@ -182,7 +182,7 @@ def _solved(scene: SceneModel, left: Mapping[str, Case], processes: int, executo
     """
     posed, loadings = {}, {}
     for name, case in left.items():
-        with naming(name):
+        with _named(name):
             files_of(case)
             posed[name] = Posed.of(scene, case)
             loadings[name] = posed[name].loading()
@@ -209,8 +209,12 @@ def _solved(scene: SceneModel, left: Mapping[str, Case], processes: int, executo
         yield from _carried(packed_scene(scene, history), packed, executor, _lanes(executor, processes))
 
 
+def _named(case: str) -> AbstractContextManager[None]:
+    return named(f"Case {case!r}")
+
+
 def _row(scene: SceneModel, name: str, case: Case, history: SearchHistory) -> Solved:
-    with naming(name):
+    with _named(name):
         return solved_case(scene, case, history)
 
 
@@ -240,7 +244,7 @@ def _carried(scene: bytes, packed: Mapping[str, bytes], executor: Executor, lane
         while under_way:
             for future in wait(under_way, return_when=FIRST_COMPLETED).done:
                 name = under_way.pop(future)
-                with naming(name):
+                with _named(name):
                     row = future.result()
                 if row is None:
                     under_way[executor.submit(solved_there, token, packed[name], scene)] = name

@@ -10,7 +10,6 @@ from __future__ import annotations
 import inspect
 import string
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from os import PathLike
 from pathlib import Path
@@ -23,7 +22,7 @@ from fecontact.bodies.body import Body
 from fecontact.common.arguments import file_path, items, mapping, text
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, finite
-from fecontact.common.errors import FecontactError, InputError
+from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.one_line import one_line
@@ -228,17 +227,6 @@ def _solved(scene: SceneModel, case: Case, history: SearchHistory) -> ContactRes
     if settings.finite_motion == "auto" and not scene.has_friction:
         result = follow(result, posed.step, settings, timer, history)
     return check_rest(result)
-
-
-@contextmanager
-def naming(name: str) -> Iterator[None]:
-    """Context: prefix error messages with the name of a case."""
-    try:
-        yield
-    except FecontactError as error:
-        if len(error.args) != 1:
-            raise
-        raise type(error)(f"Case {name!r}: {error}", code=error.code) from error
 
 
 def fingerprints(scene: SceneModel, cases: Mapping[str, Case]) -> dict[str, dict[str, str]]:

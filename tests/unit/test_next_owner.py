@@ -14,7 +14,8 @@ OTHERS = {
     "contact/friction_rows.py",
     "contact/step_end.py",
     "scene/load_path.py",
-    "common/halving.py",
+    "common/path.py",
+    "halfspace/path.py",
     "common/table.py",
 }
 OPTIONAL = {"fem/pardiso.py"}

@@ -261,9 +261,9 @@ def test_random_paths_dissipate(seed, row):
                 steps.append(fc.PressStep(force=force, shift=(shift[0], shift[1]), twist=twist))
         path = half.press_path(BALL, steps, mu)
         # work of friction of sliding by the approach, as a scale
-        scales = np.array([mu * contact.force * contact.approach for contact in path.contacts])
+        scales = np.array([mu * contact.force * contact.approach for contact in path.steps])
         least = min(least, float((path.friction_work / scales).min()))
-        worst = max(worst, *(contact.residuals.worst for contact in path.contacts))
+        worst = max(worst, *(contact.residuals.worst for contact in path.steps))
     row(f"random paths, seed {seed}", "worst residual", 0.0, worst, 1e-9)
     row(f"random paths, seed {seed}", "least work of a step, over mu P approach", 0.0, min(least, 0.0), 1e-10)
     assert worst < 1e-9  # penetration within ten times the tolerance

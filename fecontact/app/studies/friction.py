@@ -304,7 +304,7 @@ def _draw_loop(axes: Any, path: FrictionPath, exact: friction.RoundSlip, names: 
 
 def _draw_creep(axes: Any, path: FrictionPath, exact: Any, names: Units) -> None:
     """Draw the creepage over the distance rolled, with the steady one."""
-    contacts = path.contacts[1:]
+    contacts = path.steps[1:]
     at = np.array([contact.position[0] for contact in contacts])
     creep = np.diff(path.shift[1:, 0]) / np.diff(at)
     axes.plot(at[1:], creep, color="tab:blue", label="found")

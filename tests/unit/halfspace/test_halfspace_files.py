@@ -47,7 +47,7 @@ def test_summaries_are_ready_for_json(pressed, dragged, tmp_path):
 
 
 def test_pictures_have_units(pressed, dragged, tmp_path):
-    figure = pressed.plot(tmp_path / "p.png", length="mm", force="N", stress="MPa")
+    figure = pressed.plot(tmp_path / "p.png", length="mm", force="N", units="MPa")
     assert figure.axes[0].get_xlabel() == "x [mm]"
     assert figure.get_suptitle().startswith("force 0.6667 N, area ")
     assert (tmp_path / "p.png").stat().st_size > 5000

@@ -11,7 +11,8 @@ from refusals import refused
 import fecontact as fc
 from fecontact import InputError
 from fecontact.analytic import boussinesq
-from fecontact.halfspace import friction_path, tresca
+from fecontact.halfspace import path as friction_path
+from fecontact.halfspace import tresca
 from fecontact.halfspace.compliance import tangential_compliance
 from fecontact.halfspace.friction import Friction, press_step
 from fecontact.halfspace.kernels import cerruti
@@ -225,7 +226,7 @@ def test_a_cycle_without_slip_returns_exactly():
     loads = [(0.0, 0.0), (0.2, 0.1), (-0.1, 0.3), (0.0, 0.0)]
     steps = [fc.PressStep(force=1.0, tangential=load) for load in loads]
     path = body.press_path(FlatPunch(radius=1.0), steps, friction=5.0)
-    first, last = path.contacts[0], path.last
+    first, last = path.steps[0], path.last
     assert not last.slipping[last.sticking].any()
     np.testing.assert_allclose(path.friction_work[1:], 0.0, atol=1e-12)
     np.testing.assert_allclose(last.traction, first.traction, atol=1e-7 * first.pressure.max())
@@ -243,7 +244,7 @@ def test_the_path_matters_and_a_repeated_cycle_repeats():
     assert path.friction_work[3] == pytest.approx(path.friction_work[2], rel=1e-6)
     assert path.friction_work[2] == pytest.approx(2 * path.friction_work[1], rel=1e-6)
     assert abs(path.shift[-1, 0]) > 0.05 * path.shift[1, 0]  # unloaded, but displaced and under self-stress
-    work = sum(c.work_density for c in path.contacts)
+    work = sum(c.work_density for c in path.steps)
     np.testing.assert_allclose(MU * path.wear_depth(2.0), 2 * work)
     with pytest.warns(DeprecationWarning, match=r"wear_depth\(coefficient \* mu\)"):
         np.testing.assert_allclose(path.wear(2.0), 2 * work)
@@ -402,6 +403,50 @@ def test_a_step_without_solution_is_cut_in_halves_and_its_work_is_that_of_all_pa
         half.press_path(ball, steps, mu)
 
 
+@pytest.mark.parametrize("against", [None, fc.Material(E=3.0, nu=0.1)])  # the second is coupled
+def test_an_interrupted_path_goes_on_as_if_it_had_not_been(against, tmp_path, monkeypatch) -> None:
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(3.0, 3.0), shape=(12, 12), against=against)
+    ball, file = fc.surfaces.Paraboloid(1.0), tmp_path / "path.jsonl"
+    steps = [fc.PressStep(force=0.3, shift=(x, 0.0)) for x in (0.0, 0.1, -0.05)]
+    solve, calls = friction_path.press_step, []
+
+    def stubborn(friction, z, step, last, symmetry):
+        calls.append(step)
+        if step.shift[0] == 0.1 and last.shift[0] == 0.0:
+            raise fc.SolverError("too far")
+        return solve(friction, z, step, last, symmetry)
+
+    monkeypatch.setattr(friction_path, "press_step", stubborn)
+    whole = half.press_path(ball, steps, 0.5)
+    half.press_path(ball, steps[:2], 0.5, path=file)
+    calls.clear()
+    again = half.press_path(ball, steps, 0.5, path=file)
+    assert len(calls) == 1  # the others are certified, not solved
+    assert again.cuts == whole.cuts == (1, 2, 1)
+    for name in ("traction", "pressure", "gap", "displacement", "slip"):
+        for one, other in zip(again, whole, strict=True):
+            found, expected = getattr(one, name), getattr(other, name)
+            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_allclose(again.wear_depth(1.0), whole.wear_depth(1.0), rtol=0, atol=1e-14)
+    assert again.column("worst_residual").max() < 1e-10
+    for change in ({"friction": 0.4}, {"steps": [fc.PressStep(force=0.2), *steps[1:]]}):
+        with refused(InputError, "row-of-another", "'1'"):
+            half.press_path(ball, **{"steps": steps, "friction": 0.5, **change}, path=file)
+
+
+def test_a_row_that_is_no_solution_is_refused(tmp_path, monkeypatch) -> None:
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(3.0, 3.0), shape=(12, 12))
+    ball, file = fc.surfaces.Paraboloid(1.0), tmp_path / "path.jsonl"
+    steps = [fc.PressStep(force=0.3, tangential=(0.05, 0.0))]
+    kept = friction_path._FrictionSteps.end
+    monkeypatch.setattr(
+        friction_path._FrictionSteps, "end", lambda own, c: {**kept(own, c), "traction": 2 * c.traction}
+    )
+    half.press_path(ball, steps, 0.5, path=file)
+    with refused(fc.SolverError, "not-solved", "no solution"):
+        half.press_path(ball, steps, 0.5, path=file)
+
+
 @pytest.mark.parametrize(
     ("first", "second", "middle"),
     [
@@ -414,7 +459,7 @@ def test_half_way_loads_go_on_from_what_the_last_contact_bears(first, second, mi
     half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(16, 16))
     last = half.press_path(fc.surfaces.Paraboloid(1.0), [fc.PressStep(**first)], 0.5).last
     begin = friction_path._start(np.zeros((1, 1)), fc.PressStep(**second), last, None)
-    found = friction_path._halfway(begin, friction_path._end(fc.PressStep(**second)))
+    found = friction_path._between(begin, friction_path._end(fc.PressStep(**second)), 0.5)
     expected = middle or {"force": (last.force + 0.2) / 2, "tangential": (0.0, 0.0)}
     for name, value in expected.items():
         np.testing.assert_allclose(found[name], value, rtol=0, atol=1e-12)

@@ -40,6 +40,19 @@ def test_a_load_of_a_curve_is_that_load_alone(curve):
     assert found.column("pressure_error")[2] == pytest.approx(alone.error_estimate.pressure, rel=1e-6)
 
 
+def test_an_interrupted_curve_goes_on(curve, tmp_path, monkeypatch):
+    (half, found), forces = curve, FORCES[[2, 0, 4, 1, 3]]
+    ball, file = fc.surfaces.Paraboloid(1.0), tmp_path / "curve.jsonl"
+    half.curve(ball, forces, path=file)
+    monkeypatch.setattr("fecontact.bodies.halfspace.press", lambda *_: pytest.fail("pressed"))
+    again = half.curve(ball, forces, path=file)
+    assert {name: values.tolist() for name, values in again.figures.items()} == {
+        name: values.tolist() for name, values in found.figures.items()
+    }
+    with refused(fc.InputError, "row-of-another", "force"):
+        half.curve(ball, 2 * forces, path=file)
+
+
 def test_a_tilting_surface_and_warnings_of_coarse_loads(monkeypatch):
     monkeypatch.setattr("fecontact.halfspace.contact.MAX_ERROR", 0.06)  # between the two estimates
     half = fc.HalfSpace(SOFT, size=(3 * LENGTH, 3 * LENGTH), shape=(16, 16))
@@ -52,10 +65,10 @@ def test_a_tilting_surface_and_warnings_of_coarse_loads(monkeypatch):
 
 def test_files_and_pictures(curve, tmp_path):
     _, found = curve
-    table = np.genfromtxt(found.to_csv(tmp_path / "curve.csv"), delimiter=",", names=True)
+    table = np.genfromtxt(found.save(tmp_path / "curve.csv"), delimiter=",", names=True)
     assert table["approach"].tolist() == found.approach.tolist()
     assert table.dtype.names == tuple(found.figures)
-    figure = found.plot(tmp_path / "curve.png", length="mm", force="N", stress="MPa")
+    figure = found.plot(tmp_path / "curve.png", length="mm", force="N", units="MPa")
     assert (tmp_path / "curve.png").stat().st_size > 2000
     assert [axes.get_ylabel() for axes in figure.axes] == [
         "approach [mm]",
@@ -64,7 +77,7 @@ def test_files_and_pictures(curve, tmp_path):
         "mean gap [mm]",
     ]
     assert figure.axes[0].lines[0].get_xdata() == pytest.approx(FORCES)
-    assert repr(found) == "LoadCurve(figures=8 x ndarray)"
+    assert repr(found) == "LoadCurve(steps=5 x dict, cuts=(1, 1, 1, 1, 1))"
     assert len(str(found).splitlines()) == 6
 
 

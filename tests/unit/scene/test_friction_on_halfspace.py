@@ -32,7 +32,7 @@ def test_a_ball_dragged_in_a_scene_is_one_on_the_half_space_alone(options, turne
     Q = np.eye(3) if pose is None else pose[1]
     ball, path = ball_on(half, pose)
     steps = [fc.PressStep(force=FORCE, tangential=pull) for pull in PULLS]
-    for alone, found in zip(half.press_path(Paraboloid(1.0), steps, MU).contacts, path, strict=True):
+    for alone, found in zip(half.press_path(Paraboloid(1.0), steps, MU), path, strict=True):
         contact, size = found.contacts[0], alone.max_pressure
         # either door is certified to 1e-10, forces of cells at the edge are conditioned worse
         assert np.abs(contact.pressure.reshape(12, 12) - alone.pressure).max() < 1e-8 * size

@@ -325,9 +325,9 @@ def test_loads_half_way_between_two_steps() -> None:
     body, at = object(), np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
     one = LoadStep({body: (1.0, 0.0, 0.0)}, tractions={body: lambda x: 2 * x}, motions={body: {"x": 1.0}})
     other = LoadStep(tractions={body: (0.0, 0.0, 4.0)}, gravity=(0.0, 0.0, -2.0), motions={body: {"z": 2.0}})
-    half = one.halfway(other)
+    half = one.between(other, 0.5)
     np.testing.assert_array_equal(half.tractions[body](at), np.add(at, [0.0, 0.0, 2.0]))
-    np.testing.assert_array_equal(one.halfway(LoadStep()).tractions[body](at), at)
+    np.testing.assert_array_equal(one.between(LoadStep(), 0.5).tractions[body](at), at)
     np.testing.assert_array_equal(half.forces[body], [0.5, 0.0, 0.0])
     np.testing.assert_array_equal(half.gravity, [0.0, 0.0, -1.0])
     assert half.motions[body] == {"x": 0.5, "z": 1.0}

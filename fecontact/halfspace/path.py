@@ -1,0 +1,356 @@
+"""Paths of loads on a half-space: steps with friction, their work and wear; without friction curves over the force."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+
+from fecontact.common import checks
+from fecontact.common.arguments import instance, items
+from fecontact.common.arrays import Array
+from fecontact.common.errors import InputError
+from fecontact.common.fingerprint import fingerprint
+from fecontact.common.one_line import one_line
+from fecontact.common.path import HALVINGS, Path, Steps, each_step, follow
+from fecontact.common.renamed import RenamedKeys, renamed, warn
+from fecontact.common.table import Table
+from fecontact.common.units import Units
+from fecontact.common.version import VERSION
+from fecontact.halfspace.compliance import SurfaceCompliance, check_thickness
+from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
+from fecontact.halfspace.friction import Friction, PressStep, certified, press_step
+from fecontact.halfspace.pictures import Drawn, plot_over_force
+from fecontact.halfspace.pressing import Load
+
+#: Figures of the end of a step.
+OF_STEPS: Mapping[str, Callable[[FrictionContact], float]] = {
+    "force": lambda contact: contact.force,
+    "approach": lambda contact: contact.approach,
+    "tangential_x": lambda contact: contact.tangential[0],
+    "tangential_y": lambda contact: contact.tangential[1],
+    "torque": lambda contact: contact.torque,
+    "shift_x": lambda contact: contact.shift[0],
+    "shift_y": lambda contact: contact.shift[1],
+    "twist": lambda contact: contact.twist,
+    "area": lambda contact: contact.figures["area"],
+    "stick_area": lambda contact: contact.stick_area,
+    "slip_area": lambda contact: contact.slip_area,
+    "friction_work": lambda contact: contact.friction_work,
+    "worst_residual": lambda contact: contact.residuals.worst,
+}
+#: Figures of a load of a curve.
+OF_LOADS = ("force", "approach", "area", "max_pressure", "mean_pressure", "mean_gap", "regions", "pressure_error")
+#: Fields of a contact that a file keeps.
+KEPT = (
+    "pressure", "displacement", "gap", "traction", "slip", "coarse", "approach", "tilt", "shift", "twist", "position",
+    "status", "given", "solver", "tangential_solver",
+)  # fmt: skip
+
+
+@one_line
+@dataclass(frozen=True, eq=False)
+class FrictionPath(Path[FrictionContact]):
+    """Contacts at the ends of the steps of a load path; made by `HalfSpace.press_path`.
+
+    Attributes
+    ----------
+    steps : tuple of FrictionContact
+    cuts : tuple of int
+        Parts in which every step was solved.
+    """
+
+    contacts = renamed("contacts", "steps")
+    dissipated, work = renamed("dissipated", "friction_work"), renamed("work", "work_density")
+
+    force = each_step("force", "Normal force (n,) at the ends of the steps.")
+    tangential = each_step("tangential", "Tangential force (n, 2) on the half-space by the counter-surface.")
+    torque = each_step("torque", "Torque (n,) about the normal.")
+    shift = each_step("shift", "Displacement (n, 2) of the counter-surface since the unloaded state.")
+    twist = each_step("twist", "Rotation (n,) of the counter-surface since the unloaded state.")
+    friction_work = each_step("friction_work", "Work of friction (n,) in each step, not negative.")
+
+    @cached_property
+    def work_density(self) -> Array:
+        """Work of friction per area (nx, ny) in all steps."""
+        return np.asarray(sum(contact.work_density for contact in self.steps))
+
+    def wear_depth(self, coefficient: float) -> Array:
+        """Wear depth (nx, ny) in all steps by Archard's law, h = k int p |ds|, not fed back into the shape.
+
+        Parameters
+        ----------
+        coefficient : float
+            Archard's k, as of `LoadPath.wear_depth`: volume per force and distance, one over pressure. Worn volume per
+            work of friction is k over mu (Fouvry, Kapsa & Vincent, Wear 200 (1996) 186).
+
+        Raises
+        ------
+        InputError
+            If the coefficient is not positive, or friction is infinite.
+
+        References
+        ----------
+        J. F. Archard, J. Appl. Phys. 24 (1953) 981.
+        """
+        k = checks.positive("the coefficient of wear", coefficient)
+        return np.asarray(sum(k * contact.sliding_integral for contact in self.steps))
+
+    def wear(self, coefficient: float) -> Array:
+        """Former `wear_depth`, with worn volume per work of friction as its coefficient: k over mu. It warns."""
+        now = "wear(coefficient) is now wear_depth(coefficient * mu), by Archard's k; the old name will be removed."
+        warn(f"FrictionPath.{now}", stacklevel=3)
+        return checks.positive("the coefficient of wear", coefficient) * self.work_density
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of the contacts, each with the first step that it concerns."""
+        first: dict[str, int] = {}
+        for k, contact in enumerate(self.steps, 1):
+            for text in contact.warnings:
+                first.setdefault(text, k)
+        return tuple(f"Step {k}: {text}" for text, k in first.items())
+
+    def rows(self) -> list[dict[str, float]]:
+        """Figures of each step by name."""
+        return [RenamedKeys({name: read(contact) for name, read in OF_STEPS.items()}) for contact in self.steps]
+
+    def as_dict(self) -> dict[str, Any]:
+        """All figures for scripts."""
+        grid = self.last.grid
+        return {
+            "cells": list(grid.shape),
+            "size": list(grid.size),
+            "friction": self.last.friction,
+            "steps": self.rows(),
+            "warnings": list(self.warnings),
+        }
+
+    def __str__(self) -> str:
+        shown = ("force", "tangential_x", "tangential_y", "shift_x", "shift_y", "stick_area", "friction_work")
+        worst = self.column("worst_residual").max()
+        notes = [f"work of friction {self.friction_work.sum():.6g}, worst residual {worst:.1e}"]
+        notes += [f"Warning: {text}" for text in self.warnings]
+        table = Table(shown, [[row[name] for name in shown] for row in self.rows()], notes)
+        return f"Half-space with friction {self.last.friction:g}, {len(self)} steps\n{table}"
+
+
+@one_line
+@dataclass(frozen=True, eq=False)
+class LoadCurve(Path[Mapping[str, Any]], Drawn):
+    """Figures of contacts over the force, whose loads do not depend on each other; made by `HalfSpace.curve`.
+
+    Drawn are approach, area, pressures and mean gap over the force.
+
+    Attributes
+    ----------
+    steps : tuple of dict
+        Of each load in the order given: force, approach, area, max_pressure, mean_pressure, mean_gap, regions (their
+        number), pressure_error (estimated, relative) and warnings.
+    """
+
+    @property
+    def force(self) -> Array:
+        """Forces (n,)."""
+        return self.figures["force"]
+
+    @property
+    def approach(self) -> Array:
+        """Approaches (n,)."""
+        return self.figures["approach"]
+
+    @property
+    def area(self) -> Array:
+        """Areas (n,), with the edge located within the cells."""
+        return self.figures["area"]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings with the force that each concerns."""
+        return tuple(f"At the force {row['force']:g}: {text}" for row in self.steps for text in row["warnings"])
+
+    to_csv = renamed("to_csv", "save")
+
+    def rows(self) -> list[dict[str, float]]:
+        """Figures of each load by name."""
+        return [{name: row[name] for name in OF_LOADS} for row in self.steps]
+
+    def _drawn(self, path: str | FilePath | None, units: Units) -> Any:
+        panels = {
+            units.after("approach", "length"): {"": self.approach},
+            "area" + (f" [{units.length}²]" if units.length else ""): {"": self.area},
+            units.after("pressure", "stress"): {n: self.figures[f"{n}_pressure"] for n in ("max", "mean")},
+            units.after("mean gap", "length"): {"": self.figures["mean_gap"]},
+        }
+        return plot_over_force(self.force, panels, f"{len(self)} loads", units, path)
+
+    def __str__(self) -> str:
+        return str(
+            Table(OF_LOADS, [list(row.values()) for row in self.rows()], [f"Warning: {t}" for t in self.warnings])
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _FrictionSteps(Steps[FrictionContact]):
+    """Steps of a surface with heights (nx, ny) by its position."""
+
+    friction: Friction
+    heights: Callable[[tuple[float, float]], Array]
+    steps: Sequence[PressStep]
+    symmetry: bool
+
+    def halvings(self, k: int, before: FrictionContact | None) -> int:
+        """None where the position changes: at places in between the surface would rub."""
+        return HALVINGS if before is None or before.position == self.steps[k].position else 0
+
+    def solver(self, k: int, before: FrictionContact | None) -> Callable[..., FrictionContact]:
+        """Solver of the parts of step k."""
+        step = self.steps[k]
+        z = self.heights(step.position)
+        begin, end = _start(z, step, before, self.steps[k - 1].load_point if k else None), _end(step)
+
+        def part(_: float, share: float, last: FrictionContact | None, known: Figures | None = None) -> FrictionContact:
+            loads = PressStep(**_between(begin, end, share))
+            if known is not None:
+                return certified(self.friction, z, loads, last, known)
+            return press_step(self.friction, z, loads, last, self.symmetry)
+
+        return part
+
+    def joined(self, parts: Sequence[FrictionContact]) -> FrictionContact:
+        """The last part, with those before it."""
+        return replace(parts[-1], parts=tuple(parts[:-1])) if len(parts) > 1 else parts[0]
+
+    def end(self, part: FrictionContact) -> Figures:
+        """Fields that are not those of the half-space."""
+        return {name: getattr(part, name) for name in KEPT}
+
+    def row(self, result: FrictionContact) -> Figures:
+        """The summary."""
+        return result.summary()
+
+    def prints(self) -> Mapping[str, Mapping[str, str]]:
+        """Fingerprints by part of each step by its number."""
+        steps = [{**vars(step), "heights": self.heights(step.position)} for step in self.steps]
+        return _prints(self.friction.body, steps, friction=self.friction.mu, tolerance=self.friction.tolerance)
+
+
+@dataclass(frozen=True, eq=False)
+class _Loads(Steps[Mapping[str, Any]]):
+    """Loads of a curve."""
+
+    body: SurfaceCompliance
+    heights: Array
+    loads: Sequence[Load]
+    pressed: Callable[[Load], HalfSpaceContact]
+    tolerance: float
+
+    def halvings(self, k: int, before: Figures | None) -> int:
+        """None: a load does not depend on others."""
+        return 0
+
+    def solver(self, k: int, before: Figures | None) -> Callable[..., Figures]:
+        """Solver of load k."""
+
+        def part(start: float, end: float, last: Figures | None, known: Figures | None = None) -> Figures:
+            if known is not None:
+                return known
+            contact = self.pressed(self.loads[k])
+            more = {"regions": float(contact.n_regions), "pressure_error": contact.error_estimate.pressure}
+            found = {**contact.figures, **more}
+            return {**{name: found[name] for name in OF_LOADS}, "warnings": contact.warnings}
+
+        return part
+
+    def end(self, part: Figures) -> Figures:
+        """All of it."""
+        return part
+
+    def row(self, result: Figures) -> Figures:
+        """Nothing but the end."""
+        return {}
+
+    def prints(self) -> Mapping[str, Mapping[str, str]]:
+        """Fingerprints by part of each load by its number."""
+        return _prints(self.body, [vars(load) for load in self.loads], heights=self.heights, tolerance=self.tolerance)
+
+
+def _prints(body: SurfaceCompliance, steps: Sequence[Figures], **settings: Any) -> dict[str, dict[str, str]]:
+    """Fingerprints by part of each step by its number."""
+    same = {"fecontact": VERSION, "half-space": fingerprint(body), **{n: fingerprint(v) for n, v in settings.items()}}
+    return {str(k): {**same, **{name: fingerprint(v) for name, v in step.items()}} for k, step in enumerate(steps, 1)}
+
+
+#: Loads and motions by the names of `PressStep`.
+Figures = Mapping[str, Any]
+
+
+def _start(z: Array, step: PressStep, last: FrictionContact | None, load_point: tuple[float, float] | None) -> Figures:
+    """Loads and motions where a step begins: of the last contact, or of the first touch, without any load."""
+    if last is None:
+        touch = {"force": 0.0, "approach": float(z.min(initial=np.inf)), "load_point": step.load_point}
+        still = {"tangential": (0.0, 0.0), "shift": (0.0, 0.0), "torque": 0.0, "twist": 0.0}
+        return {**touch, **still, "position": step.position}
+    names = ("force", "approach", "tangential", "shift", "torque", "twist", "position")
+    return {**{name: getattr(last, name) for name in names}, "load_point": load_point or step.load_point}
+
+
+def _end(step: PressStep) -> Figures:
+    """Loads and motions at the end of a step: zero where nothing is given."""
+    end = {**vars(step), "tangential": step.tangential or ((0.0, 0.0) if step.shift is None else None)}
+    return {**end, "twist": step.twist or (0.0 if step.torque is None else None)}
+
+
+def _between(start: Figures, end: Figures, share: float) -> Figures:
+    """Loads and motions a share of the way through a step, with those prescribed that are so at its end."""
+    if share == 1:
+        return end
+    both = {name: (np.asarray(start[name]), np.asarray(value)) for name, value in end.items() if value is not None}
+    found = {name: (1 - share) * one + share * other for name, (one, other) in both.items()}
+    return {name: tuple(v.tolist()) if (v := found.get(name)) is not None and v.ndim else v for name in end}
+
+
+def solve_path(
+    body: SurfaceCompliance,
+    heights: Callable[[tuple[float, float]], Array],
+    steps: Sequence[PressStep],
+    mu: float,
+    tolerance: float,
+    symmetry: bool = True,
+    workers: int | None = None,
+    path: str | FilePath | None = None,
+    progress: bool | None = None,
+) -> FrictionPath:
+    """Solve the steps of a path one after the other, see `HalfSpace.press_path`."""
+    friction = Friction(body, checks.friction(mu, infinite=True), tolerance, workers)
+    steps = items("the steps of a path", steps, "PressStep objects")
+    check_thickness(body)
+    for k, step in enumerate(steps, 1):
+        instance(f"step {k} of the path", step, PressStep)
+        if body.periodic and (step.torque or step.twist):
+            raise InputError(
+                f"Step {k} twists the surface, which then would not repeat: leave out torque and twist, or make the "
+                "half-space free.",
+                code="torsion-not-periodic",
+            )
+    if not steps:
+        raise InputError("A path needs at least one step; found none. Give a PressStep.", code="no-steps")
+    return FrictionPath(*follow(_FrictionSteps(friction, heights, steps, symmetry), len(steps), path, progress))
+
+
+def solve_curve(
+    body: SurfaceCompliance,
+    heights: Array,
+    loads: Sequence[Load],
+    pressed: Callable[[Load], HalfSpaceContact],
+    tolerance: float,
+    path: str | FilePath | None,
+    progress: bool | None,
+) -> LoadCurve:
+    """Press a surface with several loads, see `HalfSpace.curve`."""
+    steps = _Loads(body, heights, loads, pressed, tolerance)
+    return LoadCurve(*follow(steps, len(loads), path, progress, "curve", "load"))
