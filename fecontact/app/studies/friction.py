@@ -176,14 +176,14 @@ def _dragged(
     """A study of a path on a half-space."""
     last = path.last
     cells = " x ".join(map(str, last.grid.shape))
-    setting = f"friction {last.friction:g}, {cells} cells, {len(path.contacts)} step(s)"
-    worst = max(contact.residuals.worst for contact in path.contacts)
+    setting = f"friction {last.friction:g}, {cells} cells, {len(path.steps)} step(s)"
+    worst = max(contact.residuals.worst for contact in path.steps)
 
     def draw(left: Any, right: Any, units: Units) -> None:
         draw_tractions(left, path, exact, units, rolls)
         if rolls:
             _draw_creep(right, path, exact, units)
-        elif len(path.contacts) > 1:
+        elif len(path.steps) > 1:
             _draw_loop(right, path, exact, units)
         else:
             draw_stick_slip(right, last, units)
