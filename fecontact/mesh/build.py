@@ -16,7 +16,7 @@ from fecontact.common.errors import MeshError
 from fecontact.mesh.cell_sets import first_alike
 from fecontact.mesh.check import check_cells, check_size
 from fecontact.mesh.element import EDGES, FACES
-from fecontact.mesh.facets import corner_keys
+from fecontact.mesh.facets import corner_keys, numbered_between
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.kinds import KINDS, Kind
 from fecontact.mesh.mesh import Mesh
@@ -51,18 +51,10 @@ def same_order(points: Array, parts: Sequence[IntArray]) -> tuple[Array, list[In
     wide = [p[:, :20] for p in parts]
     edges = np.concatenate([p[:, EDGES].reshape(-1, 2) for p in wide])
     given = np.concatenate([p[:, 8:].ravel() if p.shape[1] == 20 else np.full(12 * len(p), -1) for p in wide])
-    ends, inverse = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
-    inverse = inverse.ravel()
-    middle = np.full(len(ends), -1, dtype=np.int64)
-    shrunk = ends[:, 0] == ends[:, 1]
-    middle[shrunk] = ends[shrunk, 0]
-    middle[inverse[given >= 0]] = given[given >= 0]
-    new = np.flatnonzero(middle < 0)
-    middle[new] = len(points) + np.arange(len(new))
-    nodes = np.where(given >= 0, given, middle[inverse])
+    nodes, ends = numbered_between(edges, len(points), given)
     columns = np.split(nodes, np.cumsum([12 * len(p) for p in wide])[:-1])
     cells = [np.concatenate([p[:, :8], c.reshape(len(p), 12)], axis=1) for p, c in zip(wide, columns, strict=True)]
-    return np.concatenate([points, points[ends[new]].mean(axis=1)]), cells, ends[new]
+    return np.concatenate([points, points[ends].mean(axis=1)]), cells, ends
 
 
 #: Columns of the cells of each requested element.

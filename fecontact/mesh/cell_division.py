@@ -30,10 +30,12 @@ from fecontact.mesh.element import (
     QUAD_CORNERS,
     QUAD_EDGES,
     TETRAHEDRON,
+    TRIANGLE_NODES,
     WEDGE,
     Pattern,
     element_basis,
     quad_shapes,
+    triangle_shapes,
 )
 from fecontact.mesh.hanging_nodes import TABLES
 
@@ -431,15 +433,39 @@ def star(pattern: Pattern) -> CellDivision:
 @cache
 def section_division(width: int) -> CellDivision:
     """Tables of the division of an 8- or 9-node quadrilateral of a section into four."""
-
-    def at(name: Name) -> Array:
-        return quad_shapes(width, _mean(name, QUAD_CORNERS)[None])[0][0]
-
     sides = [tuple(e) for e in QUAD_EDGES.tolist()]
     places = [_set(k) for k in range(4)] + [_set(*e) for e in sides] + [_set(0, 1, 2, 3)]
-    parent = _Parent({p: k for k, p in enumerate(places[:width])}, sides, dict(enumerate(sides)), at)
-    children = []
-    for corners in _box_children(QUAD_CORNERS):
-        names = [*corners, *(frozenset({corners[a], corners[b]}) for a, b in sides), frozenset(corners)]
-        children.append(names[:width])
-    return _tables(parent, children, QUAD_EDGES)
+    parent = _Parent(
+        {p: k for k, p in enumerate(places[:width])},
+        sides,
+        dict(enumerate(sides)),
+        lambda name: quad_shapes(width, _mean(name, QUAD_CORNERS)[None])[0][0],
+    )
+    return _tables(parent, _section_children(_box_children(QUAD_CORNERS), width), QUAD_EDGES)
+
+
+@cache
+def section_triangle_division() -> CellDivision:
+    """Tables of the division of a triangle of 8 columns, ``a b c c  ab bc c ca``, into three quadrilaterals.
+
+    Examples
+    --------
+    >>> section_triangle_division().children.shape
+    (3, 8)
+    """
+    sides = {0: (0, 1), 1: (1, 2), 3: (2, 0)}
+    nodes = {_set(0): 0, _set(1): 1, _set(2): 2, **{_set(*ends): 4 + side for side, ends in sides.items()}}
+    parent = _Parent(
+        nodes,
+        list(sides.values()),
+        sides,
+        lambda name: triangle_shapes(6, _mean(name, TRIANGLE_NODES)[None])[0][0],
+    )
+    children = [(_set(k), _set(k, (k + 1) % 3), _set(0, 1, 2), _set(k, (k + 2) % 3)) for k in range(3)]
+    return _tables(parent, _section_children(children, 8), QUAD_EDGES)
+
+
+def _section_children(children: list[Corners], width: int) -> list[list[Name]]:
+    """Names of the nodes of quadrilaterals in the columns of a section."""
+    sides = QUAD_EDGES.tolist()
+    return [[*c, *(frozenset({c[a], c[b]}) for a, b in sides), frozenset(c)][:width] for c in children]

@@ -179,6 +179,27 @@ def tributary_areas(points: Array, facets: IntArray) -> Array:
     return weights
 
 
+def numbered_between(corners: IntArray, n_points: int, given: IntArray | None = None) -> tuple[IntArray, IntArray]:
+    """Numbers (n,) of the nodes between corners (n, k) of edges or faces, and the corners (m, k) of those that are new.
+
+    A node is the one given for it or for the same corners elsewhere (-1 for none), the corner that all of them are, or
+    a new one, numbered from `n_points`.
+
+    Examples
+    --------
+    >>> numbered_between(np.array([[0, 1], [1, 0], [2, 2], [1, 2]]), 5)[0].tolist()
+    [5, 5, 2, 6]
+    """
+    distinct, inverse = np.unique(np.sort(corners, axis=1), axis=0, return_inverse=True)
+    inverse = inverse.ravel()
+    known = np.where(distinct[:, 0] == distinct[:, -1], distinct[:, 0], -1)
+    if given is not None:
+        known[inverse[given >= 0]] = given[given >= 0]
+    new = np.flatnonzero(known < 0)
+    known[new] = n_points + np.arange(len(new))
+    return known[inverse] if given is None else np.where(given >= 0, given, known[inverse]), distinct[new]
+
+
 #: Odd constants (fractional parts of square roots) to hash the corners of a face into one number.
 MIX = np.array([0x6A09E667F3BCC909, 0xBB67AE8584CAA73B, 0x3C6EF372FE94F82B, 0xA54FF53A5F1D36F1], dtype=np.uint64)
 

@@ -18,7 +18,14 @@ from fecontact.common.checks import whole
 from fecontact.common.errors import InputError
 from fecontact.mesh.cell_sets import CellSets, joined
 from fecontact.mesh.element import EDGES, FACES, Pattern
-from fecontact.mesh.facets import cells_at_faces, face_keys, facet_centres, facet_shapes, triangular
+from fecontact.mesh.facets import (
+    cells_at_faces,
+    face_keys,
+    facet_centres,
+    facet_shapes,
+    numbered_between,
+    triangular,
+)
 from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.kinds import KINDS, kind_of
 from fecontact.mesh.pick import Pick
@@ -334,12 +341,8 @@ class Mesh(CellSets):
         start = len(self.points)
         for local in (EDGES, FACES[:, :4])[: 1 if n_nodes == 20 else 2]:
             corners = self.cells[:, local].reshape(-1, local.shape[1])
-            node = corners[:, 0].copy()
-            apart = np.flatnonzero((corners != corners[:, :1]).any(axis=1))
-            ordered = np.sort(corners[apart], axis=1)
-            ends, inverse = np.unique(ordered, axis=0, return_inverse=True)
+            node, ends = numbered_between(corners, start)
             points.append(self.points[ends].mean(axis=1))
-            node[apart] = start + inverse.ravel()
             for name, members in self.node_sets.items():
                 between = start + np.flatnonzero(np.isin(ends, members).all(axis=1))
                 sets[name] = np.concatenate([sets[name], between])

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.common.arguments import file_path, function, text
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.mesh.build import ELEMENTS, build
+from fecontact.mesh.cell_division import section_division, section_triangle_division
 from fecontact.mesh.cell_sets import first_alike
 from fecontact.mesh.check import check_size
-from fecontact.mesh.element import TRIANGLE_NODES, quad_nodes, quad_shapes, triangle_shapes
-from fecontact.mesh.facets import edge_keys, facets_at_sides, found, sides_of
+from fecontact.mesh.facets import edge_keys, facets_at_sides, found, numbered_between, sides_of
 from fecontact.mesh.formats.abaqus import read_abaqus
 from fecontact.mesh.formats.febio import read_febio
 from fecontact.mesh.formats.generic import read_vtk
@@ -28,7 +28,8 @@ from fecontact.mesh.gmsh import SUFFIXES as CAD
 from fecontact.mesh.gmsh import Sizes, mesh_cad
 from fecontact.mesh.mending import cut
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.section_mesh import REVERSED, SectionMesh
+from fecontact.mesh.refine import cut as divide
+from fecontact.mesh.section_mesh import REVERSED, PlaneCells, SectionMesh
 from fecontact.mesh.surface_mesh import SurfaceMesh, joined
 
 READERS: dict[str, Callable[[Path], RawMesh]] = {
@@ -330,20 +331,17 @@ def read_section(path: str | Path, part: str | None = None, scale: float = 1.0) 
     triangle = cells[:, 2] == cells[:, 3]
     sides = _sides_of_sets(cells, raw.node_sets)
     sides |= _named_sides(cells, {k: np.concatenate(v) for k, v in raw.lines.items()})
-    if triangle.any():
-        points, cells, sides, groups = _quartered(points, cells, triangle, sides, groups)
     used, number = np.unique(cells, return_inverse=True)
     back = np.full(len(points), -1, dtype=np.int64)
     back[used] = np.arange(len(used))
     sets = {name: back[nodes] for name, nodes in raw.node_sets.items()}
-    sets = {name: np.unique(nodes[nodes >= 0]) for name, nodes in sets.items() if (nodes >= 0).any()}
-    return SectionMesh(
-        points[used],
-        number.reshape(cells.shape),
-        {name: s for name, s in sides.items() if len(s)},
-        {name: g for name, g in groups.items() if len(g)},
-        sets,
-    )
+    sets = {name: nodes[nodes >= 0] for name, nodes in sets.items() if (nodes >= 0).any()}
+    plane = PlaneCells(points[used], number.reshape(cells.shape), sides, groups, sets)
+    if triangle.any():
+        parts = [(triangle, section_triangle_division()), (~triangle, section_division(8))]
+        plane = divide(plane, [(np.flatnonzero(rows), division) for rows, division in parts if rows.any()])[0]
+    kept = {k: {n: v for n, v in getattr(plane, k).items() if len(v)} for k in ("boundaries", "groups", "node_sets")}
+    return SectionMesh(plane.points, plane.cells, **kept)
 
 
 def _quadratic(points: Array, blocks: list[tuple[str, IntArray]]) -> tuple[Array, IntArray, IntArray]:
@@ -354,21 +352,14 @@ def _quadratic(points: Array, blocks: list[tuple[str, IntArray]]) -> tuple[Array
         if kind.startswith("tri"):
             full[:, :4] = c[:, [0, 1, 2, 2]]
             full[:, 4:] = c[:, [3, 4, 2, 5]] if kind == "tri6" else full[:, 4:]
-            full[:, 6] = c[:, 2]
         else:
             full[:, : min(c.shape[1], 8)] = c[:, :8]
         rows.append(full)
         owner.append(np.full(len(c), k))
     cells = np.concatenate(rows)
-    edges = sides_of(cells).reshape(-1, 2)
-    middle = cells[:, 4:].ravel()
-    keys, inverse = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
-    known = np.full(len(keys), -1, dtype=np.int64)
-    known[inverse.ravel()[middle >= 0]] = middle[middle >= 0]
-    new = np.flatnonzero(known < 0)
-    known[new] = len(points) + np.arange(len(new))
-    cells[:, 4:] = np.where(middle >= 0, middle, known[inverse.ravel()]).reshape(-1, 4)
-    return np.concatenate([points, points[keys[new]].mean(axis=1)]), cells, np.concatenate(owner)
+    middle, ends = numbered_between(sides_of(cells).reshape(-1, 2), len(points), cells[:, 4:].ravel())
+    cells[:, 4:] = middle.reshape(-1, 4)
+    return np.concatenate([points, points[ends].mean(axis=1)]), cells, np.concatenate(owner)
 
 
 def _in_plane(points: Array, used: IntArray, source: str) -> Array:
@@ -408,72 +399,3 @@ def _sides_of_sets(cells: IntArray, node_sets: Mapping[str, IntArray]) -> dict[s
     """Outer sides (n, 2) of cells with both ends in a node set."""
     ends, outer = sides_of(cells), facets_at_sides(cells) == 1
     return {name: np.argwhere(outer & np.isin(ends, nodes).all(axis=2)) for name, nodes in node_sets.items()}
-
-
-def _quartered(
-    points: Array, cells: IntArray, triangle: Mask, sides: dict[str, IntArray], groups: dict[str, IntArray]
-) -> tuple[Array, IntArray, dict[str, IntArray], dict[str, IntArray]]:
-    """Every cell divided into as many quadrilaterals as it has corners: corner, middle, centre, middle."""
-    n = len(points)
-    count = np.where(triangle, 3, 4)
-    first = np.concatenate([[0], np.cumsum(count)[:-1]])
-    extra, children = [points], np.zeros((count.sum(), 8), dtype=np.int64)
-    ends = sides_of(cells)
-    # a quarter of a side belongs to the side and to the end that it is next to
-    halves = np.stack([ends, ends[:, :, ::-1]], axis=2).reshape(-1, 2)
-    quarter, which = np.unique(halves, axis=0, return_inverse=True)
-    which = which.reshape(-1, 4, 2)
-    middles = np.broadcast_to(cells[:, 4:, None], (*cells[:, 4:].shape, 2))
-    middle_of = np.zeros(len(quarter), dtype=np.int64)
-    middle_of[which] = middles
-    extra.append(
-        np.einsum(
-            "k,nki->ni", [3 / 8, 3 / 4, -1 / 8], points[np.stack([quarter[:, 0], middle_of, quarter[:, 1]], axis=1)]
-        )
-    )
-    start = n + len(quarter)
-    for k, own in ((3, np.flatnonzero(triangle)), (4, np.flatnonzero(~triangle))):
-        if not len(own):
-            continue
-        corners, mids = (
-            (cells[own][:, [0, 1, 2]], cells[own][:, [4, 5, 7]]) if k == 3 else (cells[own, :4], cells[own, 4:])
-        )
-        at = [0, 1, 3] if k == 3 else [0, 1, 2, 3]
-        near, far = which[own][:, at, 0], which[own][:, at, 1]
-        reference = TRIANGLE_NODES if k == 3 else quad_nodes(8)
-        centre = reference[:k].mean(axis=0)
-        inner = np.concatenate([centre[None], (reference[k : 2 * k] + centre) / 2])
-        N = (triangle_shapes(6, inner) if k == 3 else quad_shapes(8, inner))[0]
-        extra.append(np.einsum("qa,nai->nqi", N, points[np.concatenate([corners, mids], axis=1)]).reshape(-1, 3))
-        inside = start + np.arange(len(own) * (k + 1)).reshape(-1, k + 1)
-        start += inside.size
-        for i in range(k):
-            j = (i - 1) % k
-            children[first[own] + i] = np.stack(
-                [
-                    corners[:, i],
-                    mids[:, i],
-                    inside[:, 0],
-                    mids[:, j],
-                    n + near[:, i],
-                    inside[:, 1 + i],
-                    inside[:, 1 + j],
-                    n + far[:, j],
-                ],
-                axis=1,
-            )
-    side = {name: _halved(s, triangle, count, first) for name, s in sides.items()}
-    cell = {
-        name: np.concatenate([first[g] + i for i in range(4)])[np.concatenate([count[g] > i for i in range(4)])]
-        for name, g in groups.items()
-    }
-    return np.concatenate(extra), children, side, cell
-
-
-def _halved(sides: IntArray, triangle: Mask, count: IntArray, first: IntArray) -> IntArray:
-    """The halves of sides (n, 2): side 0 of the child at its beginning, side 3 of the one at its end."""
-    cell, side = sides.T
-    side = np.where(triangle[cell] & (side == 3), 2, side)
-    one = np.stack([first[cell] + side, np.zeros(len(cell), np.int64)], axis=1)
-    other = np.stack([first[cell] + (side + 1) % count[cell], np.full(len(cell), 3)], axis=1)
-    return np.concatenate([one, other])

@@ -112,7 +112,19 @@ def line_integrals(points: Array, lines: IntArray) -> tuple[Array, Array, Array]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SectionMesh(CellSets):
+class PlaneCells(CellSets):
+    """Quadrilaterals of 8 or 9 nodes, and triangles ``a b c c  ab bc c ca``, of which a section is made."""
+
+    _noun = "section"
+    _face = "side"
+    _made_of = "quadrilaterals of 8 or 9 nodes"
+    cell_types = MappingProxyType({8: "quad8", 9: "quad9"})
+    n_corners = 4
+    n_faces = 4
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SectionMesh(PlaneCells):
     """Quadrilaterals of 8 or 9 nodes in the plane y = 0.
 
     Parameters
@@ -144,13 +156,6 @@ class SectionMesh(CellSets):
     >>> fc.sections.rectangle((2.0, 1.0), (4, 2))
     SectionMesh(quad8, 8 cells, 37 points, boundaries: bottom, right, top, left)
     """
-
-    _noun = "section"
-    _face = "side"
-    _made_of = "quadrilaterals of 8 or 9 nodes"
-    cell_types = MappingProxyType({8: "quad8", 9: "quad9"})
-    n_corners = 4
-    n_faces = 4
 
     def __post_init__(self) -> None:
         points = number_array("the points of a section", self.points)

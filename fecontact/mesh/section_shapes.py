@@ -22,12 +22,11 @@ from fecontact.mesh.section_mesh import SectionMesh, counter_clockwise, merge_se
 from fecontact.mesh.shapes import (
     MAX_ALONG,
     MAX_CELLS,
-    beyond_45_degrees,
-    coons,
+    Patch,
+    cap_patch,
     division,
+    half_sphere_patches,
     interpolated,
-    line,
-    sagitta,
 )
 
 __all__ = ["annulus", "cap", "half_disc", "merge_sections", "rectangle", "ring"]
@@ -210,15 +209,7 @@ def cap(
         lengths(radius=radius)
     graded = grading(contact_radius, extent, depth, level)
     across, depths = _across(graded), graded.depths
-    rim = 0.0 if math.isinf(radius) else float(sagitta(np.array([extent]), radius)[0])
-
-    def top(s: Array) -> Array:
-        x = s * extent
-        return np.stack([x, np.zeros_like(x) if math.isinf(radius) else sagitta(x, radius)], 1)
-
-    patch = coons(
-        top, line((0, depth), (extent, depth)), line((0, 0), (0, depth)), line((extent, rim), (extent, depth))
-    )
+    patch = cap_patch(radius, extent, depth)
 
     def shape(index: Array) -> Array:
         return patch(interpolated(index[:, 0], across) / extent, interpolated(index[:, 1], depths) / depth)
@@ -253,19 +244,9 @@ def half_disc(
     ['base', 'cap', 'flank', 'sym_x']
     """
     lengths(radius=radius)
-    extent, depth = radius * math.sqrt(0.5), 0.55 * radius
+    extent, depth, (contact, around, under) = half_sphere_patches(radius)
     graded = grading(radius / 100 if contact_radius is None else contact_radius, extent, depth, level)
     across, layers = _across(graded) / extent, graded.depths / depth
-    on_axis, inner, below = (0.0, depth), (0.5 * radius, 0.6 * radius), (0.55 * radius, radius)
-    rim, equator, centre = (extent, radius - extent), (radius, radius), (0.0, radius)
-
-    def top(s: Array) -> Array:
-        return np.stack([s * extent, sagitta(s * extent, radius)], 1)
-
-    flank = beyond_45_degrees(radius)
-    contact = coons(top, line(on_axis, inner), line((0, 0), on_axis), line(rim, inner))
-    around = coons(flank, line(inner, below), line(rim, inner), line(equator, below))
-    under = coons(line(on_axis, inner), line(centre, below), line(on_axis, centre), line(inner, below))
     outwards = np.linspace(0, 1, OUTER + 1)
     parts = (
         (contact, across, layers, ("cap", None, None, "sym_x")),
@@ -273,7 +254,7 @@ def half_disc(
         (around, outwards, layers, ("flank", "base", None, None)),
     )
 
-    def made(patch: Callable[[Array, Array], Array], s: Array, t: Array, names: tuple[str | None, ...]) -> SectionMesh:
+    def made(patch: Patch, s: Array, t: Array, names: tuple[str | None, ...]) -> SectionMesh:
         divisions = (len(s) - 1, len(t) - 1)
         return grid(divisions, names, lambda k: patch(interpolated(k[:, 0], s), interpolated(k[:, 1], t)), element)
 

@@ -108,9 +108,10 @@ def interpolated(index: Array, positions: Array) -> Array:
 
 
 Curve = Callable[[Array], Array]
+Patch = Callable[[Array, Array], Array]
 
 
-def coons(top: Curve, bottom: Curve, left: Curve, right: Curve) -> Callable[[Array, Array], Array]:
+def coons(top: Curve, bottom: Curve, left: Curve, right: Curve) -> Patch:
     """Transfinite interpolation of curves [0, 1] -> (rho, z); top and bottom run along s, left and right along t."""
     zero, one = np.zeros(1), np.ones(1)
     c00, c10, c01, c11 = top(zero), top(one), bottom(zero), bottom(one)
@@ -145,7 +146,7 @@ def spherical(extent: float, radius: float) -> Curve:
     return curve
 
 
-def beyond_45_degrees(radius: float) -> Curve:
+def spherical_flank(radius: float) -> Curve:
     """Surface of a sphere from 45 degrees off its pole to the equator."""
 
     def curve(s: Array) -> Array:
@@ -153,6 +154,29 @@ def beyond_45_degrees(radius: float) -> Curve:
         return radius * np.stack([np.sin(angle), 2 * np.sin(angle / 2) ** 2], 1)
 
     return curve
+
+
+def cap_height(radius: float, extent: float) -> float:
+    """Depth of the rim of a spherical or flat cap below its pole."""
+    return float(spherical(extent, radius)(np.ones(1))[0, 1])
+
+
+def cap_patch(radius: float, extent: float, depth: float) -> Patch:
+    """Meridian of a block with a spherical or flat end."""
+    rim = cap_height(radius, extent)
+    sides = line((0, 0), (0, depth)), line((extent, rim), (extent, depth))
+    return coons(spherical(extent, radius), line((0, depth), (extent, depth)), *sides)
+
+
+def half_sphere_patches(radius: float) -> tuple[float, float, tuple[Patch, Patch, Patch]]:
+    """Meridian of half a sphere: extent and depth of the contact block, and its patch, those round it and below it."""
+    extent, depth = radius * math.sqrt(0.5), 0.55 * radius
+    on_axis, inner, below = (0.0, depth), (0.5 * radius, 0.6 * radius), (0.55 * radius, radius)
+    rim, equator, centre = (extent, radius - extent), (radius, radius), (0.0, radius)
+    contact = coons(spherical(extent, radius), line(on_axis, inner), line((0, 0), on_axis), line(rim, inner))
+    around = coons(spherical_flank(radius), line(inner, below), line(rim, inner), line(equator, below))
+    under = coons(line(on_axis, inner), line(centre, below), line(on_axis, centre), line(inner, below))
+    return extent, depth, (contact, around, under)
 
 
 SECTORS = {"quarter": 1, "half": 2, "full": 4}
@@ -193,7 +217,7 @@ def disc(n_layers: int, ring: RingGrading, names: Mapping[str, str | None], elem
     return core.mapped(core_plan), rings.mapped(ring_plan)
 
 
-def revolved(mesh: Mesh, patch: Callable[[Array, Array], Array], s_of: Curve, t_of: Curve) -> Mesh:
+def revolved(mesh: Mesh, patch: Patch, s_of: Curve, t_of: Curve) -> Mesh:
     """Points in space from plan coordinates (x, y, layer index), by a meridian map (s, t) -> (rho, z)."""
 
     def shape(plan: Array) -> Array:
@@ -354,15 +378,11 @@ def cap(
         raise InputError(f"The radius must be positive and not below the extent; found {shown(radius)} and {extent!r}.")
     if not math.isinf(radius):
         lengths(radius=radius)
-    top_depth = 0.0 if math.isinf(radius) else float(sagitta(np.array(extent), radius))
+    top_depth = cap_height(radius, extent)
     if top_depth >= depth:
         raise InputError(f"The depth {depth:g} must exceed the cap's own height {top_depth:g}.", code="cap-too-deep")
     ring = grading(extent / 10 if contact_radius is None else contact_radius, extent, depth, level)
-
-    top = spherical(extent, radius)
-    patch = coons(
-        top, line((0, depth), (extent, depth)), line((0, 0), (0, depth)), line((extent, top_depth), (extent, depth))
-    )
+    patch = cap_patch(radius, extent, depth)
     names = {"top": "cap", "bottom": "base", "side": "side"}
     parts = [
         revolved(part, patch, lambda r: r / extent, lambda i: interpolated(i, ring.depths) / depth)
@@ -417,17 +437,9 @@ def half_sphere(
     'hex20'
     """
     lengths(radius=radius)
-    extent, depth = radius * math.sqrt(0.5), 0.55 * radius
+    extent, depth, (contact, around, under) = half_sphere_patches(radius)
     ring = grading(radius / 100 if contact_radius is None else contact_radius, extent, depth, level)
     n_layers, n_outer = len(ring.depths) - 1, 2
-    on_axis, inner, below = (0.0, depth), (0.5 * radius, 0.6 * radius), (0.55 * radius, radius)
-    rim, equator, centre = (extent, radius - extent), (radius, radius), (0.0, radius)
-
-    top = spherical(extent, radius)
-    flank = beyond_45_degrees(radius)
-    contact = coons(top, line(on_axis, inner), line((0, 0), on_axis), line(rim, inner))
-    around = coons(flank, line(inner, below), line(rim, inner), line(equator, below))
-    under = coons(line(on_axis, inner), line(centre, below), line(on_axis, centre), line(inner, below))
 
     def layer(i: Array) -> Array:
         return interpolated(i, ring.depths) / depth
@@ -448,7 +460,7 @@ def _collar(
     ring: RingGrading,
     n_layers: int,
     n_outer: int,
-    patch: Callable[[Array, Array], Array],
+    patch: Patch,
     layer: Curve,
     element: str,
 ) -> Mesh:
