@@ -12,7 +12,7 @@ lie. All tables are built from these names.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import permutations, product
@@ -453,7 +453,7 @@ def section_triangle_division() -> CellDivision:
     >>> section_triangle_division().children.shape
     (3, 8)
     """
-    sides = {0: (0, 1), 1: (1, 2), 3: (2, 0)}
+    sides: dict[int, tuple[int, ...]] = {0: (0, 1), 1: (1, 2), 3: (2, 0)}
     nodes = {_set(0): 0, _set(1): 1, _set(2): 2, **{_set(*ends): 4 + side for side, ends in sides.items()}}
     parent = _Parent(
         nodes,
@@ -461,11 +461,11 @@ def section_triangle_division() -> CellDivision:
         sides,
         lambda name: triangle_shapes(6, _mean(name, TRIANGLE_NODES)[None])[0][0],
     )
-    children = [(_set(k), _set(k, (k + 1) % 3), _set(0, 1, 2), _set(k, (k + 2) % 3)) for k in range(3)]
+    children: list[Corners] = [(_set(k), _set(k, (k + 1) % 3), _set(0, 1, 2), _set(k, (k + 2) % 3)) for k in range(3)]
     return _tables(parent, _section_children(children, 8), QUAD_EDGES)
 
 
-def _section_children(children: list[Corners], width: int) -> list[list[Name]]:
+def _section_children(children: Sequence[Corners], width: int) -> list[list[Name]]:
     """Names of the nodes of quadrilaterals in the columns of a section."""
     sides = QUAD_EDGES.tolist()
     return [[*c, *(frozenset({c[a], c[b]}) for a, b in sides), frozenset(c)][:width] for c in children]

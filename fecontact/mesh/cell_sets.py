@@ -95,6 +95,32 @@ class CellSets:
             ids.setflags(write=False)
             object.__setattr__(self, name, ids)
 
+    def refuse_loose_points(self, used: Mask, joined_by: str) -> None:
+        """Refuse points (n_points,) that are not in use, and distinct ones in the same place.
+
+        Raises
+        ------
+        MeshError
+        """
+        if not used.all():
+            raise MeshError(
+                f"{(~used).sum()} points belong to no cell; the first is point {np.argmin(used)}. Remove them: they "
+                "would make the stiffness singular.",
+                code="unused-points",
+            )
+        size = np.linalg.norm(np.ptp(self.points, axis=0))
+        pairs = cKDTree(self.points).query_pairs(COINCIDE * size, output_type="ndarray")
+        if self.hanging is not None:
+            # a node that follows from others may lie on one of them: it is tied to it
+            pairs = pairs[~np.isin(pairs, self.hanging.nodes).any(axis=1)]
+        if len(pairs):
+            a, b = pairs[0]
+            raise MeshError(
+                f"{len(pairs)} pairs of points lie in the same place; the first are points {a} and {b}. A crack "
+                f"between them would open; join them with {joined_by}.",
+                code="double-points",
+            )
+
     def _check_sets(self) -> None:
         n_cells, n_faces = len(self.cells), self.n_faces
         for name, faces in self.boundaries.items():

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import reckonable
@@ -36,13 +35,7 @@ def check_mesh(mesh: Mesh) -> None:
     used[mesh.cells] = True
     if mesh.midface is not None:
         used[mesh.midface[mesh.midface >= 0]] = True
-    if not used.all():
-        raise MeshError(
-            f"{(~used).sum()} points belong to no cell; the first is point {np.argmin(used)}. Remove them: they would "
-            "make the stiffness singular.",
-            code="unused-points",
-        )
-    _check_duplicates(mesh)
+    mesh.refuse_loose_points(used, "fc.merge([mesh], tolerance)")
     check_cells(mesh)
 
 
@@ -68,21 +61,6 @@ def check_cells(mesh: Mesh) -> None:
         _check_jacobians(mesh, group)
         if mesh.cells.shape[1] >= 20:
             _check_mid_edge(mesh, group)
-
-
-def _check_duplicates(mesh: Mesh) -> None:
-    size = np.linalg.norm(np.ptp(mesh.points, axis=0))
-    pairs = cKDTree(mesh.points).query_pairs(1e-12 * size, output_type="ndarray")
-    if mesh.hanging is not None:
-        # a node that follows from others may lie on one of them: it is tied to it
-        pairs = pairs[~np.isin(pairs, mesh.hanging.nodes).any(axis=1)]
-    if len(pairs):
-        a, b = pairs[0]
-        raise MeshError(
-            f"{len(pairs)} pairs of points lie in the same place; the first are points {a} and {b}. A crack between "
-            "them would open; join them with fc.merge([mesh], tolerance).",
-            code="double-points",
-        )
 
 
 def _check_repeated(mesh: Mesh) -> None:

@@ -11,7 +11,9 @@ Edges and faces of cells as integer keys, equal for the same edge or face, for f
 from __future__ import annotations
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.element import FACES, TRIANGLE_NODES, quad_nodes, quad_quadrature, quad_shapes, triangle_shapes
@@ -198,6 +200,18 @@ def numbered_between(corners: IntArray, n_points: int, given: IntArray | None = 
     new = np.flatnonzero(known < 0)
     known[new] = n_points + np.arange(len(new))
     return known[inverse] if given is None else np.where(given >= 0, given, known[inverse]), distinct[new]
+
+
+def components(n: int, pairs: IntArray) -> IntArray:
+    """Number of the connected part (n,) of each of n things, joined in pairs (k, 2).
+
+    Examples
+    --------
+    >>> components(4, np.array([[0, 2]])).tolist()
+    [0, 1, 0, 2]
+    """
+    graph = sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 #: Odd constants (fractional parts of square roots) to hash the corners of a face into one number.

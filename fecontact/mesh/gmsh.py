@@ -42,9 +42,10 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, lengths, point_array
 from fecontact.common.errors import FecontactError, InputError, MeshError, MissingPackageError
 from fecontact.mesh.build import build
+from fecontact.mesh.facets import components
 from fecontact.mesh.formats.raw import RawMesh, numbers_of
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.orient import Shells, components
+from fecontact.mesh.orient import Shells
 from fecontact.mesh.pick import shared_sides
 from fecontact.mesh.placement import unfolded
 from fecontact.mesh.refine import divided

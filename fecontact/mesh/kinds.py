@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fecontact.common.arrays import IntArray
-from fecontact.mesh.element import EDGES, PYRAMID, TETRAHEDRON, WEDGE
+from fecontact.mesh.element import EDGES
 
 
 @dataclass(frozen=True)
@@ -70,20 +70,10 @@ KINDS = {
     )
 }
 BY_MESHIO = {kind.meshio: kind for kind in KINDS.values()}
-_BY_PATTERN = {
-    **{tuple(range(n)): KINDS[f"hex{n}"] for n in (8, 20, 27)},
-    **{
-        p[:n]: KINDS[k]
-        for p, names in (
-            (WEDGE, ("wedge6", "wedge15")),
-            (PYRAMID, ("pyramid5", "pyramid13")),
-            (TETRAHEDRON, ("tet4", "tet10")),
-        )
-        for n, k in zip((8, 20), names, strict=True)
-    },
-}
+#: Kinds by the first node of the hexahedron with which each of its nodes coalesces.
+BY_PATTERN = {tuple(map(kind.embedding.index, kind.embedding)): kind for kind in KINDS.values()}
 
 
 def kind_of(pattern: tuple[int, ...]) -> Kind | None:
     """Look up the kind of cell of a pattern; None for other degenerate hexahedra."""
-    return _BY_PATTERN.get(pattern)
+    return BY_PATTERN.get(pattern)

@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import MeshError, place
-from fecontact.mesh.facets import edge_keys, facets_at_sides, sides_of, triangular
+from fecontact.mesh.facets import components, edge_keys, facets_at_sides, sides_of, triangular
 
 #: Largest share of an open sheet's area whose opposite orientation counts as a mistake and is reversed.
 MISTAKE = 0.25
@@ -38,18 +38,6 @@ def neighbours(facets: IntArray) -> tuple[IntArray, Mask]:
     first = np.flatnonzero(key[order][1:] == key[order][:-1])
     one, other = order[first], order[first + 1]
     return np.stack([owner[one], owner[other]], axis=1), ends[one, 0] == ends[other, 0]
-
-
-def components(n: int, pairs: IntArray) -> IntArray:
-    """Number of the connected part (n,) of each of n things, joined in pairs (k, 2).
-
-    Examples
-    --------
-    >>> components(4, np.array([[0, 2]])).tolist()
-    [0, 1, 0, 2]
-    """
-    graph = sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 def turned(facets: IntArray) -> IntArray:

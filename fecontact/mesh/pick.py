@@ -19,16 +19,31 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import coordinates, number, positive, vector
 from fecontact.common.errors import InputError, shown
-from fecontact.mesh.facets import edge_keys, facet_centres, facet_shapes, found, shapes_on_square, sides_of, triangular
+from fecontact.mesh.facets import (
+    components,
+    edge_keys,
+    facet_centres,
+    facet_shapes,
+    found,
+    shapes_on_square,
+    sides_of,
+    triangular,
+)
 from fecontact.mesh.hanging_nodes import HangingNodes
+
+__all__ = ["Pick", "box", "facing", "flood", "near", "plane"]
+
+
+def __dir__() -> list[str]:
+    """The public names."""
+    return __all__
+
 
 #: Points along each side of a facet used to measure the distance from it.
 SAMPLES = 8
@@ -92,9 +107,14 @@ def _middles(mesh: Faces, faces: IntArray) -> tuple[Array, Array]:
     triangle = triangular(facets)
     N, dN = facet_shapes(facets.shape[1], triangle, facet_centres(triangle))
     x = mesh.points[facets]
+    return np.einsum("na,nai->ni", N, x), _unit_normals(x, dN)
+
+
+def _unit_normals(x: Array, dN: Array) -> Array:
+    """Unit normals (n, 3) of facets with nodes x (n, k, 3) where their functions have the slopes dN (n, k, 2)."""
     t = np.einsum("naj,nai->nij", dN, x)
     normal = np.cross(t[:, :, 0], t[:, :, 1])
-    return np.einsum("na,nai->ni", N, x), normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
 
 
 def plane(point: ArrayLike, normal: ArrayLike, tolerance: float | None = None) -> Pick:
@@ -196,9 +216,7 @@ def flood(seed: ArrayLike, angle: float = 30.0) -> Pick:
         first, second, cosine = neighbouring_sides(mesh, faces)
         first, second = first // 4, second // 4
         smooth = cosine >= least
-        n = len(faces)
-        graph = sp.coo_matrix((np.ones(smooth.sum()), (first[smooth], second[smooth])), shape=(n, n))
-        _, part = connected_components(graph, directed=False)
+        part = components(len(faces), np.stack([first, second], axis=1)[smooth])
         middles, _ = _middles(mesh, faces)
         nearest = np.argmin(np.linalg.norm(middles - start, axis=1))
         return np.asarray(part == part[nearest])
@@ -242,7 +260,5 @@ def side_normals(points: Array, facets: IntArray, triangle: Mask) -> Array:
     out = np.empty((len(facets), 4, 3))
     for side in range(4):
         _, dN = facet_shapes(facets.shape[1], triangle, np.where(triangle[:, None], tri[side], quad[side]))
-        t = np.einsum("naj,nai->nij", dN, points[facets])
-        normal = np.cross(t[:, :, 0], t[:, :, 1])
-        out[:, side] = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+        out[:, side] = _unit_normals(points[facets], dN)
     return out

@@ -340,8 +340,8 @@ def read_section(path: str | Path, part: str | None = None, scale: float = 1.0) 
     if triangle.any():
         parts = [(triangle, section_triangle_division()), (~triangle, section_division(8))]
         plane = divide(plane, [(np.flatnonzero(rows), division) for rows, division in parts if rows.any()])[0]
-    kept = {k: {n: v for n, v in getattr(plane, k).items() if len(v)} for k in ("boundaries", "groups", "node_sets")}
-    return SectionMesh(plane.points, plane.cells, **kept)
+    kept = ({k: v for k, v in named.items() if len(v)} for named in (plane.boundaries, plane.groups, plane.node_sets))
+    return SectionMesh(plane.points, plane.cells, *kept)
 
 
 def _quadratic(points: Array, blocks: list[tuple[str, IntArray]]) -> tuple[Array, IntArray, IntArray]:

@@ -16,7 +16,6 @@ from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from fecontact.common.arguments import known_options
 from fecontact.common.arrays import Array, IntArray
@@ -122,6 +121,45 @@ class PlaneCells(CellSets):
     n_corners = 4
     n_faces = 4
 
+    @cached_property
+    def outer_sides(self) -> IntArray:
+        """Sides (n, 2) that belong to one cell only, as (cell, local side).
+
+        Those at which divided cells meet undivided ones are not outer.
+        """
+        middles = self.cells[:, 4:8].ravel()
+        count = np.bincount(middles, minlength=len(self.points))
+        if self.hanging is not None:
+            count[self.hanging.edges[:, [1, 3, 4]]] = 2
+        return np.stack(np.divmod(np.flatnonzero(count[middles] == 1), 4), axis=1)
+
+    @property
+    def is_flat(self) -> bool:
+        """It lies in a plane."""
+        return True
+
+    @property
+    def skin(self) -> IntArray:
+        """Its cells (n_cells, 8 | 9)."""
+        return self.cells
+
+    def native_cells(self) -> list[tuple[str, IntArray, IntArray]]:
+        """Cells with their name in meshio and their numbers."""
+        return [(self.cell_type, self.cells, np.arange(len(self.cells)))]
+
+    def drawn_at(self, points: Array) -> Self:
+        """The bare mesh at other points (n_points, 3); turned half round, it keeps running counter-clockwise."""
+        return type(self)(points, counter_clockwise(points, self.cells))
+
+    @property
+    def outer(self) -> IntArray:
+        """The same as `outer_sides`, by the name shared with `Mesh`."""
+        return self.outer_sides
+
+    def face_nodes(self, sides: IntArray) -> IntArray:
+        """Node numbers (n, 3) of sides: beginning, end, middle."""
+        return np.take_along_axis(self.cells[sides[:, 0]], SIDES[sides[:, 1]], axis=1)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SectionMesh(PlaneCells):
@@ -177,15 +215,7 @@ class SectionMesh(PlaneCells):
         """Refuse an invalid mesh, which would give wrong results or a singular matrix."""
         used = np.zeros(len(self.points), bool)
         used[self.cells] = True
-        if not used.all():
-            raise MeshError(f"{(~used).sum()} points belong to no cell; the first is point {np.argmin(used)}.")
-        size = np.linalg.norm(np.ptp(self.points, axis=0))
-        pairs = cKDTree(self.points).query_pairs(1e-12 * size, output_type="ndarray")
-        if len(pairs):
-            raise MeshError(
-                f"Points {pairs[0, 0]} and {pairs[0, 1]} lie in the same place; join them (merge_sections).",
-                code="double-points",
-            )
+        self.refuse_loose_points(used, "merge_sections")
         again = np.flatnonzero(first_alike(self.cells[:, :4]) != np.arange(len(self.cells)))
         middles = np.bincount(self.cells[:, 4:8].ravel(), minlength=len(self.points))
         if len(again) or middles.max() > 2:
@@ -207,18 +237,6 @@ class SectionMesh(PlaneCells):
                 code="folded-cell",
             )
 
-    @cached_property
-    def outer_sides(self) -> IntArray:
-        """Sides (n, 2) that belong to one cell only, as (cell, local side).
-
-        Those at which divided cells meet undivided ones are not outer.
-        """
-        middles = self.cells[:, 4:8].ravel()
-        count = np.bincount(middles, minlength=len(self.points))
-        if self.hanging is not None:
-            count[self.hanging.edges[:, [1, 3, 4]]] = 2
-        return np.stack(np.divmod(np.flatnonzero(count[middles] == 1), 4), axis=1)
-
     def plot(self, path: str | Path | None = None, **options: Any) -> Any:
         """Picture of the cells, boundaries as lines in colours and numbered: a matplotlib figure.
 
@@ -237,33 +255,6 @@ class SectionMesh(PlaneCells):
         shapes, _ = line_shapes(np.linspace(0.0, 1.0, 9))
         sides = {name: shapes @ self.points[self.face_nodes(members)] for name, members in self.boundaries.items()}
         return plot_sides(self.points, self.cells, sides, path, self.size_line, **options)
-
-    @property
-    def is_flat(self) -> bool:
-        """It lies in a plane."""
-        return True
-
-    @property
-    def skin(self) -> IntArray:
-        """Its cells (n_cells, 8 | 9)."""
-        return self.cells
-
-    def native_cells(self) -> list[tuple[str, IntArray, IntArray]]:
-        """Cells with their name in meshio and their numbers."""
-        return [(self.cell_type, self.cells, np.arange(len(self.cells)))]
-
-    def drawn_at(self, points: Array) -> Self:
-        """The bare mesh at other points (n_points, 3); turned half round, it keeps running counter-clockwise."""
-        return type(self)(points, counter_clockwise(points, self.cells))
-
-    @property
-    def outer(self) -> IntArray:
-        """The same as `outer_sides`, by the name shared with `Mesh`."""
-        return self.outer_sides
-
-    def face_nodes(self, sides: IntArray) -> IntArray:
-        """Node numbers (n, 3) of sides: beginning, end, middle."""
-        return np.take_along_axis(self.cells[sides[:, 0]], SIDES[sides[:, 1]], axis=1)
 
 
 def jacobian_2d(x: Array, dN: Array) -> tuple[Array, Array]:

@@ -31,6 +31,12 @@ from fecontact.mesh.shapes import (
 
 __all__ = ["annulus", "cap", "half_disc", "merge_sections", "rectangle", "ring"]
 
+
+def __dir__() -> list[str]:
+    """The public names."""
+    return __all__
+
+
 ELEMENTS = {"quad8": 8, "quad9": 9}
 #: Cells between the contact block of a half disc and its base.
 OUTER = 3

@@ -27,16 +27,20 @@ from fecontact.common.arguments import items, known_options
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, array_of, lengths, number, whole
 from fecontact.common.errors import InputError, shown
-from fecontact.mesh.grading import LEVELS as LEVELS
-from fecontact.mesh.grading import Level as Level
-from fecontact.mesh.grading import RingGrading as RingGrading
-from fecontact.mesh.grading import as_level as as_level
-from fecontact.mesh.grading import geometric as geometric
-from fecontact.mesh.grading import grading as grading
-from fecontact.mesh.layer import extrude as extrude
-from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.mesh import merge as merge
-from fecontact.mesh.refine import divided as divided
+from fecontact.mesh.grading import LEVELS, Level, RingGrading, as_level, geometric, grading
+from fecontact.mesh.layer import extrude
+from fecontact.mesh.mesh import Mesh, merge
+from fecontact.mesh.refine import divided
+
+__all__ = ["LEVELS", "Level", "RingGrading", "as_level", "geometric", "grading"]
+__all__ += ["block", "cap", "cylinder", "divided", "extrude", "half_sphere", "merge", "quarter_sphere", "sphere"]
+__all__ += ["thick_ring"]
+
+
+def __dir__() -> list[str]:
+    """The public names."""
+    return __all__
+
 
 #: Largest deviation of the end positions, as a share of the size, that is corrected as rounding.
 SAME_POSITION = 1e-9

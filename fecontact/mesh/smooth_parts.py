@@ -16,9 +16,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.mesh.facets import triangular
+from fecontact.mesh.facets import components, triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
-from fecontact.mesh.orient import components
 from fecontact.mesh.pick import shared_sides, side_normals
 
 #: Cosine of the angle between neighbouring facets above which they continue each other: 40 degrees, up to rounding.

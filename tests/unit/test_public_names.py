@@ -75,6 +75,13 @@ def test_dir_shows_the_public_names_only() -> None:
     assert shown == set(fecontact.__all__)
 
 
+@pytest.mark.parametrize("module", [fecontact.shapes, fecontact.sections, fecontact.pick])
+def test_modules_of_functions_complete_their_own_names_only(module) -> None:
+    assert dir(module) == sorted(module.__all__)
+    assert all(hasattr(module, name) for name in module.__all__)
+    assert not {"np", "cKDTree", "math"} & set(dir(module))
+
+
 def test_rooms_are_attributes_and_others_are_not() -> None:
     assert fecontact.ancf.__name__ == "fecontact.ancf"
     assert fecontact.solvers.available_solvers is fecontact.available_solvers

@@ -21,7 +21,6 @@ from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.formats.abaqus_deck import (
     Deck,
     KeywordSection,
-    joined_numbers,
     labelled_faces,
     listed,
     member_and_label,
@@ -32,7 +31,7 @@ from fecontact.mesh.formats.abaqus_deck import (
     read_sections,
     refuse_generated,
 )
-from fecontact.mesh.formats.raw import RawMesh, numbers_of, part_of
+from fecontact.mesh.formats.raw import RawMesh, joined_numbers, numbers_of, part_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +66,7 @@ class Instance:
         if not name.isdigit():
             local = known.get(name.upper())
         else:
-            ids = self.deck.node_ids if what == "node" else self.deck.element_ids
-            local = numbers_of(ids, np.array([int(name)]), what, self.deck.source)
+            local = numbers_of(self.deck.ids(what), np.array([int(name)]), what, self.deck.source)
         return None if local is None else self.numbers(local, what)
 
 
@@ -158,32 +156,13 @@ def _assembled(sections: InstanceParts, source: str, part: str | None) -> RawMes
     def called(i: Instance, name: str) -> str:
         return f"{i.name}.{name}" if count[name.upper()] > 1 or name.upper() in taken else name
 
-    shells: dict[str, list[IntArray]] = {}
-    left: Counter[str] = Counter()
-    for i in kept:
-        raw = i.deck.raw
-        groups = {**groups, **{called(i, k): v + i.first_cell for k, v in raw.groups.items()}}
-        faces = {**faces, **{called(i, k): v + np.array([i.first_cell, 0]) for k, v in raw.faces.items()}}
-        node_sets = {**node_sets, **{called(i, k): v + i.first_point for k, v in raw.node_sets.items()}}
-        shells.update({called(i, k): [f + i.first_point for f in v] for k, v in raw.shells.items()})
-        left.update(raw.left)
-    points = np.concatenate([i.points for i in kept])
-    node_ids = joined_numbers([i.deck.node_ids for i in kept])
-    element_ids = joined_numbers([i.deck.element_ids for i in kept])
-    return RawMesh(
-        points,
-        blocks,
-        {**own, **_filled(groups)},
-        {},
-        _filled(faces),
-        _filled(node_sets),
-        (),
-        shells,
-        left,
-        [(called(i, name), kind, cells + i.first_point) for i in kept for name, kind, cells in i.deck.raw.sheets],
-        {},
-        node_ids,
-        element_ids,
+    raw = RawMesh.joined([i.deck.raw for i in kept], lambda k, name: called(kept[k], name))
+    return replace(
+        raw,
+        points=np.concatenate([i.points for i in kept]),
+        groups={**own, **_filled({**groups, **raw.groups})},
+        faces=_filled({**faces, **raw.faces}),
+        node_sets=_filled({**node_sets, **raw.node_sets}),
     )
 
 
@@ -216,8 +195,7 @@ def _instances(sections: InstanceParts, source: str) -> list[Instance]:
 
 def _nothing(source: str) -> Deck:
     """A part without nodes, such as an analytical surface."""
-    none = np.zeros(0, np.int64)
-    return Deck(none, none, np.zeros(0, np.str_), RawMesh(np.zeros((0, 3)), []), source, none, {})
+    return Deck(RawMesh(np.zeros((0, 3)), []), source, joined_numbers([]))
 
 
 def _placed(points: Array, head: KeywordSection, source: str) -> Array:
@@ -276,7 +254,7 @@ def _of_the_assembly(
     for s in (s for s in sections if s.keyword == "NSET" and "ELSET" in s.parameters):
         elements = _resolved(s.parameters["ELSET"], groups, instances, "element", source)
         name = s.parameters.get("NSET", "")
-        node_sets[name] = np.union1d(node_sets.get(name, np.zeros(0, np.int64)), nodes_of(elements, blocks))
+        node_sets[name] = np.unique(joined_numbers([node_sets.get(name), nodes_of(elements, blocks)]))
     faces = {}
     for s in (s for s in sections if s.keyword == "SURFACE"):
         name = s.parameters.get("NAME", "surface")
@@ -284,7 +262,7 @@ def _of_the_assembly(
         kind = s.parameters.get("TYPE", "ELEMENT").upper()
         if kind == "NODE":
             parts = [_resolved(m, node_sets, instances, "node", source) for m, _ in pairs]
-            node_sets[name] = np.unique(np.concatenate([np.zeros(0, np.int64), *parts]))
+            node_sets[name] = np.unique(joined_numbers(parts))
         if kind != "ELEMENT":
             continue  # of nodes, or an analytical surface
         cells = [(_resolved(m, groups, instances, "element", source), label) for m, label in pairs]
@@ -314,10 +292,9 @@ def _assembly_sets(
             parts = [i.numbers(listed(s, sets, i.deck, what, name), what)] if i.first_point >= 0 else []
         else:
             # plain numbers refer to the assembly's own nodes, which belong to no solid
-            items = [v.strip() for line in s.lines for v in line.split(",") if v.strip()]
-            named = [] if "GENERATE" in s.parameters else [v for v in items if not v.isdigit()]
+            named = [] if "GENERATE" in s.parameters else [v for v in s.items if not v.isdigit()]
             parts = [_resolved(v, out, instances, what, source) for v in named]
-        out[name] = np.unique(np.concatenate([out.get(name, np.zeros(0, np.int64)), *parts]))
+        out[name] = np.unique(joined_numbers([out.get(name), *parts]))
     return out
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import index_array
 from fecontact.common.errors import MeshError
-from fecontact.mesh.formats.raw import RawMesh, known_members, numbers_of
+from fecontact.mesh.formats.raw import RawMesh, joined_numbers, known_members, numbers_of
 from fecontact.mesh.kinds import KINDS
 
 #: Keywords of Abaqus and CalculiX that generate or move nodes and elements. (*TRANSFORM rotates loads and supports
@@ -44,6 +45,11 @@ class KeywordSection:
     parameters: dict[str, str]
     lines: list[str]
     place: str = ""
+
+    @property
+    def items(self) -> list[str]:
+        """Words of all data lines."""
+        return [word.strip() for line in self.lines for word in line.split(",") if word.strip()]
 
 
 def read_sections(path: Path) -> Iterator[KeywordSection]:
@@ -211,17 +217,7 @@ def connectivity(section: KeywordSection, columns: int) -> tuple[NDArray[np.int6
 
 #: Solid elements: kind of cell by the digits after C3D (DC3D: of heat transfer); letters after them (R, H, I, M, ...)
 #: do not change the geometry.
-SOLIDS = {
-    "4": "tet4",
-    "10": "tet10",
-    "5": "pyramid5",
-    "13": "pyramid13",
-    "6": "wedge6",
-    "15": "wedge15",
-    "8": "hex8",
-    "20": "hex20",
-    "27": "hex27",
-}
+SOLIDS = {str(kind.n_nodes): kind for kind in KINDS.values()}
 _SOLID = re.compile(r"D?C3D(\d+)[A-Z]*$")
 #: Shells, membranes, rigid and plane elements: number of nodes by type; the letters R, T, H after it are dropped.
 SHELLS = {"3": 3, "4": 4, "6": 6, "8": 8, "9": 9, "65": 6}
@@ -239,32 +235,33 @@ FACES = {
 
 @dataclass(frozen=True, eq=False)
 class Deck:
-    """A mesh with the file's numbers of nodes and elements.
+    """A mesh, and what sets and surfaces of the file may refer to.
 
     Attributes
     ----------
-    node_ids, element_ids : int arrays
-        The file's numbers of the points and of the solid cells of `raw`.
-    kinds : (n_cells,) array of str
     raw : RawMesh
     source : str
         Name of the file.
     others : int array
         Numbers of elements that are not solid.
-    left : dict
-        What is left out, by kind, with its number; the same as in `raw`.
     other_names : frozenset of str
         Names, in capitals, of element sets that are not solid.
     """
 
-    node_ids: IntArray
-    element_ids: IntArray
-    kinds: NDArray[np.str_]
     raw: RawMesh
     source: str
     others: IntArray
-    left: dict[str, int]
     other_names: frozenset[str] = frozenset()
+
+    def ids(self, what: str) -> IntArray:
+        """The file's numbers of the points ('node') or of the solid cells ('element')."""
+        found = self.raw.node_ids if what == "node" else self.raw.element_ids
+        return joined_numbers([]) if found is None else found
+
+    @cached_property
+    def kinds(self) -> NDArray[np.str_]:
+        """Kind of each solid cell (n_cells,)."""
+        return np.array([kind for kind, cells in self.raw.blocks for _ in cells], dtype=np.str_)
 
 
 def read_deck(sections: list[KeywordSection], source: str) -> Deck:
@@ -277,7 +274,6 @@ def read_deck(sections: list[KeywordSection], source: str) -> Deck:
     """
     node_ids, points = _nodes(sections, source)
     blocks: list[tuple[str, IntArray]] = []
-    kinds: list[str] = []
     element_ids: list[IntArray] = []
     others: list[IntArray] = []
     shells: dict[str, list[IntArray]] = {}
@@ -307,22 +303,19 @@ def read_deck(sections: list[KeywordSection], source: str) -> Deck:
                 sheets.append((name or section.parameters["TYPE"], SHEETS[n_nodes], cells))
             shell_rows.append(np.concatenate([rows[:, :1], facets], axis=1))
             continue
-        start = len(kinds)
-        blocks.append((kind, cells))
-        kinds += [kind] * len(rows)
-        element_ids.append(rows[:, 0])
         if name:
+            start = sum(map(len, element_ids))
             groups.setdefault(name, []).append(start + np.arange(len(rows)))
+        blocks.append((kind, cells))
+        element_ids.append(rows[:, 0])
     _shell_sets(sections, np.concatenate(shell_rows), shells)
-    all_elements, all_others = joined_numbers(element_ids), joined_numbers(others)
+    all_elements = joined_numbers(element_ids)
     _refuse_other_elements(all_elements, blocks, source)
     sets = {k: np.concatenate(v) for k, v in groups.items()}
     raw = RawMesh(
         points, blocks, sets, shells=shells, left=left, sheets=sheets, node_ids=node_ids, element_ids=all_elements
     )
-    deck = Deck(
-        node_ids, all_elements, np.array(kinds, dtype=np.str_), raw, source, all_others, left, frozenset(other_names)
-    )
+    deck = Deck(raw, source, joined_numbers(others), frozenset(other_names))
     sets = _element_sets(sections, deck)
     deck = replace(deck, raw=replace(deck.raw, groups=sets))
     node_sets = _node_sets(sections, deck)
@@ -347,11 +340,6 @@ def _first_numbers(section: KeywordSection) -> IntArray:
     begins = [True, *(not line.endswith(",") for line in section.lines[:-1])]
     first = [line.split(",")[0].strip() for line, new in zip(section.lines, begins, strict=True) if new]
     return np.array([int(v) for v in first if v.isdigit()], dtype=np.int64)
-
-
-def joined_numbers(parts: Sequence[IntArray]) -> IntArray:
-    """Concatenation of int arrays, possibly none."""
-    return np.concatenate([np.zeros(0, np.int64), *parts])
 
 
 def _count(left: dict[str, int], what: str, number: int) -> None:
@@ -386,7 +374,7 @@ def _kind(name: str) -> tuple[str, int]:
     """Kind of cell and number of nodes of an element type; ('shell', n) for facets, ('', 0) for all others."""
     upper = name.upper()
     if (solid := _SOLID.match(upper)) and solid[1] in SOLIDS:
-        return SOLIDS[solid[1]], KINDS[SOLIDS[solid[1]]].n_nodes
+        return SOLIDS[solid[1]].name, SOLIDS[solid[1]].n_nodes
     if (shell := _SHELL.match(upper)) and shell[1] in SHELLS:
         return "shell", SHELLS[shell[1]]
     return "", 0
@@ -397,14 +385,13 @@ def listed(section: KeywordSection, sets: Mapping[str, IntArray], deck: Deck, wh
 
     Numbers of a range that are not in use are passed over, other numbers that the file does not define are counted.
     """
-    ids, others = (deck.node_ids, joined_numbers([])) if what == "node" else (deck.element_ids, deck.others)
+    ids, others = deck.ids(what), joined_numbers([]) if what == "node" else deck.others
     if "GENERATE" in section.parameters:
-        rows = [[int(v) for v in line.split(",") if v.strip()] for line in section.lines]
-        return np.concatenate([np.zeros(0, np.int64), *(_in_range(ids, r, section) for r in rows)])
-    items = [v.strip() for line in section.lines for v in line.split(",") if v.strip()]
+        return _in_ranges(ids, section)
+    items = section.items
     known = {k.upper(): v for k, v in sets.items()}
     numbers = np.array([int(v) for v in items if v.lstrip("-").isdigit()], dtype=np.int64)
-    parts = [known_members(ids, numbers, others, deck.left, name, what)]
+    parts = [known_members(ids, numbers, others, deck.raw.left, name, what)]
     for member in (v for v in items if not v.lstrip("-").isdigit()):
         if member.upper() in known:
             parts.append(known[member.upper()])
@@ -413,12 +400,15 @@ def listed(section: KeywordSection, sets: Mapping[str, IntArray], deck: Deck, wh
     return np.concatenate(parts)
 
 
-def _in_range(ids: IntArray, row: Sequence[int], section: KeywordSection) -> IntArray:
-    """Positions of the numbers first, first + step, ..., last in `ids`."""
-    first, last, step = (*row, 1)[:3] if len(row) > 1 else (row[0], row[0], 1)
-    if step < 1:
-        raise MeshError(f"{section.place}: GENERATE needs a step of 1 or more; found {step}.")
-    return np.flatnonzero((ids >= first) & (ids <= last) & ((ids - first) % step == 0))
+def _in_ranges(ids: IntArray, section: KeywordSection) -> IntArray:
+    """Positions of the numbers first, first + step, ..., last of each line in `ids`."""
+    parts = []
+    for row in ([int(v) for v in line.split(",") if v.strip()] for line in section.lines):
+        first, last, step = (*row, 1)[:3] if len(row) > 1 else (row[0], row[0], 1)
+        if step < 1:
+            raise MeshError(f"{section.place}: GENERATE needs a step of 1 or more; found {step}.")
+        parts.append(np.flatnonzero((ids >= first) & (ids <= last) & ((ids - first) % step == 0)))
+    return joined_numbers(parts)
 
 
 def _element_sets(sections: list[KeywordSection], deck: Deck) -> dict[str, IntArray]:
@@ -436,11 +426,9 @@ def _shell_sets(sections: list[KeywordSection], rows: IntArray, shells: dict[str
     names = set(shells)
     for s in (s for s in sections if s.keyword == "ELSET" and len(rows)):
         if "GENERATE" in s.parameters:
-            ranges = [[int(v) for v in line.split(",") if v.strip()] for line in s.lines]
-            found = np.unique(np.concatenate([np.zeros(0, np.int64), *(_in_range(rows[:, 0], r, s) for r in ranges)]))
+            found = np.unique(_in_ranges(rows[:, 0], s))
         else:
-            members = [v.strip() for line in s.lines for v in line.split(",")]
-            found = np.flatnonzero(np.isin(rows[:, 0], [int(v) for v in members if v.isdigit()]))
+            found = np.flatnonzero(np.isin(rows[:, 0], [int(v) for v in s.items if v.isdigit()]))
         name = s.parameters.get("ELSET", "")
         if len(found) and name not in names:
             shells.setdefault(name, []).append(rows[found, 1:])
@@ -450,7 +438,7 @@ def _node_sets(sections: list[KeywordSection], deck: Deck) -> dict[str, IntArray
     out: dict[str, IntArray] = {}
     for s in (s for s in sections if s.keyword == "NODE" and "NSET" in s.parameters):
         name, ids = s.parameters["NSET"], index_array("the numbers of nodes", coordinates(s)[:, 0])
-        out[name] = np.union1d(out.get(name, ids[:0]), numbers_of(deck.node_ids, ids, "node", deck.source))
+        out[name] = np.union1d(out.get(name, ids[:0]), numbers_of(deck.ids("node"), ids, "node", deck.source))
     for s in (s for s in sections if s.keyword == "NSET"):
         name = s.parameters.get("NSET", "")
         if "ELSET" in s.parameters:
@@ -463,12 +451,12 @@ def _node_sets(sections: list[KeywordSection], deck: Deck) -> dict[str, IntArray
 
 def nodes_of(elements: IntArray, blocks: Sequence[tuple[str, IntArray]]) -> IntArray:
     """Nodes of solid cells, numbered through the blocks."""
-    nodes, start = [np.zeros(0, np.int64)], 0
+    nodes, start = [], 0
     for _, cells in blocks:
         inside = elements[(elements >= start) & (elements < start + len(cells))] - start
         nodes.append(cells[inside].ravel())
         start += len(cells)
-    return np.unique(np.concatenate(nodes))
+    return np.unique(joined_numbers(nodes))
 
 
 def _surfaces(
@@ -504,11 +492,11 @@ def _labelled(section: KeywordSection, name: str, known: Mapping[str, IntArray],
         else:
             raise MeshError(f"{deck.source}: surface {name!r} names the element set {member!r}, which is missing.")
     for label, given in numbers.items():
-        cells = known_members(deck.element_ids, np.array(given), deck.others, deck.left, name, "element")
+        cells = known_members(deck.ids("element"), np.array(given), deck.others, deck.raw.left, name, "element")
         parts.append(labelled_faces(cells, deck.kinds, label, name))
         missing += len(given) - len(cells)
     if missing:
-        _count(deck.left, f"entries of the surface {name!r} on other elements", missing)
+        _count(deck.raw.left, f"entries of the surface {name!r} on other elements", missing)
     return np.concatenate(parts)
 
 

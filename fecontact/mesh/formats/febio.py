@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.parsers import expat
@@ -16,7 +17,8 @@ from scipy.spatial.transform import Rotation
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
-from fecontact.mesh.formats.raw import RawMesh, known_members, numbers_of
+from fecontact.mesh.formats.raw import RawMesh, joined_numbers, known_members, numbers_of
+from fecontact.mesh.kinds import KINDS
 
 #: Sections of a model file that hold its mesh.
 MESH_SECTIONS = ("Mesh", "Geometry")
@@ -108,18 +110,7 @@ def _model(path: Path, within: tuple[Path, ...], missing: list[str], parse: Call
 Element = ElementTree.Element
 
 #: Solid elements by FEBio's names; of 15-node tetrahedra the nodes of faces and centre are left out.
-SOLIDS = {
-    "tet4": "tet4",
-    "tet10": "tet10",
-    "tet15": "tet10",
-    "penta6": "wedge6",
-    "penta15": "wedge15",
-    "pyra5": "pyramid5",
-    "pyra13": "pyramid13",
-    "hex8": "hex8",
-    "hex20": "hex20",
-    "hex27": "hex27",
-}
+SOLIDS = {name.replace("wedge", "penta").replace("pyramid", "pyra"): name for name in KINDS} | {"tet15": "tet10"}
 FACETS = {"tri3": 3, "tri6": 3, "tri7": 3, "tri10": 3, "quad4": 4, "quad8": 4, "quad9": 4}
 SHELLS = {**FACETS, "q4ans": 4, "q4eas": 4}
 
@@ -138,9 +129,8 @@ def read_febio(path: Path) -> RawMesh:
         also = f" Files that it includes are missing: {', '.join(missing)}." if missing else ""
         raise MeshError(f"{path.name} has no <Mesh> or <Geometry> section under <febio_spec>.{also}", code="no-mesh")
     try:
-        raw = _joined(
-            [_mesh([s for section in sections for s in section], "", path.name), *_parts(sections, path.name)]
-        )
+        own = _mesh([s for section in sections for s in section], "", path.name)
+        raw = RawMesh.joined([own, *_parts(sections, path.name)])
     except (ValueError, TypeError, OverflowError) as error:
         if isinstance(error, MeshError):
             raise
@@ -148,7 +138,7 @@ def read_febio(path: Path) -> RawMesh:
     if not len(raw.points):
         raise MeshError(f"{path.name} defines no nodes.")
     left = Counter(raw.left) + Counter({f"file to be included, {name}, which is missing": 1 for name in missing})
-    return RawMesh(**{**vars(raw), "left": left})
+    return replace(raw, left=left)
 
 
 def _parts(sections: Sequence[Element], source: str) -> list[RawMesh]:
@@ -163,7 +153,7 @@ def _parts(sections: Sequence[Element], source: str) -> list[RawMesh]:
                 code="unknown-part",
             )
         raw = _mesh(list(parts[name]), f"{i.get('name', name)}.", source)
-        out.append(RawMesh(**{**vars(raw), "points": _placed(raw.points, i, source)}))
+        out.append(replace(raw, points=_placed(raw.points, i, source)))
     return out
 
 
@@ -189,37 +179,12 @@ def _vector(parent: Element, tag: str, count: int, default: float) -> Array:
     return values
 
 
-def _joined(meshes: Sequence[RawMesh]) -> RawMesh:
-    """One mesh of several, side by side."""
-    points = np.cumsum([0, *(len(m.points) for m in meshes)])
-    cells = np.cumsum([0, *(sum(len(c) for _, c in m.blocks) for m in meshes)])
-    pairs = list(zip(meshes, points.tolist(), cells.tolist(), strict=False))
-    left: Counter[str] = Counter()
-    for m in meshes:
-        left.update(m.left)
-    return RawMesh(
-        np.concatenate([m.points for m in meshes]),
-        [(kind, c + p) for m, p, _ in pairs for kind, c in m.blocks],
-        {name: g + c for m, _, c in pairs for name, g in m.groups.items()},
-        {name: [f + p for f in fs] for m, p, _ in pairs for name, fs in m.facets.items()},
-        {},
-        {name: n + p for m, p, _ in pairs for name, n in m.node_sets.items()},
-        (),
-        {name: [f + p for f in fs] for m, p, _ in pairs for name, fs in m.shells.items()},
-        left,
-        (),
-        {},
-        np.concatenate([m.node_ids for m in meshes if m.node_ids is not None]),
-        np.concatenate([m.element_ids for m in meshes if m.element_ids is not None]),
-    )
-
-
 def _mesh(sections: Sequence[Element], prefix: str, source: str) -> RawMesh:
     """Mesh of sections that share their numbers; `prefix` comes before its names."""
     ids, points = _nodes(sections, source)
     blocks: list[tuple[str, IntArray]] = []
     groups: dict[str, list[IntArray]] = {}
-    numbers: dict[str, list[IntArray]] = {"solid": [np.zeros(0, np.int64)], "other": [np.zeros(0, np.int64)]}
+    numbers: dict[str, list[IntArray]] = {"solid": [], "other": []}
     shells: dict[str, list[IntArray]] = {}
     left: Counter[str] = Counter()
     start = 0
@@ -235,7 +200,7 @@ def _mesh(sections: Sequence[Element], prefix: str, source: str) -> RawMesh:
         blocks.append((SOLIDS[kind], rows[:, :10] if kind == "tet15" else rows))
         groups.setdefault(prefix + (name or f"part_{len(blocks)}"), []).append(start + np.arange(len(rows)))
         start += len(rows)
-    solid, other = (np.concatenate(numbers[key]) for key in ("solid", "other"))
+    solid, other = map(joined_numbers, numbers.values())
     sets = {name: np.concatenate(members) for name, members in groups.items()}
     for s in (s for s in sections if s.tag == "ElementSet"):
         name = prefix + s.get("name", "set")
@@ -246,8 +211,10 @@ def _mesh(sections: Sequence[Element], prefix: str, source: str) -> RawMesh:
             if entries := s.findall(tag):
                 rows = numbers_of(ids, _rows(entries, s.get("name"), source)[:, :n], "node", source)
                 facets.setdefault(prefix + s.get("name", "surface"), []).append(rows)
-    node_sets = _node_sets(sections, ids, prefix, left)
-    return RawMesh(points, blocks, sets, facets, {}, node_sets, (), shells, left, (), {}, ids, solid)
+    named = _node_sets(sections, ids, prefix, left)
+    return RawMesh(
+        points, blocks, sets, facets, node_sets=named, shells=shells, left=left, node_ids=ids, element_ids=solid
+    )
 
 
 def _elements(sections: Sequence[Element]) -> list[tuple[str, str, list[Element]]]:

@@ -17,7 +17,7 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import index_array
 from fecontact.common.errors import MeshError
-from fecontact.mesh.formats.raw import RawMesh, numbers_of
+from fecontact.mesh.formats.raw import RawMesh, joined_numbers, numbers_of
 
 #: Solid cells by gmsh's number: kind and those of its nodes that are used; the others are in faces.
 SOLIDS = {
@@ -347,5 +347,5 @@ def _mesh(out: Contents, source: str) -> RawMesh:
             for name, cells in members.items():
                 lines.setdefault(name, []).append(nodes[cells, :2])
     sets = {name: np.concatenate(parts) for name, parts in groups.items()}
-    element_ids = np.concatenate([np.zeros(0, np.int64), *numbers])
-    return RawMesh(points, blocks, sets, facets, {}, {}, (), {}, left, sheets, lines, ids, element_ids)
+    cells = joined_numbers(numbers)
+    return RawMesh(points, blocks, sets, facets, left=left, sheets=sheets, lines=lines, node_ids=ids, element_ids=cells)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -50,11 +52,48 @@ class RawMesh:
     node_sets: Mapping[str, IntArray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     shells: Mapping[str, list[IntArray]] = field(default_factory=dict)
-    left: Mapping[str, int] = field(default_factory=dict)
+    left: dict[str, int] = field(default_factory=dict)
     sheets: Sequence[tuple[str, str, IntArray]] = ()
     lines: Mapping[str, list[IntArray]] = field(default_factory=dict)
     node_ids: IntArray | None = None
     element_ids: IntArray | None = None
+
+    @property
+    def n_cells(self) -> int:
+        """Solid cells."""
+        return sum(len(cells) for _, cells in self.blocks)
+
+    @classmethod
+    def joined(cls, meshes: Sequence[RawMesh], called: Callable[[int, str], str] = lambda _, name: name) -> RawMesh:
+        """One mesh of several, side by side; ``called(k, name)`` names what mesh k calls `name`."""
+        points = np.cumsum([0, *(len(m.points) for m in meshes)]).tolist()
+        cells = np.cumsum([0, *(m.n_cells for m in meshes)]).tolist()
+
+        def sets(kind: str, moved: Callable[[int, Any], Any]) -> dict[str, Any]:
+            return {called(k, n): moved(k, v) for k, m in enumerate(meshes) for n, v in getattr(m, kind).items()}
+
+        def on_points(k: int, parts: list[IntArray]) -> list[IntArray]:
+            return [part + points[k] for part in parts]
+
+        return cls(
+            np.concatenate([m.points for m in meshes]),
+            [(kind, c + points[k]) for k, m in enumerate(meshes) for kind, c in m.blocks],
+            groups=sets("groups", lambda k, members: members + cells[k]),
+            facets=sets("facets", on_points),
+            faces=sets("faces", lambda k, faces: faces + np.array([cells[k], 0])),
+            node_sets=sets("node_sets", lambda k, nodes: nodes + points[k]),
+            shells=sets("shells", on_points),
+            left=sum((Counter(m.left) for m in meshes), Counter()),
+            sheets=[(called(k, n), kind, c + points[k]) for k, m in enumerate(meshes) for n, kind, c in m.sheets],
+            lines=sets("lines", on_points),
+            node_ids=joined_numbers([m.node_ids for m in meshes]),
+            element_ids=joined_numbers([m.element_ids for m in meshes]),
+        )
+
+
+def joined_numbers(parts: Iterable[IntArray | None]) -> IntArray:
+    """Concatenation of int arrays, possibly none."""
+    return np.concatenate([np.zeros(0, np.int64), *(part for part in parts if part is not None)])
 
 
 def numbers_of(ids: IntArray, wanted: IntArray, what: str, source: str) -> IntArray:
@@ -116,7 +155,7 @@ def part_of(raw: RawMesh, name: str, source: str) -> RawMesh:
         known = ", ".join(map(repr, raw.groups)) or "none"
         raise InputError(f"{source} has no part {name!r}; its element sets are: {known}.", code="unknown-part")
     members = raw.groups[name if name in raw.groups else names[name.upper()]]
-    number = np.full(sum(len(cells) for _, cells in raw.blocks), -1, dtype=np.int64)
+    number = np.full(raw.n_cells, -1, dtype=np.int64)
     number[np.unique(members)] = np.arange(len(np.unique(members)))
     starts = np.cumsum([0] + [len(cells) for _, cells in raw.blocks])
     kept = [number[a:b] >= 0 for a, b in pairwise(starts.tolist())]
