@@ -316,6 +316,14 @@ class Assembly:
         """Lengths (n_multipliers,) on which they act."""
         return np.concatenate([np.zeros(0), *(t.widths for t in self.constraints)])
 
+    def largest_change(self, x: Array) -> float:
+        """Largest change of a coordinate of a change x (n_dofs,), as a length."""
+        return float(np.abs(self.lengths * x).max(initial=0.0))
+
+    def largest_force(self, forces: Array) -> float:
+        """Largest of generalised forces (n_dofs,), in units of force."""
+        return float(np.abs(forces / self.lengths).max(initial=0.0))
+
     def held(self, x: Array) -> Array:
         """Part of a change of coordinates, or of forces, (n_dofs,) that the supports take."""
         return np.asarray(x - self.free @ (self.free.T @ x))

@@ -1,4 +1,4 @@
-"""Contacts of a state as results: pressure per present area, resultants, area and outline.
+"""Contacts of a state, or of the end of a motion, as results: pressure per present area, resultants, area and outline.
 
 A contact of bricks is one of `results.ContactFields`, as a scene's, on the faces as they lie: a point of contact is a
 multiplier, its area the integral of the multiplier over the present face, so that force over area is Cauchy's pressure.
@@ -7,7 +7,12 @@ Contacts of slender members act along axes and have no faces: `ContactPoints`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,10 +21,16 @@ from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps
 from fecontact.bodies.body import Body
 from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arrays import Array, Mask
+from fecontact.common.errors import InputError
 from fecontact.common.one_line import one_line
+from fecontact.common.units import Units
 from fecontact.results.contact_fields import ContactFields
+from fecontact.results.files import save_csv
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.solvers.coulomb import friction_limit, sticks
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @one_line
@@ -81,20 +92,61 @@ class ContactPoints:
         return float(self.pressure.max(initial=0.0))
 
 
-def contact_result(
+@dataclass(frozen=True)
+class _OnFaces:
+    """Contacts of faces, for maps."""
+
+    contacts: tuple[ContactFields, ...]
+    unit_names: Units = field(default_factory=Units)
+
+
+class WithContacts:
+    """A state of statics or the end of a motion, whose contacts are results.
+
+    Attributes
+    ----------
+    constraints : tuple of ContactConstraints
+    """
+
+    constraints: tuple[ContactConstraints, ...]
+
+    @property
+    @abstractmethod
+    def _on_contacts(self) -> tuple[Array, Sequence[Sequence[Array]]]:
+        """Coordinates (n_dofs,); of each contact forces (n_multipliers,), tangential forces and slip, both (.., 3)."""
+
+    @cached_property
+    def contacts(self) -> tuple[ContactFields | ContactPoints, ...]:
+        """Every contact at the present coordinates: fields as in a scene, of slender members `ContactPoints`."""
+        q, found = self._on_contacts
+        return tuple(
+            _contact(t, k, q, *each) for k, (t, *each) in enumerate(zip(self.constraints, *found, strict=True))
+        )
+
+    def plot(self, what: str = "pressure", path: str | Path | None = None, **options: Any) -> Figure:
+        """Map a field of every contact of bricks, see `results.pictures.draw.plot_contacts`."""
+        from fecontact.results.pictures.draw import plot_contacts
+
+        on_faces = self._on_faces
+        if not on_faces:
+            raise InputError("The state has no contact of faces to draw; axes of members are in `contacts`.")
+        return plot_contacts(_OnFaces(on_faces), what, path, **options)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the points of its contacts of bricks as a table, .csv; see `results.files.save_csv`."""
+        return save_csv(self._on_faces, path)
+
+    @property
+    def _on_faces(self) -> tuple[ContactFields, ...]:
+        """The contacts of bricks."""
+        pairs = zip(self.contacts, self.constraints, strict=True)
+        return tuple(cast(ContactFields, c) for c, t in pairs if not t.slave.member.is_slender)
+
+
+def _contact(
     touch: ContactConstraints, number: int, q: Array, forces: Array, tangential: Array, slip: Array
 ) -> ContactFields | ContactPoints:
-    """A contact at coordinates q (n_dofs,) of all members.
-
-    Parameters
-    ----------
-    touch : ContactConstraints
-    number : int
-        Its number, for names.
-    q : (n_dofs,) array
-    forces : (n_multipliers,) array
-    tangential, slip : (n_multipliers, 3) arrays
-    """
+    """A contact at coordinates q (n_dofs,) of all members, with a number for names."""
     part = touch.at(q)
     x = part.projection.points + part.projection.gap[:, None] * part.projection.normals
     x = np.where(part.projection.outside[:, None], 0.0, x)  # not among the means

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +14,8 @@ from tqdm import tqdm
 
 from fecontact.ancf.bricks.laws import InvertedError
 from fecontact.ancf.system.assembly import Assembly
-from fecontact.ancf.system.moving_contact import NEAR
+from fecontact.ancf.system.contact_result import WithContacts
+from fecontact.ancf.system.moving_contact import NEAR, ContactConstraints
 from fecontact.ancf.system.schemes import RATE, GeneralisedAlpha, Instant, Scheme, acting
 from fecontact.ancf.system.stage import Stage, StageAt, Start, rate
 from fecontact.ancf.system.statics import State
@@ -25,6 +27,7 @@ from fecontact.common.files import check_writable, replacing
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.one_line import one_line
 from fecontact.common.renamed import renamed
+from fecontact.solvers.coulomb import Residuals
 
 #: Halvings of the step, less the steps made since, after which the motion stops.
 MAX_HALVINGS = 12
@@ -38,8 +41,10 @@ SAMPLED = (0, 1, 3, 10, 30, 100, 300, 1000)
 
 @one_line
 @dataclass(frozen=True, eq=False)
-class Motion:
-    """Results at the end of every step.
+class Motion(WithContacts):
+    """Results at the end of every step; `contacts` are those of the last one.
+
+    With `EnergyMomentum` a contact force is one over the last step.
 
     Attributes
     ----------
@@ -61,10 +66,14 @@ class Motion:
     penetration : (n,) array
         Largest penetration of a mean gap.
     nit : (n,) array
+    step_residuals : (n, 7) array
+        Of contact, friction and equilibrium of each step, in the order of `Residuals`; `residuals` has the largest.
     frames : (n_frames, n_dofs) array
         Saved coordinates, at `frame_times`.
     now : Instant
         The last state.
+    constraints : tuple of ContactConstraints
+        The contacts at its end.
     """
 
     success: bool
@@ -81,11 +90,29 @@ class Motion:
     overlaps: Array
     penetration: Array
     nit: Array
+    step_residuals: Array
     frames: Array
     frame_times: Array
     now: Instant
+    constraints: tuple[ContactConstraints, ...] = field(default=(), repr=False)
 
     dissipated, rubbed = renamed("dissipated", "viscous_work"), renamed("rubbed", "friction_work")
+
+    @property
+    def _on_contacts(self) -> tuple[Array, Sequence[Sequence[Array]]]:
+        found = self.now.forces, self.now.tangential, self.now.slip
+        ends = np.cumsum([t.n_multipliers for t in self.constraints])[:-1]
+        return self.now.q, [np.split(x, ends) if self.constraints else [] for x in found]
+
+    @property
+    def residuals(self) -> Residuals:
+        """Largest of all steps, of the problem that each has solved.
+
+        Gaps are relative to the size of the bodies; with `EnergyMomentum` they are changes of the gaps in a step, see
+        `schemes`. That of equilibrium is of the last iterate but one, which the last change reduces further.
+        """
+        found = self.step_residuals.max(axis=0).tolist()
+        return Residuals(*found if any(t.friction for t in self.constraints) else found[:4])
 
     @property
     def energy(self) -> Array:
@@ -107,7 +134,8 @@ class Motion:
             f"  kinetic      largest {self.kinetic.max():.6g}\n"
             f"  strain       largest {self.strain.max():.6g}\n"
             f"  energy drift {self.drift:.2e} of the largest kinetic energy\n"
-            f"  penetration  {self.penetration.max():.3g}"
+            f"  penetration  {self.penetration.max():.3g}\n"
+            f"  residuals    largest {self.residuals.worst:.1e}"
             + "".join(
                 f"\nContact {k} never carries, but its sides overlap by up to {depth:.4g}: elements or faces, whose "
                 "mean gaps count, are longer than the contact. Divide them there."
@@ -219,27 +247,15 @@ def move(
             ),
             "the initial velocity": fingerprint(np.zeros(3) if velocity is None else velocity),
             "the start": fingerprint(begin),
-            "the figures that this version keeps": fingerprint("overlaps"),
+            "the figures that this version keeps": fingerprint("residuals"),
             "the scheme (its kind and constants, step, accuracy, tolerance)": fingerprint(
                 chosen, step, accuracy, tolerance
             ),
         }
-    record = _Record.read(file, prints) if file is not None and file.exists() else None
+    record = _Record.read(file, prints, at) if file is not None and file.exists() else None
     if record is None:
         record = _Record.begun(first, now, load, prints)
-    return _march(
-        at,
-        stage if record.now.time == now.time else at(record.now.time),
-        record,
-        chosen,
-        load,
-        until,
-        step,
-        accuracy,
-        every,
-        tolerance,
-        file,
-    )
+    return _march(at, record, chosen, load, until, step, accuracy, every, tolerance, file)
 
 
 def _checked(given: StageAt, load: Array, first: Assembly) -> StageAt:
@@ -300,7 +316,7 @@ def _begun(at: StageAt, stage: Stage, start: Start | None, velocity: ArrayLike |
     forces = np.zeros(a.n_multipliers)
     if start is not None:
         forces = start.forces
-        off = float(np.abs(a.lengths * stage.jump(q)).max(initial=0.0)) if q.shape == a.q0.shape else np.inf
+        off = a.largest_change(stage.jump(q)) if q.shape == a.q0.shape else np.inf
         if off > HELD * a.size or forces.shape != (a.n_multipliers,):
             raise InputError(
                 f"The start has {q.size} coordinates and {forces.size} contact forces, the assembly {a.n_dofs} and "
@@ -322,7 +338,7 @@ def _begun(at: StageAt, stage: Stage, start: Start | None, velocity: ArrayLike |
     if start is not None and start.memory is not None:
         memory, stored = start.memory, start.stored
     applied = acting(stage, q, acceleration)
-    return Instant(time, q, v, acceleration, acceleration, forces, applied, memory, none, none, stored=stored)
+    return Instant(time, q, v, acceleration, acceleration, forces, applied, memory, none, none, none, stored=stored)
 
 
 def _velocity(a: Assembly, velocity: ArrayLike | None) -> Array:
@@ -335,20 +351,11 @@ def _velocity(a: Assembly, velocity: ArrayLike | None) -> Array:
 
 
 def _march(
-    at: StageAt,
-    stage: Stage,
-    record: _Record,
-    scheme: Scheme,
-    load: Array,
-    until: float,
-    step: float,
-    accuracy: float | None,
-    every: int,
-    tolerance: float,
-    file: Path | None,
-) -> Motion:
+    at: StageAt, record: _Record, scheme: Scheme, load: Array, until: float, step: float, accuracy: float | None,
+    every: int, tolerance: float, file: Path | None,
+) -> Motion:  # fmt: skip
     """Step until the end, shorter where needed."""
-    now, h, halvings = record.now, step, 0
+    now, stage, h, halvings = record.now, record.stage, step, 0
     with tqdm(total=until, initial=now.time, desc="time", disable=None, bar_format="{l_bar}{bar}| {elapsed}") as bar:
         while now.time < until * (1 - 1e-12):
             length = min(h, until - now.time)
@@ -383,76 +390,81 @@ def _march(
 
 
 class _Record:
-    """Rows of figures, saved frames and the last state; written to and read from a file."""
+    """Figures of each step by name, saved frames and the last state; written to and read from a file."""
 
     def __init__(
-        self,
-        rows: list[Array],
-        frames: list[Array],
-        frame_times: list[float],
-        now: Instant,
+        self, rows: list[dict[str, Any]], frames: list[Array], frame_times: list[float], now: Instant, stage: Stage,
         prints: Mapping[str, str],
-    ) -> None:
-        self.rows, self.frames, self.frame_times, self.now, self.prints = rows, frames, frame_times, now, prints
+    ) -> None:  # fmt: skip
+        self.rows, self.frames, self.frame_times, self.prints = rows, frames, frame_times, prints
+        self.now, self.stage = now, stage
 
     @classmethod
     def begun(cls, stage: Stage, now: Instant, load: Array, prints: Mapping[str, str]) -> _Record:
         """A record of the initial state."""
-        record = cls([], [], [], now, prints)
+        record = cls([], [], [], now, stage, prints)
         record.add(stage, now, load, True)
         return record
 
     def add(self, stage: Stage, now: Instant, load: Array, frame: bool) -> None:
         """Append a state; `load` are the constant ones, which have a potential."""
         a = stage.assembly
-        kinetic = float(now.v @ (a.mass @ now.v)) / 2
         conditions = a.conditions(now.q)
         finite = conditions.gap[np.isfinite(conditions.gap)]
-        resultants = []
+        resultants, depths = [], []
         each = zip(a.constraints, conditions.parts, a.split(now.forces), a.split(now.tangential), strict=True)
         for touch, part, forces, dragged in each:
             k = a.starts.index(touch.slave_start)
             moves = np.stack([a.solids[k].translation(e) for e in np.eye(3)])
             depth = touch.overlap(now.q, part, forces)
             resultants.append(moves @ a.part(part.G.T @ forces, k) + dragged.sum(axis=0))
-            resultants.append(np.array([depth if depth > MIN_OVERLAP * a.size else 0.0]))
+            depths.append(depth if depth > MIN_OVERLAP * a.size else 0.0)
         potential = -float(load @ (now.q - a.q0))
-        # the work of constant loads is the change of their potential
-        work = now.work + potential - (self.rows[0][3] if self.rows else potential)
-        figures = [now.time, kinetic, a.energy(now.q) + now.stored, potential, *a.momentum(now.v)]
-        figures += [
-            float(max(0.0, -finite.min(initial=0.0))),
-            float(now.nit),
-            work,
-            now.viscous_work,
-            now.friction_work,
-        ]
-        self.rows.append(np.concatenate([figures, *resultants]))
-        self.now = now
+        self.rows.append(
+            {
+                "time": now.time,
+                "kinetic": float(now.v @ (a.mass @ now.v)) / 2,
+                "strain": a.energy(now.q) + now.stored,
+                "potential": potential,
+                # the work of constant loads is the change of their potential
+                "work": now.work + potential - (self.rows[0]["potential"] if self.rows else potential),
+                "viscous_work": now.viscous_work,
+                "friction_work": now.friction_work,
+                "momentum": a.momentum(now.v),
+                "contact_force": np.reshape(resultants, (-1, 3)),
+                "overlaps": np.array(depths),
+                "penetration": float(max(0.0, -finite.min(initial=0.0))),
+                "nit": now.nit,
+                "step_residuals": now.residuals,
+            }
+        )
+        self.now, self.stage = now, stage
         if frame:
             self.frames.append(now.q)
             self.frame_times.append(now.time)
 
+    def _columns(self) -> dict[str, Array]:
+        return {name: np.array([row[name] for row in self.rows]) for name in self.rows[0]}
+
     def motion(self, success: bool, message: str) -> Motion:
         """The figures by name."""
-        rows = np.array(self.rows)
-        each = rows[:, 12:].reshape(len(rows), -1, 4)
         return Motion(
-            success, message, rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 9], rows[:, 10], rows[:, 11],
-            rows[:, 4:7], each[:, :, :3], each[:, :, 3], rows[:, 7], rows[:, 8].astype(int),
-            np.array(self.frames), np.array(self.frame_times), self.now,
+            success, message, **self._columns(), frames=np.array(self.frames), frame_times=np.array(self.frame_times),
+            now=self.now, constraints=self.stage.assembly.constraints,
         )  # fmt: skip
 
     def write(self, file: Path) -> None:
         """Replace the file by the present record."""
-        state = {f"now_{f.name}": np.asarray(getattr(self.now, f.name)) for f in fields(Instant)}
+        figures: dict[str, Any] = {f"now_{f.name}": np.asarray(getattr(self.now, f.name)) for f in fields(Instant)}
+        figures |= {f"step_{name}": column for name, column in self._columns().items()}
         with replacing(file) as part, part.open("wb") as stream:
-            figures = {"rows": np.array(self.rows), "frames": self.frames, "frame_times": self.frame_times}
-            np.savez(stream, prints=json.dumps(self.prints), **figures, **state)  # type: ignore[arg-type]
+            np.savez(
+                stream, prints=json.dumps(self.prints), frames=self.frames, frame_times=self.frame_times, **figures
+            )
 
     @classmethod
-    def read(cls, file: Path, prints: Mapping[str, str]) -> _Record:
-        """The record in a file.
+    def read(cls, file: Path, prints: Mapping[str, str], at: StageAt) -> _Record:
+        """The record in a file, of a motion with stages in time.
 
         Raises
         ------
@@ -461,9 +473,8 @@ class _Record:
         """
         try:
             with np.load(file) as data:
-                now = Instant(**{f.name: data[f"now_{f.name}"] for f in fields(Instant)})
-                rows, frames, times = list(data["rows"]), list(data["frames"]), data["frame_times"].tolist()
-                kept = json.loads(str(data["prints"])) if "prints" in data else {}
+                found = {"prints": "{}", **data}
+                kept, frames = json.loads(str(found["prints"])), list(found["frames"])
         except (OSError, ValueError, KeyError) as error:
             raise InputError(f"{file} is not the record of a motion; choose another file.", code="no-record") from error
         if not kept:
@@ -478,8 +489,8 @@ class _Record:
                 "delete the file, or continue with the original input.",
                 code="record-of-another",
             )
-        now = replace(
-            now, time=float(now.time), work=float(now.work), viscous_work=float(now.viscous_work),
-            stored=float(now.stored), friction_work=float(now.friction_work), nit=int(now.nit),
-        )  # fmt: skip
-        return cls(rows, frames, times, now, prints)
+        columns = {name[5:]: column for name, column in found.items() if name.startswith("step_")}
+        rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+        # numbers, where a file has arrays without axes
+        now = Instant(**{f.name: x if (x := found[f"now_{f.name}"]).ndim else x.item() for f in fields(Instant)})
+        return cls(rows, frames, found["frame_times"].tolist(), now, at(now.time), prints)

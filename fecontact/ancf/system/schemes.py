@@ -23,7 +23,7 @@ The factor of the tangent is reused over the iterations of a step while they con
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -100,9 +100,15 @@ class ModifiedNewton:
         """Generalised forces (n_dofs,) of rigid hubs."""
         return 0.0 if ties is None else np.asarray(ties.columns.T @ self.stresses)
 
+    def unbalanced(self, a: Assembly, change: Array, *forces: Array) -> float:
+        """Largest force out of balance before a change (n_dofs,), over the largest of some forces (n_dofs,)."""
+        assert self.tangent is not None
+        rest = a.free @ (self.tangent.K @ (a.free.T @ change))
+        return a.largest_force(rest) / max(np.finfo(float).tiny, *map(a.largest_force, forces))
+
     def tolerance(self, a: Assembly, change: Array, tolerance: float) -> float:
         """Tolerance of this change, smaller where an old tangent makes the error one of the first order."""
-        size = float(np.abs(a.lengths * change).max(initial=0.0))
+        size = a.largest_change(change)
         self.fresh = self.fresh and size <= CONTRACTION * self.last
         self.last = size
         return tolerance * (OLD if self.again else 1.0)
@@ -138,14 +144,16 @@ class Instant:
         Work from the start of all loads, of supports that move, and of rigid bodies that move.
     memory : (n,) array
         Internal strains of visco-elastic solids.
-    tangential, owed : (n_multipliers, 3) arrays
-        Forces of friction, and slip owed to the next step, see `slip`.
+    tangential, owed, slip : (n_multipliers, 3) arrays
+        Forces of friction, slip owed to the next step, see `slip`, and slip in this one.
     friction_work : float
         Work of friction from the start.
     viscous_work, stored : float
         Energy lost to viscosity from the start, and that of its branches.
     nit : int
         Number of iterations of the step.
+    residuals : (7,) array
+        Those of `Residuals` in the step, in their order; zero where there is no friction.
     """
 
     time: float
@@ -158,11 +166,13 @@ class Instant:
     memory: Array
     tangential: Array
     owed: Array
+    slip: Array
     work: float = 0.0
     viscous_work: float = 0.0
     stored: float = 0.0
     friction_work: float = 0.0
     nit: int = 0
+    residuals: Array = field(default_factory=lambda: np.zeros(7))
 
     @property
     def begin(self) -> Start:
@@ -175,7 +185,7 @@ class Instant:
     ) -> Instant:  # fmt: skip
         """The state at the end of a step of length h, before friction is told."""
         return Instant(
-            self.time + h, q, v, a, b, forces, applied, viscous.memory, self.tangential, self.owed, work,
+            self.time + h, q, v, a, b, forces, applied, viscous.memory, self.tangential, self.owed, self.slip, work,
             self.viscous_work + viscous.viscous_work, viscous.stored, self.friction_work, nit,
         )  # fmt: skip
 
@@ -233,7 +243,8 @@ class GeneralisedAlpha:
             acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
             conditions = a.conditions(q)
             viscous = a.viscous_step(now.q, q, h, now.memory)
-            rest = end.load(q) - a.forces(q) - viscous.forces - a.mass @ acceleration - share * (a.mass @ c)
+            balance = end.load(q), a.forces(q) + viscous.forces, a.mass @ acceleration
+            rest = balance[0] - balance[1] - balance[2] - share * (a.mass @ c)
             near = np.flatnonzero(conditions.gap < REACH * a.widths)
             if not kept.reusable(near):
                 K = a.constants.with_mass(a.step_tangent(q, h, 1.0), inertia)
@@ -255,7 +266,9 @@ class GeneralisedAlpha:
                 work = now.work + float((now.applied + applied) @ (q - now.q)) / 2 + _by_tools(begin, end, q, forces)
                 work += (_by_moments(begin.assembly, a, now.q) + _by_moments(begin.assembly, a, q)) / 2
                 after = now.after(h, viscous, q, v, acceleration, b, forces, applied, work, nit)
-                return _with_friction(a, now, after, slip, slip.slip + slip.T @ change, t, h), end
+                gap = conditions.gap + conditions.G @ change
+                unbalanced = kept.unbalanced(a, change, *balance)
+                return _judged(a, now, after, gap, slip.moved(change), t, unbalanced, h), end
         raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
 
     def error(self, before: Instant, after: Instant, h: float) -> float:
@@ -321,7 +334,9 @@ class EnergyMomentum:
                 end_of_step = now.after(
                     h, viscous, q, v, acceleration, acceleration, forces, applied, now.work + float(work), nit
                 )
-                return _with_friction(a, now, end_of_step, slip, slip.slip + slip.T @ change, t, h), end
+                gap = np.where(np.isin(np.arange(len(closing)), pressing), closing + G @ change, np.inf)
+                unbalanced = kept.unbalanced(a, change, load, internal, inertia)
+                return _judged(a, now, end_of_step, gap, slip.moved(change), t, unbalanced, h), end
         raise UnstableError(f"The step from t = {now.time:.6g} of length {h:.3g} did not settle.")
 
     def error(self, before: Instant, after: Instant, h: float) -> float:
@@ -389,18 +404,40 @@ def _since(a: Assembly, now: Instant) -> SlipStart:
     return SlipStart(now.q, tuple(t.master.pose for t in a.constraints), now.owed)
 
 
-def _with_friction(a: Assembly, now: Instant, after: Instant, slip: Slips, s: Array, t: Array, h: float) -> Instant:
-    """The end of a step with what friction made of it: s (2 f,) is the slip, and t the forces along it.
+def _judged(
+    a: Assembly, now: Instant, after: Instant, gap: Array, slip: Slips, t: Array, unbalanced: float, h: float
+) -> Instant:
+    """The end of a step with what friction made of it, and its residuals.
 
+    Parameters
+    ----------
+    a : Assembly
+    now, after : Instant
+    gap : (n_multipliers,) array
+        Of the conditions of the step: gaps, or their changes.
+    slip : Slips
+    t : (2 f,) array
+        Forces along the slip.
+    unbalanced : float
+        Relative force out of balance.
+    h : float
+
+    Notes
+    -----
     Velocities jump where points stop; rigid bodies that move do work by friction, too.
     """
-    owed, tangential = slip.owed(after.forces, t, s), slip.everywhere(t, len(after.forces))
+    n = len(after.forces)
+    found = slip.residuals(gap, after.forces, t, a.size, unbalanced)
+    after = replace(
+        after, owed=slip.owed(after.forces, t, slip.slip), tangential=slip.everywhere(t, n),
+        slip=slip.everywhere(slip.slip, n), residuals=np.array([x or 0.0 for x in astuple(found)]),
+    )  # fmt: skip
     if not t.any():
-        return replace(after, tangential=tangential, owed=owed)
+        return after
     moved = slip.T @ (after.q - now.q)
-    v, lost = stopped(a, after.v, slip, after.forces, t, (moved - s) / h, h)
-    friction_work, work = after.friction_work + lost - float(t @ s), after.work + float(t @ (moved - s))
-    return replace(after, v=v, tangential=tangential, owed=owed, friction_work=friction_work, work=work)
+    v, lost = stopped(a, after.v, slip, after.forces, t, (moved - slip.slip) / h, h)
+    friction_work = after.friction_work + lost - float(t @ slip.slip)
+    return replace(after, v=v, friction_work=friction_work, work=after.work + float(t @ (moved - slip.slip)))
 
 
 def _settled(a: Assembly, change: Array, moved: Array, tolerance: float) -> bool:
@@ -413,12 +450,12 @@ def _settled(a: Assembly, change: Array, moved: Array, tolerance: float) -> bool
     UnstableError
         If the iterations have run away, long before their numbers overflow.
     """
-    largest = float(np.abs(a.lengths * change).max(initial=0.0))
+    largest = a.largest_change(change)
     if not largest <= RUNAWAY * a.size:
         raise UnstableError(
             f"The iterations of a step ran away: a coordinate changed by {largest:.3g}.", code="diverged"
         )
-    return largest <= max(tolerance * float(np.abs(a.lengths * moved).max(initial=0.0)), ROUNDING * a.size)
+    return largest <= max(tolerance * a.largest_change(moved), ROUNDING * a.size)
 
 
 def _working(a: Assembly, G: sp.csr_matrix, pressing: IntArray, closing: Array, moved: Array) -> sp.csr_matrix:

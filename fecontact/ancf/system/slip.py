@@ -29,7 +29,7 @@ with the velocity w of what they touch. Kinetic energy is lost, never won: with 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -150,6 +150,10 @@ class Slips:
         out = np.zeros((n, 3))
         out[self.points] = self.vectors(components)
         return out
+
+    def moved(self, change: Array) -> Slips:
+        """After a change (n_dofs,) of the coordinates, to the first order."""
+        return replace(self, slip=self.slip + self.T @ change)
 
     def _kept(self, near: IntArray) -> IntArray:
         return np.flatnonzero(np.isin(self.points, near))

@@ -17,11 +17,9 @@ Line search of statics: the share of Newton's step that lowers the exact penalty
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -29,7 +27,7 @@ from tqdm import tqdm
 
 from fecontact.ancf.bricks.laws import InvertedError
 from fecontact.ancf.system.assembly import Assembly, Conditions
-from fecontact.ancf.system.contact_result import ContactPoints, contact_result
+from fecontact.ancf.system.contact_result import WithContacts
 from fecontact.ancf.system.free_motion import check_supports, free_motions
 from fecontact.ancf.system.moving_contact import ContactConstraints
 from fecontact.ancf.system.newton import newton_step, stable_step
@@ -41,13 +39,7 @@ from fecontact.common.checks import share
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.one_line import one_line
 from fecontact.common.renamed import renamed
-from fecontact.common.units import Units
-from fecontact.results.contact_fields import ContactFields
-from fecontact.results.files import save_csv
 from fecontact.solvers.coulomb import Residuals
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MAX_HALVINGS = 10
 MAX_ITERATIONS = 30
@@ -67,17 +59,9 @@ STILL = 1e-14
 ROUNDING = float(np.finfo(float).eps)
 
 
-@dataclass(frozen=True)
-class _OnFaces:
-    """Contacts of faces, for maps."""
-
-    contacts: tuple[ContactFields, ...]
-    unit_names: Units = field(default_factory=Units)
-
-
 @one_line
 @dataclass(frozen=True, eq=False)
-class State:
+class State(WithContacts):
     """An equilibrium.
 
     Attributes
@@ -129,30 +113,9 @@ class State:
     overlaps: tuple[float, ...] = ()
     constraints: tuple[ContactConstraints, ...] = field(default=(), repr=False)
 
-    @cached_property
-    def contacts(self) -> tuple[ContactFields | ContactPoints, ...]:
-        """Every contact at the present coordinates: fields as in a scene, of slender members `ContactPoints`."""
-        parts = zip(self.constraints, self.forces, self.friction.forces, self.friction.slip, strict=True)
-        return tuple(contact_result(t, k, self.q, f, drag, slip) for k, (t, f, drag, slip) in enumerate(parts))
-
-    def plot(self, what: str = "pressure", path: str | FilePath | None = None, **options: Any) -> Figure:
-        """Map a field of every contact of bricks, see `results.pictures.draw.plot_contacts`."""
-        from fecontact.results.pictures.draw import plot_contacts
-
-        on_faces = self._on_faces
-        if not on_faces:
-            raise InputError("The state has no contact of faces to draw; axes of members are in `contacts`.")
-        return plot_contacts(_OnFaces(on_faces), what, path, **options)
-
-    def save(self, path: str | FilePath) -> FilePath:
-        """Write the points of its contacts of bricks as a table, .csv; see `results.files.save_csv`."""
-        return save_csv(self._on_faces, path)
-
     @property
-    def _on_faces(self) -> tuple[ContactFields, ...]:
-        """The contacts of bricks."""
-        pairs = zip(self.contacts, self.constraints, strict=True)
-        return tuple(cast(ContactFields, c) for c, t in pairs if not t.slave.member.is_slender)
+    def _on_contacts(self) -> tuple[Array, Sequence[Sequence[Array]]]:
+        return self.q, (self.forces, self.friction.forces, self.friction.slip)
 
     @property
     def residuals(self) -> Residuals:
@@ -414,12 +377,12 @@ class Iterate:
     @cached_property
     def scale(self) -> float:
         """The largest force in the balance."""
-        return max(_largest(self.a, self.load), _largest(self.a, self.internal), np.finfo(float).tiny)
+        return max(self.a.largest_force(self.load), self.a.largest_force(self.internal), np.finfo(float).tiny)
 
     @cached_property
     def unbalanced(self) -> float:
         """Largest residual force along the free coordinates."""
-        return _largest(self.a, self.rest - self.a.held(self.rest))
+        return self.a.largest_force(self.rest - self.a.held(self.rest))
 
     @cached_property
     def residuals(self) -> Residuals:
@@ -436,7 +399,7 @@ class Iterate:
     def distance(self) -> float:
         """Largest relative violation of all that a state at rest, without slip, fulfils."""
         slid = np.linalg.norm(self.slip.slip.reshape(2, -1), axis=0)[self.forces[self.slip.points] > 0]
-        off = max(np.abs(self.a.lengths * self.jump).max(initial=0.0), slid.max(initial=0.0)) / self.a.size
+        off = max(self.a.largest_change(self.jump), slid.max(initial=0.0)) / self.a.size
         return float(max(self.unbalanced / self.scale, self.violation, off, np.abs(self.strains).max(initial=0.0)))
 
     def state(self, level: float, nit: int, tolerance: float) -> State:
@@ -456,7 +419,7 @@ def _fading(stage: Callable[[float], Stage], begun: State, tolerance: float) -> 
     it = Iterate.of(stage(begun.level), begun)
     a, rest, motion = it.a, it.a.held(it.rest) - it.rest, -it.jump
     rest = rest if it.unbalanced > tolerance * it.scale else np.zeros_like(rest)
-    motion = motion if np.abs(a.lengths * motion).max(initial=0.0) > tolerance * a.size else np.zeros_like(motion)
+    motion = motion if a.largest_change(motion) > tolerance * a.size else np.zeros_like(motion)
     if not (rest.any() or motion.any()):
         return stage
 
@@ -501,7 +464,7 @@ def _iterated(it: Iterate, level: float, tolerance: float, whole_steps: int = 0)
     floats, rounded = check_supports(it.a), 0.0
     for nit in range(1, (whole_steps or MAX_ITERATIONS) + 1):
         K = it.a.tangent(it.q)
-        rounded = rounded or ROUNDING * _largest(it.a, abs(K) @ np.abs(it.q))
+        rounded = rounded or ROUNDING * it.a.largest_force(abs(K) @ np.abs(it.q))
         direction, after = _newton(it, K, floats)
         it = replace(after, q=it.q + direction) if whole_steps else _searched(it, direction, after)
         balanced = it.unbalanced <= max(tolerance * it.scale, rounded)
@@ -570,7 +533,7 @@ def _searched(it: Iterate, direction: Array, after: Iterate) -> Iterate:
     before = 0.0 if driven else merit(it)
     slope = float((it.internal - it.load) @ direction) - penalty(it)
     slope += friction_work(it.slip.slip + it.slip.T @ direction) - friction_work(it.slip.slip)
-    tiny = np.abs(a.lengths * direction).max(initial=0.0) < 1e-6 * a.size
+    tiny = a.largest_change(direction) < 1e-6 * a.size
     share = 1.0
     for _ in range(MAX_HALVINGS):
         trial = replace(after, q=it.q + share * direction)
@@ -583,8 +546,3 @@ def _searched(it: Iterate, direction: Array, after: Iterate) -> Iterate:
             pass
         share /= 2
     raise UnstableError("No share of Newton's step lowers the energy.")
-
-
-def _largest(a: Assembly, forces: Array) -> float:
-    """Largest generalised force, in units of force."""
-    return float(np.abs(forces / a.lengths).max(initial=0.0))
