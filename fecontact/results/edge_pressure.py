@@ -43,7 +43,7 @@ from fecontact.mesh.facets import facet_shapes, nodal_areas, shapes_on_square, s
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.contact_outline import Mirror, Outline, ellipse_of_moments, planes_of_symmetry
 from fecontact.solvers import ContactProblem
-from fecontact.solvers.equality import solve_on
+from fecontact.solvers.active_set import solve_on
 
 #: Panels across a facet with Gauss points in each, and Gauss points of each half of a line.
 PANELS, ACROSS, ALONG = 3, 4, 6

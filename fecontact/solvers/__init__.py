@@ -14,8 +14,7 @@ from fecontact.solvers.coulomb import Residuals
 from fecontact.solvers.friction import solve_friction
 from fecontact.solvers.friction_slide import SlidingLoadError
 from fecontact.solvers.problem import ContactProblem, InfeasibleLoadError, Outcome, Solution, Status
-from fecontact.solvers.qp import CustomSolver
-from fecontact.solvers.registry import TOLERANCE, attempt, available_solvers, solve, validate_options
+from fecontact.solvers.registry import TOLERANCE, CustomSolver, attempt, available_solvers, solve, validate_options
 from fecontact.solvers.scaling import ScaledProblem
 
 __all__ = [

@@ -36,7 +36,7 @@ from fecontact.common.errors import InputError, SolverError
 from fecontact.common.one_line import one_line
 from fecontact.common.renamed import renamed
 from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit, largest, ratio, sizes, sticks
-from fecontact.solvers.scaling import ScaledProblem, scale
+from fecontact.solvers.scaling import ContactRows, ScaledProblem, scale
 
 SYMMETRY_TOLERANCE = 1e-8
 """Largest |S - S^T|, relative to the largest entry, that counts as rounding; more is refused."""
@@ -98,7 +98,7 @@ class InfeasibleLoadError(SolverError):
 
 @one_line
 @dataclass(frozen=True, eq=False)
-class ContactProblem:
+class ContactProblem(ContactRows):
     """Contact on n candidate points with m rigid components in equilibrium.
 
     Parameters
@@ -172,18 +172,6 @@ class ContactProblem:
             object.__setattr__(self, name, value)
 
     @property
-    def n(self) -> int:
-        """Number of candidate points."""
-        return int(self.g.size)
-
-    @property
-    def matrix(self) -> np.ndarray:
-        """S as an array; TypeError for an operator."""
-        if not isinstance(self.S, np.ndarray):
-            raise TypeError("the compliance is an operator, not an array")
-        return self.S
-
-    @property
     def is_dense(self) -> bool:
         """Whether the compliance is a matrix, no operator."""
         return isinstance(self.S, np.ndarray)
@@ -192,11 +180,6 @@ class ContactProblem:
     def m(self) -> int:
         """Number of equilibrium rows."""
         return int(self.F.size)
-
-    @cached_property
-    def normals(self) -> np.ndarray:
-        """Normal rows (n,), with friction or without."""
-        return np.setdiff1d(np.arange(self.n), self.tangents)
 
     def normal_problem(self, forces: np.ndarray) -> ContactProblem:
         """Problem of the normal forces, under the tangential part of given forces (N,)."""
@@ -221,22 +204,6 @@ class ContactProblem:
     def _bare(self, forces: np.ndarray) -> np.ndarray:
         """Rough points without pressure, (f,) bool: mu l is any number there, see `solvers.coulomb`."""
         return np.isinf(self.mu) & (forces[self.points] == 0)
-
-    def gap(self, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
-        """Gap w = S l + g + B^T q, shape (n,).
-
-        Parameters
-        ----------
-        forces : ndarray, shape (n,)
-        q : ndarray, shape (m,)
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> ContactProblem(S=np.eye(2), g=np.ones(2)).gap(np.array([0.5, 0.0]), np.zeros(0)).tolist()
-        [1.5, 1.0]
-        """
-        return np.asarray(self.S @ forces + self.g + self.B.T @ q)
 
     def residual_scales(self, forces: np.ndarray, q: np.ndarray) -> ResidualScales:
         """Scales of the residuals of finite forces (n,) and motions q (m,)."""

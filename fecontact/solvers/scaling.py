@@ -34,8 +34,38 @@ NO_FORCE = 1e-13
 """Size below which forces are rounding where there is no load."""
 
 
+class ContactRows:
+    """Compliance S, gaps g, equilibrium rows B and tangential rows of a problem, in its own units or nondimensional."""
+
+    S: np.ndarray | LinearOperator
+    g: np.ndarray
+    B: np.ndarray
+    tangents: np.ndarray
+
+    @property
+    def n(self) -> int:
+        """Number of rows: of points, without friction."""
+        return int(self.g.size)
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """S as an array; TypeError for an operator."""
+        if not isinstance(self.S, np.ndarray):
+            raise TypeError("the compliance is an operator, not an array")
+        return self.S
+
+    @cached_property
+    def normals(self) -> np.ndarray:
+        """Normal rows of all points, with friction or without."""
+        return np.setdiff1d(np.arange(self.n), self.tangents)
+
+    def gap(self, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """Gap w = S l + g + B^T q, shape (n,), of forces (n,) and motions q (m,)."""
+        return np.asarray(self.S @ forces + self.g + self.B.T @ q)
+
+
 @dataclass(frozen=True, eq=False)
-class ScaledProblem:
+class ScaledProblem(ContactRows):
     """Problem in x, with l = force_scale * x and q = motion_map @ p.
 
         w / gap_scale = S x + g + B^T p,    B x = F
@@ -71,27 +101,10 @@ class ScaledProblem:
     mu: np.ndarray = field(default_factory=lambda: np.empty(0))
     slides: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=bool))
 
-    @cached_property
-    def normals(self) -> np.ndarray:
-        """Normal rows (n,) of all points, with friction or without."""
-        return np.setdiff1d(np.arange(self.n), self.tangents)
-
-    @property
-    def n(self) -> int:
-        """Number of points."""
-        return int(self.g.size)
-
     @property
     def r(self) -> int:
         """Number of independent equilibrium rows."""
         return int(self.F.size)
-
-    @property
-    def matrix(self) -> np.ndarray:
-        """S as an array; TypeError for an operator."""
-        if not isinstance(self.S, np.ndarray):
-            raise TypeError("the compliance is an operator, not an array")
-        return self.S
 
     def forces(self, x: np.ndarray) -> np.ndarray:
         """Return the forces of x, shape (n,)."""
@@ -100,10 +113,6 @@ class ScaledProblem:
     def motion(self, p: np.ndarray) -> np.ndarray:
         """Return the multiplier q of p, shape (m,); of least norm where it is not unique."""
         return self.motion_map @ p
-
-    def gap(self, x: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """Return the nondimensional gap, shape (n,)."""
-        return np.asarray(self.S @ x + self.g + self.B.T @ p)
 
     def rounding_of(self, x: np.ndarray) -> float:
         """Return the size below which entries of x are rounding."""

@@ -75,16 +75,8 @@ class Projection:
 
     def chosen(self, kept: IntArray) -> Projection:
         """A subset of the closest points."""
-        return Projection(
-            self.points[kept],
-            self.normals[kept],
-            self.gap[kept],
-            self.outside[kept],
-            None if self.weights is None else self.weights[kept],
-            None if self.facet is None else self.facet[kept],
-            None if self.local is None else self.local[kept],
-            self.surface,
-        )
+        given = {name: value for name, value in vars(self).items() if name != "surface" and value is not None}
+        return replace(self, **{name: value[kept] for name, value in given.items()})
 
 
 class Surface(Protocol):
@@ -323,10 +315,14 @@ class FacetSurface:
         offset = points - x
         normals = self._lines_of_action(facet, local, N, offset)
         gap = np.einsum("ni,ni->n", offset, normals)
+        outside = self._outside(facet, local, N, offset)
+        return Projection(x, normals, gap, outside, self.rows_of(facet, N), facet, local, self.name)
+
+    def rows_of(self, facet: IntArray, N: Array) -> sp.csr_matrix:
+        """Interpolation (n, n_nodes) from the mesh nodes by shape functions (n, k) of facets (n,)."""
         columns = self.facets[facet]
-        indptr = np.arange(0, columns.size + 1, columns.shape[1])
-        weights = sp.csr_matrix((N.ravel(), columns.ravel(), indptr), shape=(len(points), len(self.points)))
-        return Projection(x, normals, gap, self._outside(facet, local, N, offset), weights, facet, local, self.name)
+        pointer = np.arange(0, columns.size + 1, columns.shape[1])
+        return sp.csr_matrix((N.ravel(), columns.ravel(), pointer), shape=(len(N), len(self.points)))
 
     @cached_property
     def mean_normals(self) -> Array:

@@ -26,7 +26,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.facets import facet_nodes
@@ -199,10 +198,8 @@ def projection_at(
     length = np.linalg.norm(lines, axis=1, keepdims=True)
     lines = np.divide(lines, length, out=lines, where=length > 0)
     gap = np.einsum("ni,ni->n", points - x, lines)
-    columns = master.facets[facet]
-    pointer = np.arange(0, columns.size + 1, columns.shape[1])
-    weights = sp.csr_matrix((N.ravel(), columns.ravel(), pointer), shape=(len(points), len(master.points)))
-    return Projection(x, lines, gap, np.zeros(len(points), bool), weights, facet, local, master.name)
+    outside = np.zeros(len(points), bool)
+    return Projection(x, lines, gap, outside, master.rows_of(facet, N), facet, local, master.name)
 
 
 def _on_facet(surface: FacetSurface, facet: IntArray, local: Array) -> Mask:
