@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from fecontact.common.arguments import instance
-from fecontact.common.checks import array_of, reckonable
+from fecontact.common.checks import array_of, check_magnitude
 from fecontact.common.errors import InputError, shown
 from fecontact.common.material import Material
 
@@ -162,7 +162,7 @@ def relative_radius(radii: tuple[float, float]) -> float:
     if found is None or found.shape != (2,):
         raise InputError(f"Expected radii=(R1, R2), two numbers; found {shown(radii)}.", code="radii")
     first, second = found.tolist()
-    reckonable("a radius", found[np.isfinite(found)])
+    check_magnitude("a radius", found[np.isfinite(found)])
     if math.isnan(first) or math.isnan(second) or 0 in (first, second):
         raise InputError(f"Expected radii that are not zero (negative: concave, inf: plane); found {radii!r}.")
     if math.isinf(first) or math.isinf(second):

@@ -14,9 +14,9 @@ from skfem import CellBasis
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.common.arguments import instance
 from fecontact.common.arrays import IntArray
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.common.one_line import one_line
 from fecontact.fem.model import Model
 from fecontact.fem.support import Support
 from fecontact.mesh.mesh import Mesh
@@ -95,7 +95,7 @@ class AssembledModel(Model):
         return self.given
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class AssembledBody(ElasticBody):
     """A linear elastic body with a given stiffness on a `Mesh`.

@@ -19,9 +19,9 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import instance, mapping, text, texts
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.condensation import ROUTES
 from fecontact.fem.energy_error import EnergyError
@@ -40,7 +40,7 @@ INTEGRATIONS = ("auto", "full", "selective")
 FLAT = 1e-9
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class ElasticBody(Body):
     """A linear elastic body of hexahedra.

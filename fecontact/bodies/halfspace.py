@@ -19,9 +19,9 @@ from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arguments import flag, instance, items, text
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import number_array, positive
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.halfspace import kernels
 from fecontact.halfspace.compliance import SurfaceCompliance
@@ -49,7 +49,7 @@ class HeightSurface(Protocol):
         """Heights at coordinates that broadcast together; infinite where there is no surface."""
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False, init=False)
 class HalfSpace(SurfaceBody):
     """An elastic half-space z <= 0 with a grid of cells on its surface, centred on the origin.

@@ -12,9 +12,9 @@ from fecontact.bodies.pose import Pose
 from fecontact.bodies.surface_body import SurfaceBody, boundary_surface
 from fecontact.common.arguments import instance, text
 from fecontact.common.checks import among, positive
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.common.one_line import one_line
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
 from fecontact.surfaces.facet_surface import FacetSurface
@@ -57,7 +57,7 @@ def foundation_modulus(material: Material, law: str = "bonded") -> float:
     return material.lame + 2 * material.shear_modulus
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False, init=False)
 class ElasticLayer(SurfaceBody):
     """A layer of springs on a rigid body whose surface is given by a mesh.

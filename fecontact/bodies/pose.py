@@ -16,8 +16,8 @@ from scipy.spatial.transform import Rotation
 from fecontact.common.arguments import instance
 from fecontact.common.arrays import Array
 from fecontact.common.checks import array_of, number, point_array, vector
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
-from fecontact.common.one_line import one_line
 
 
 def rotation_about(axis: ArrayLike, angle: float) -> Array:
@@ -40,7 +40,7 @@ def rotation_about(axis: ArrayLike, angle: float) -> Array:
     return np.eye(3) + np.sin(angle) * W + 2 * np.sin(angle / 2) ** 2 * (W @ W)
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Pose:
     """Rigid placement ``x_world = rotation @ x_body + translation``.

@@ -17,8 +17,8 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import file_path, instance, text, texts
 from fecontact.common.arrays import Array
 from fecontact.common.checks import number_array, positive
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
-from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
 from fecontact.mesh.read import read_surface
@@ -41,7 +41,7 @@ class RigidShape(Protocol):
         """Projection of points (n, 3)."""
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True)
 class Plane:
     """The plane z = 0; the body fills z <= 0.
@@ -114,7 +114,7 @@ def _over(heights: Callable[[Array, Array], Array], size: float) -> Array:
     return np.stack([x, y, z], axis=1)[np.isfinite(z)]
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class RigidBody(Body):
     """A rigid body. It is held unless a load or a motion is prescribed for it.

@@ -20,9 +20,9 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import flag
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, positive
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.common.one_line import one_line
 from fecontact.fem.section_model import SectionModel, on_axis
 from fecontact.fem.support import symmetry_planes
 from fecontact.mesh.section_mesh import Extent, SectionMesh
@@ -115,7 +115,7 @@ class SectionBody(ElasticBody):
         return self._described(f"{m.size_line}{self._ties}, {self.state}, {self.n_unknowns} dofs")
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class PlaneBody(SectionBody):
     """A linear elastic body in plane strain or plane stress.
@@ -184,7 +184,7 @@ class PlaneBody(SectionBody):
         return min(m.E if self.plane_stress else m.plane_strain_modulus for m in self.model.materials)
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class AxisymmetricBody(SectionBody):
     """A linear elastic body of revolution about the z axis under axial loads; its section has x as the radius.

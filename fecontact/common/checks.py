@@ -19,7 +19,7 @@ def positive(name: str, value: float) -> float:
     Raises
     ------
     InputError
-        If the value is not a positive, finite number, or see `reckonable`.
+        If the value is not a positive, finite number, or see `check_magnitude`.
 
     Examples
     --------
@@ -30,7 +30,7 @@ def positive(name: str, value: float) -> float:
     return float(value)
 
 
-def reckonable(name: str, values: ArrayLike, power: int = 100) -> None:
+def check_magnitude(name: str, values: ArrayLike, power: int = 100) -> None:
     """Refuse numbers so large or so small that their squares and products would overflow or underflow.
 
     Beyond 1e308 floats overflow and below 1e-308 they underflow to zero, both silently. Zero itself is accepted.
@@ -50,7 +50,7 @@ def reckonable(name: str, values: ArrayLike, power: int = 100) -> None:
 
     Examples
     --------
-    >>> reckonable("the force", (0.0, 0.0, 2.0))
+    >>> check_magnitude("the force", (0.0, 0.0, 2.0))
     """
     largest = float(np.abs(values).max(initial=0.0))
     if largest != 0 and not 10.0**-power <= largest <= 10.0**power:
@@ -67,7 +67,7 @@ def lengths(**values: float) -> None:
     Raises
     ------
     InputError
-        If one is not, or see `reckonable`.
+        If one is not, or see `check_magnitude`.
 
     Examples
     --------
@@ -76,7 +76,7 @@ def lengths(**values: float) -> None:
     for name, value in values.items():
         if not 0 < number(value) < math.inf:
             raise InputError(f"{name} must be positive and finite; found {shown(value)}.", code="not-positive")
-        reckonable(name, number(value))
+        check_magnitude(name, number(value))
 
 
 def positives(name: str, values: Any, count: int) -> tuple[float, ...]:
@@ -85,7 +85,7 @@ def positives(name: str, values: Any, count: int) -> tuple[float, ...]:
     Raises
     ------
     InputError
-        If there are not as many, or one is not positive and finite, or see `reckonable`.
+        If there are not as many, or one is not positive and finite, or see `check_magnitude`.
 
     Examples
     --------
@@ -98,8 +98,8 @@ def positives(name: str, values: Any, count: int) -> tuple[float, ...]:
         raise InputError(
             f"{sentence(name)} must be {many} positive, finite numbers; found {shown(values)}.", code="not-positive"
         )
-    reckonable(name, found)
-    reckonable(name, found.min())
+    check_magnitude(name, found)
+    check_magnitude(name, found.min())
     return tuple(found.tolist())
 
 
@@ -128,7 +128,7 @@ def finite(name: str, value: float) -> float:
     Raises
     ------
     InputError
-        If the value is not a finite number, or see `reckonable`.
+        If the value is not a finite number, or see `check_magnitude`.
 
     Examples
     --------
@@ -138,7 +138,7 @@ def finite(name: str, value: float) -> float:
     found = number(value)
     if not math.isfinite(found):
         raise InputError(f"{sentence(name)} must be a finite number; found {shown(value)}.", code="not-finite")
-    reckonable(name, found)
+    check_magnitude(name, found)
     return found
 
 
@@ -171,7 +171,7 @@ def friction(value: float, infinite: bool = False) -> float:
         expected = "zero or positive" + ("" if infinite else " and finite")
         raise InputError(f"The friction (Coulomb's mu) must be {expected}; found {shown(value)}.", code="friction")
     if math.isfinite(found):
-        reckonable("the friction (Coulomb's mu)", found)
+        check_magnitude("the friction (Coulomb's mu)", found)
     return found
 
 
@@ -181,7 +181,7 @@ def vector(name: str, value: ArrayLike, length: int = 3) -> Array:
     Raises
     ------
     InputError
-        If they are not, or see `reckonable`.
+        If they are not, or see `check_magnitude`.
 
     Examples
     --------
@@ -192,7 +192,7 @@ def vector(name: str, value: ArrayLike, length: int = 3) -> Array:
     if v is None or v.shape != (length,) or not np.isfinite(v).all():
         count = {2: "two", 3: "three"}[length]
         raise InputError(f"{sentence(name)} must be {count} finite numbers; found {shown(value)}.", code="not-a-vector")
-    reckonable(name, v)
+    check_magnitude(name, v)
     return v
 
 

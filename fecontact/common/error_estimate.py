@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from fecontact.common.one_line import one_line
+from fecontact.common.compact_repr import compact_repr
 
 #: Estimated error of the pressure, its peak or the area above which a result warns.
 MAX_ERROR = 0.1
@@ -50,7 +50,7 @@ class UnboundedPeak(NamedTuple):
         return f"unbounded at {self.where}, {order}, first at ({place})"
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True)
 class ErrorEstimate:
     """Estimated errors of one contact at the force that was found, all relative; see `ResponseError` for forces.
@@ -154,7 +154,7 @@ class ErrorEstimate:
         return text if self.unbounded is None else f"{text}; {self.unbounded}"
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True)
 class ResponseError:
     """Estimated relative errors of forces and motions by the meshes of the bodies; None where a figure has none.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fecontact.common.arrays import Array
-from fecontact.common.checks import number, positive, reckonable
+from fecontact.common.checks import check_magnitude, number, positive
 from fecontact.common.errors import InputError, shown
 
 
@@ -41,7 +41,7 @@ class Material:
     density: float | None = None
 
     def __post_init__(self) -> None:
-        reckonable("Young's modulus E", positive("Young's modulus E", self.E))
+        check_magnitude("Young's modulus E", positive("Young's modulus E", self.E))
         if not -1 < number(self.nu) < 0.5:
             raise InputError(
                 f"Poisson's ratio must lie strictly between -1 and 0.5; found nu = {shown(self.nu)}. "
@@ -49,7 +49,7 @@ class Material:
                 code="poisson-ratio",
             )
         if self.density is not None:
-            reckonable("the density", positive("the density", self.density))
+            check_magnitude("the density", positive("the density", self.density))
 
     @property
     def lame(self) -> float:

@@ -57,7 +57,7 @@ def progress_line(what: str, progress: bool | None, total: int | None = None, un
     Examples
     --------
     >>> with progress_line("solve", False):
-    ...     tell("assemble")
+    ...     set_stage("assemble")
     """
     if not (progress is None or isinstance(progress, bool)):
         raise InputError(f"progress must be True, False or None (where there is a terminal); found {shown(progress)}.")
@@ -78,14 +78,14 @@ def progress_line(what: str, progress: bool | None, total: int | None = None, un
             _LINE.reset(token)
 
 
-def tell(stage: str) -> None:
+def set_stage(stage: str) -> None:
     """Show what is being done in the line, if there is one."""
     line = _LINE.get()
     if line is not None and not line.bar.disable:
         line.bar.set_postfix_str(f"{line.part}{stage}")
 
 
-def tell_part(part: str) -> None:
+def set_part(part: str) -> None:
     """Show what the following stages belong to."""
     line = _LINE.get()
     if line is not None:

@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from fecontact.common.progress import tell
+from fecontact.common.progress import set_stage
 
 
 class Stopwatch:
@@ -40,7 +40,7 @@ class Stopwatch:
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
         """Add the time spent inside ``with watch(stage):``, and tell the line of progress."""
-        tell(stage)
+        set_stage(stage)
         start = time.perf_counter()
         try:
             yield

@@ -14,7 +14,7 @@ class Units:
 
     Examples
     --------
-    >>> Units(stress="MPa").after("pressure", "stress")
+    >>> Units(stress="MPa").axis_label("pressure", "stress")
     'pressure [MPa]'
     """
 
@@ -49,16 +49,16 @@ class Units:
         own = cls(length, force, stress)
         return own if stress or not (length and force) else cls(length, force, f"{force}/{length}²")
 
-    def or_those(self, others: Units) -> Units:
+    def with_defaults(self, others: Units) -> Units:
         """The names given here, and of others where there are none."""
         return Units(self.length or others.length, self.force or others.force, self.stress or others.stress)
 
-    def after(self, text: str, kind: str) -> str:
+    def axis_label(self, text: str, kind: str) -> str:
         """A label with its unit in brackets."""
         unit = getattr(self, kind)
         return f"{text} [{unit}]" if unit else text
 
-    def behind(self, kind: str, power: str = "") -> str:
+    def suffix(self, kind: str, power: str = "") -> str:
         """A unit behind numbers, after a space."""
         moment = f"{self.force}·{self.length}" if self.force and self.length else ""
         unit = moment if kind == "moment" else getattr(self, kind)
@@ -66,4 +66,4 @@ class Units:
 
     def number(self, value: float, kind: str, power: str = "") -> str:
         """A number with its unit."""
-        return f"{value:.4g}{self.behind(kind, power)}"
+        return f"{value:.4g}{self.suffix(kind, power)}"

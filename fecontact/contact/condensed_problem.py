@@ -15,8 +15,8 @@ from scipy.sparse.linalg import LinearOperator, aslinearoperator
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import SupportError
-from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading, mass_weighted
@@ -205,7 +205,7 @@ def _mean_hold(body: Body, frame: RigidMotionConstraints) -> MeanConstraint | No
     return MeanConstraint(modes, mean, body)
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class BodyBlock:
     """Rows and rigid motions of one body in the problem."""
@@ -227,7 +227,7 @@ class BodyBlock:
         return self.body.displacement(self.rows, forces, loads)
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class DisplacementState:
     """Displacements and gaps of a solution.
@@ -250,7 +250,7 @@ class DisplacementState:
     scale: float
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class CondensedProblem:
     """The condensed problem, and the data to recover displacements.

@@ -25,14 +25,14 @@ from fecontact.bodies.body import Body, check_body
 from fecontact.common.arguments import texts
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import among, array_of, friction, positives, vector
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
-from fecontact.common.one_line import one_line
 
 #: Sine of the angle between the lay and a point's normal below which the lay has no direction in its tangent plane.
 NEARLY_NORMAL = 0.1
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Lay:
     """Direction of a surface's lay, with the coefficients of friction along and across it.
@@ -112,7 +112,7 @@ def is_side(given: object) -> TypeGuard[Side]:
     return isinstance(given, Side)
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Contact:
     """Two surfaces that may touch, the slave first.

@@ -22,8 +22,8 @@ import scipy.sparse as sp
 from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
-from fecontact.common.one_line import one_line
 from fecontact.contact.contact import Lay
 from fecontact.contact.interface import Interface, UnilateralConstraints
 from fecontact.contact.slip_path import screw_paths, touching_points
@@ -37,7 +37,7 @@ NEARLY_PARALLEL = 0.1
 HELD = 1e-10
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class TangentialRows(UnilateralConstraints):
     """Tangential displacements of the slave against the master at n contact points, in k directions.

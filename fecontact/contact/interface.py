@@ -12,7 +12,7 @@ import scipy.sparse as sp
 
 from fecontact.bodies.body import Body
 from fecontact.common.arrays import Array
-from fecontact.common.one_line import one_line
+from fecontact.common.compact_repr import compact_repr
 from fecontact.contact.coupling.nodal import Pairing
 from fecontact.contact.dimension import opposite
 from fecontact.contact.rigid_motion import RigidMotionConstraints, after_prescribed
@@ -60,7 +60,7 @@ class UnilateralConstraints(Protocol):
         return after_prescribed(self.gap, self.rows, frames)
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Interface(UnilateralConstraints):
     """A paired contact: slave points with their closest points, and the gap's dependence on displacements.

@@ -19,8 +19,8 @@ from fecontact.bodies.body import Body
 from fecontact.common.arguments import mapping
 from fecontact.common.arrays import Array
 from fecontact.common.checks import array_of, finite, vector
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
-from fecontact.common.one_line import one_line
 from fecontact.contact.dimension import Dimension, setting_of
 from fecontact.contact.rigid_motion import RigidMotionConstraints, constrain_rigid_motion
 
@@ -105,7 +105,7 @@ KEYED = ("forces", "moments", "motions", "free", "pressures", "tractions")
 LOADS = (*KEYED, "gravity")
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class LoadStep:
     """Loads and prescribed motions at the end of a load step, as the arguments of `Scene.solve` of the same names.
@@ -199,7 +199,7 @@ SMALLEST = 1e-12
 LAST_DIGITS = 100 * float(np.finfo(float).eps)
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Loading:
     """Loads and rigid motion constraints of a scene.

@@ -31,12 +31,12 @@ from fecontact.bodies.body import Body
 from fecontact.common.arguments import items, mapping
 from fecontact.common.arrays import Array
 from fecontact.common.checks import finite, vector
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
-from fecontact.common.one_line import one_line
 from fecontact.fem.rigid import COMPONENTS, describe_motion, gram_schmidt
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class RigidMotionConstraints:
     """Rigid motions of one body, in world axes about its reference point.

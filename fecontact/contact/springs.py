@@ -21,15 +21,15 @@ from numpy.typing import ArrayLike
 from fecontact.bodies.body import Body, check_body
 from fecontact.common.arguments import text
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import among, number, positive, reckonable, vector
+from fecontact.common.checks import among, check_magnitude, number, positive, vector
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
-from fecontact.common.one_line import one_line
 from fecontact.contact.rigid_motion import RigidMotionConstraints, after_prescribed
 
 KINDS = ("tension", "linear")
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Spring:
     """A spring between points of two bodies, or of a body and the ground.
@@ -67,7 +67,7 @@ class Spring:
 
     def __post_init__(self) -> None:
         text("the name of a spring", self.name)
-        reckonable(f"the stiffness of {self.name!r}", positive(f"the stiffness of {self.name!r}", self.stiffness))
+        check_magnitude(f"the stiffness of {self.name!r}", positive(f"the stiffness of {self.name!r}", self.stiffness))
         among(f"kind of the spring {self.name!r}:", self.kind, KINDS)
         for end in (self.start, self.end):
             if not (isinstance(end, tuple | list) and len(end) == 2):
@@ -85,7 +85,7 @@ class Spring:
             found = shown(self.slack_length)
             raise InputError(f"The slack length of {self.name!r} must not be negative or infinite; found {found}.")
         else:
-            reckonable(f"the slack length of {self.name!r}", self.slack_length)
+            check_magnitude(f"the slack length of {self.name!r}", self.slack_length)
 
     @property
     def only_pulls(self) -> bool:

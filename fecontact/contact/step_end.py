@@ -10,7 +10,7 @@ import numpy as np
 
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.one_line import one_line
+from fecontact.common.compact_repr import compact_repr
 from fecontact.contact.interface import UnilateralConstraints
 
 #: Share of new candidates up to which those of the last step are used: what is missing is found by the certificate,
@@ -20,7 +20,7 @@ FEW_NEW = 0.05
 T = TypeVar("T", bound=np.ndarray[Any, Any])
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class StepEnd:
     """End of a load step, of bodies of any kind: what is not given is empty.

@@ -24,7 +24,7 @@ from itertools import product
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.one_line import one_line
+from fecontact.common.compact_repr import compact_repr
 from fecontact.fem.stiffness import Cells, SolidElement, determinant_3x3, inverse_3x3, jacobians
 from fecontact.fem.stress import components, gauss_strain, hooke, to_nodes
 from fecontact.mesh.element import hex_shapes
@@ -41,7 +41,7 @@ HEXAHEDRON = SolidElement(8, tuple(range(8)), ())
 SYMMETRIC = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class EnergyError:
     """Squared energy norms in some cells.

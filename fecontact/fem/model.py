@@ -221,7 +221,7 @@ class Model:
         return self.null_space_of(self.held)
 
     @cached_property
-    def grounded(self) -> IntArray:
+    def pinned_dofs(self) -> IntArray:
         """Artificially held coordinates, one for each free motion; results do not depend on the choice.
 
         None where the free motions are separated instead.
@@ -234,7 +234,7 @@ class Model:
     def solved_dofs(self) -> IntArray:
         """Coordinates that are held neither by supports nor artificially."""
         every = np.arange(self.n_coordinates)
-        return np.setdiff1d(every, np.concatenate([self.held, self.grounded]), assume_unique=True)
+        return np.setdiff1d(every, np.concatenate([self.held, self.pinned_dofs]), assume_unique=True)
 
     @property
     def by_cells(self) -> bool:

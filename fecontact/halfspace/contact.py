@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import number_array, whole
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.error_estimate import MAX_ERROR, OF_CELLS, OF_LAYERS, ErrorEstimate, ResponseError
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.common.one_line import one_line
 from fecontact.common.renamed import RenamedKeys, redefined, renamed
 from fecontact.common.units import Units
 from fecontact.halfspace import inside
@@ -71,7 +71,7 @@ class SolverReport:
     history: tuple[float, ...]
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class HalfSpaceContact(Drawn):
     """Contact of a half-space with a rigid surface; made by `HalfSpace.press`.
@@ -442,7 +442,7 @@ class TangentialReport:
     seconds: float
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class FrictionContact(HalfSpaceContact):
     """Contact of a half-space with a rigid surface, with friction, at the end of a step of a load path.

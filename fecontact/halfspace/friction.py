@@ -18,8 +18,8 @@ import numpy as np
 
 from fecontact.common import checks
 from fecontact.common.arrays import Array
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, SolverError
-from fecontact.common.one_line import one_line
 from fecontact.halfspace.compliance import (
     Box,
     Elasticity,
@@ -52,7 +52,7 @@ QUANTUM = 8
 """Cells to whose multiples the box round the contact is enlarged, so that tables serve several steps."""
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True)
 class PressStep:
     """Loads on the counter-surface at the end of a step: normal, tangential and about the normal.

@@ -30,9 +30,9 @@ import scipy.special
 from fecontact.common.arguments import instance
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, positive
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.common.one_line import one_line
 from fecontact.halfspace import kernels
 
 MIN_WAVE = 1e-4
@@ -66,7 +66,7 @@ MIRROR = np.array([1.0, -1.0, 1.0, -1.0])[:, None]
 """Signs of u, w, sigma and tau of a field under reversal of z."""
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True)
 class Layer:
     """A layer of a layered half-space.

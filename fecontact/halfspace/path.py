@@ -13,9 +13,9 @@ import numpy as np
 from fecontact.common import checks
 from fecontact.common.arguments import instance, items
 from fecontact.common.arrays import Array
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.fingerprint import fingerprint
-from fecontact.common.one_line import one_line
 from fecontact.common.path import HALVINGS, Path, Steps, each_step, follow
 from fecontact.common.renamed import RenamedKeys, renamed, warn
 from fecontact.common.table import Table
@@ -52,7 +52,7 @@ KEPT = (
 )  # fmt: skip
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class FrictionPath(Path[FrictionContact]):
     """Contacts at the ends of the steps of a load path; made by `HalfSpace.press_path`.
@@ -139,7 +139,7 @@ class FrictionPath(Path[FrictionContact]):
         return f"Half-space with friction {self.last.friction:g}, {len(self)} steps\n{table}"
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class LoadCurve(Path[Mapping[str, Any]], Drawn):
     """Figures of contacts over the force, whose loads do not depend on each other; made by `HalfSpace.curve`.
@@ -181,10 +181,10 @@ class LoadCurve(Path[Mapping[str, Any]], Drawn):
 
     def _drawn(self, path: str | FilePath | None, units: Units) -> Any:
         panels = {
-            units.after("approach", "length"): {"": self.approach},
+            units.axis_label("approach", "length"): {"": self.approach},
             "area" + (f" [{units.length}²]" if units.length else ""): {"": self.area},
-            units.after("pressure", "stress"): {n: self.figures[f"{n}_pressure"] for n in ("max", "mean")},
-            units.after("mean gap", "length"): {"": self.figures["mean_gap"]},
+            units.axis_label("pressure", "stress"): {n: self.figures[f"{n}_pressure"] for n in ("max", "mean")},
+            units.axis_label("mean gap", "length"): {"": self.figures["mean_gap"]},
         }
         return plot_over_force(self.force, panels, f"{len(self)} loads", units, path)
 

@@ -95,9 +95,9 @@ def plot_pressed(
     gap = np.where(np.isfinite(contact.gap), contact.gap, np.nan)
     # limit the scale: the gap of a round shape is large far from the contact
     limit = float(np.nanquantile(gap, 0.9)) if not contact.periodic else None
-    draw_map(first, contact.grid, contact.pressure, "magma_r", names.after("pressure", "stress"), names)
-    draw_map(second, contact.grid, gap, "viridis", names.after("gap", "length"), names, limit)
-    draw_map(third, contact.grid, contact.displacement, "YlGnBu", names.after("displacement", "length"), names)
+    draw_map(first, contact.grid, contact.pressure, "magma_r", names.axis_label("pressure", "stress"), names)
+    draw_map(second, contact.grid, gap, "viridis", names.axis_label("gap", "length"), names, limit)
+    draw_map(third, contact.grid, contact.displacement, "YlGnBu", names.axis_label("displacement", "length"), names)
     draw_section(fourth, contact, names)
     figure.suptitle(
         f"{name + ': ' if name else ''}force {names.number(contact.force, 'force')}, "
@@ -136,7 +136,7 @@ def plot_over_force(
             axes.plot(force[order], drawn, markersize=4, label=name, **style)
         if len(shown) > 1:
             axes.legend()
-        axes.set_xlabel(units.after("force", "force"))
+        axes.set_xlabel(units.axis_label("force", "force"))
         axes.set_ylabel(label)
         axes.grid(alpha=0.3)
     figure.suptitle(title)
@@ -160,8 +160,8 @@ def draw_map(
 def _draw_cells(axes: Any, grid: Grid, values: Array, names: Units, **colours: Any) -> Any:
     """Values (nx, ny) as an image on axes along the grid."""
     half = (grid.size[0] / 2, grid.size[1] / 2)
-    axes.set_xlabel(names.after("x", "length"))
-    axes.set_ylabel(names.after("y", "length"))
+    axes.set_xlabel(names.axis_label("x", "length"))
+    axes.set_ylabel(names.axis_label("y", "length"))
     return axes.imshow(
         values.T,
         origin="lower",
@@ -247,7 +247,7 @@ def draw_section(axes: Any, contact: Pressed, names: Units) -> None:
     y, x, z, stress = section(contact)
     values = von_mises(stress.reshape(-1, 6)).reshape(stress.shape[:2])
     drawn = axes.contourf(x, z, values.T, levels=24, cmap="YlOrRd")
-    axes.figure.colorbar(drawn, ax=axes, label=names.after("von Mises stress", "stress"))
+    axes.figure.colorbar(drawn, ax=axes, label=names.axis_label("von Mises stress", "stress"))
     depth = 0.0
     for layer in contact.layers:
         depth -= layer.thickness
@@ -264,8 +264,8 @@ def draw_section(axes: Any, contact: Pressed, names: Units) -> None:
     if thin:
         title += f"\nbelow {thin} layer(s) thinner than half a cell"
     axes.set_title(title, fontsize="medium")
-    axes.set_xlabel(names.after("x", "length"))
-    axes.set_ylabel(names.after("z", "length"))
+    axes.set_xlabel(names.axis_label("x", "length"))
+    axes.set_ylabel(names.axis_label("z", "length"))
     axes.set_aspect("equal" if -z.min() > 0.25 * (x[-1] - x[0]) else "auto")
 
 
@@ -301,7 +301,7 @@ def plot_dragged(contact: Dragged, path: str | Path | None = None, units: Units 
     left, right = figure.subplots(1, 2)
     draw_stick_slip(left, contact, names)
     size = np.hypot(contact.traction[0], contact.traction[1])
-    draw_map(right, contact.grid, size, "magma_r", names.after("tangential traction", "stress"), names)
+    draw_map(right, contact.grid, size, "magma_r", names.axis_label("tangential traction", "stress"), names)
     return save_figure(figure, path)
 
 

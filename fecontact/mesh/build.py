@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
-from fecontact.mesh.cell_sets import first_alike
+from fecontact.mesh.base_mesh import first_alike
 from fecontact.mesh.check import check_cells, check_size
 from fecontact.mesh.element import EDGES, FACES
 from fecontact.mesh.facets import corner_keys, numbered_between

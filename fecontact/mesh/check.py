@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import reckonable
+from fecontact.common.checks import check_magnitude
 from fecontact.common.errors import MeshError
-from fecontact.mesh.cell_sets import first_alike
+from fecontact.mesh.base_mesh import first_alike
 from fecontact.mesh.element import EDGES, element_basis, element_quadrature
 from fecontact.mesh.facets import cells_at_faces
 from fecontact.mesh.mesh import CellGroup, Mesh
@@ -46,7 +46,7 @@ def check_size(points: Array) -> None:
     ------
     InputError
     """
-    reckonable("the size of the mesh", np.ptp(points, axis=0), power=30)
+    check_magnitude("the size of the mesh", np.ptp(points, axis=0), power=30)
 
 
 def check_cells(mesh: Mesh) -> None:

@@ -45,7 +45,7 @@ from fecontact.mesh.build import build
 from fecontact.mesh.facets import components
 from fecontact.mesh.formats.raw import RawMesh, numbers_of
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.orient import Shells
+from fecontact.mesh.orient import ClosedComponents
 from fecontact.mesh.pick import shared_sides
 from fecontact.mesh.placement import unfolded
 from fecontact.mesh.refine import divided
@@ -58,10 +58,10 @@ _START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from fecontact.mesh.gmsh import serve; serve(sys.argv[2])"
 )
 #: Last lines of what the process printed that a message repeats.
-LAST_WORDS = 4
+LAST_LINES = 4
 
 
-def run_apart(what: str, function: Callable[..., T], *arguments: Any) -> T:
+def run_in_subprocess(what: str, function: Callable[..., T], *arguments: Any) -> T:
     """Result of a function of this package, called in a fresh interpreter.
 
     Arguments and result go through files of a temporary folder. An interruption ends the process too.
@@ -84,7 +84,7 @@ def run_apart(what: str, function: Callable[..., T], *arguments: Any) -> T:
     Examples
     --------
     >>> from fecontact import shapes
-    >>> run_apart("A block", shapes.block, (1.0, 1.0, 1.0), (1, 1, 1))
+    >>> run_in_subprocess("A block", shapes.block, (1.0, 1.0, 1.0), (1, 1, 1))
     Mesh(hex20, 1 cells, 20 points, boundaries: x_min, x_max, y_min, y_max, bottom, top)
     """
     with tempfile.TemporaryDirectory(prefix="fecontact-") as name:
@@ -125,7 +125,7 @@ def _ending(code: int) -> str:
 
 def _last_words(said: Path) -> str:
     lines = [line.strip() for line in said.read_text(encoding="utf-8", errors="replace").splitlines() if line.strip()]
-    return "Its last words: " + " / ".join(lines[-LAST_WORDS:]) if lines else "It said nothing."
+    return "Last output: " + " / ".join(lines[-LAST_LINES:]) if lines else "No output."
 
 
 #: Default number of elements along the diagonal of the bounding box.
@@ -363,7 +363,7 @@ def mesh_cad(path: Path, sizes: Sizes, scale: float = 1.0, run_script: bool = Fa
             "fc.mesh_solid(path, run_script=True), or mesh it with gmsh and read the .msh file.",
             code="script-not-allowed",
         )
-    mesh = run_apart(f"gmsh, which was to mesh {path.name},", _meshed, path.absolute(), sizes)
+    mesh = run_in_subprocess(f"gmsh, which was to mesh {path.name},", _meshed, path.absolute(), sizes)
     return mesh if scale == 1 else mesh.scaled(scale)
 
 
@@ -413,7 +413,7 @@ ROUNDED = "gmsh could not divide the surface along its sharp edges, so they are 
 
 
 def tetrahedra_within(
-    points: Array, triangles: IntArray, shells: Shells, sizes: Sizes, source: str
+    points: Array, triangles: IntArray, shells: ClosedComponents, sizes: Sizes, source: str
 ) -> tuple[Mesh, IntArray]:
     """Linear tetrahedra within a closed surface, made by gmsh in a process of its own.
 
@@ -421,7 +421,7 @@ def tetrahedra_within(
     ----------
     points : (n_points, 3) array
     triangles : (n, 3) int array
-    shells : Shells
+    shells : ClosedComponents
     sizes : Sizes
     source : str
         Name of the surface, for messages.
@@ -442,7 +442,7 @@ def tetrahedra_within(
     """
     middle, unit = _unit(points)
     what, given = f"gmsh, which was to mesh {source},", ((points - middle) / unit, triangles, shells)
-    mesh, part = run_apart(what, _meshed_surface, *given, sizes.measured(middle, unit), source)
+    mesh, part = run_in_subprocess(what, _meshed_surface, *given, sizes.measured(middle, unit), source)
     return replace(mesh, points=unit * mesh.points + middle), part
 
 
@@ -469,12 +469,12 @@ def facets_of_size(
     """
     middle, unit = _unit(points)
     what, given = f"gmsh, which was to mesh {source},", ((points - middle) / unit, triangles)
-    x, new, part_of_new, part, notes = run_apart(what, _remeshed, *given, sizes.measured(middle, unit), source)
+    x, new, part_of_new, part, notes = run_in_subprocess(what, _remeshed, *given, sizes.measured(middle, unit), source)
     return unit * x + middle, new, part_of_new, part, notes
 
 
 def _meshed_surface(
-    points: Array, triangles: IntArray, shells: Shells, sizes: Sizes, source: str
+    points: Array, triangles: IntArray, shells: ClosedComponents, sizes: Sizes, source: str
 ) -> tuple[Mesh, IntArray]:
     """`tetrahedra_within` in the process that ends with it."""
     gmsh, entity, part, notes = _generated(points, triangles, shells, sizes, source)
@@ -498,7 +498,7 @@ def _remeshed(
 
 
 def _generated(
-    points: Array, triangles: IntArray, shells: Shells | None, sizes: Sizes, source: str
+    points: Array, triangles: IntArray, shells: ClosedComponents | None, sizes: Sizes, source: str
 ) -> tuple[Any, IntArray, IntArray, tuple[str, ...]]:
     """The module gmsh with the new mesh, the entity and part (n,) of each old triangle, and notes."""
     gmsh = load_gmsh()
@@ -538,7 +538,7 @@ def _classified(gmsh: Any, points: Array, triangles: IntArray, angle: float) -> 
     return entity
 
 
-def _add_solids(gmsh: Any, entity: IntArray, shells: Shells) -> None:
+def _add_solids(gmsh: Any, entity: IntArray, shells: ClosedComponents) -> None:
     loop = [gmsh.model.geo.addSurfaceLoop(np.unique(entity[shells.shell == k])) for k in range(shells.shell.max() + 1)]
     for solid in shells.solids:
         gmsh.model.geo.addVolume([loop[k] for k in solid])

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.common.arguments import flag, instance, texts
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.checks import array_of, number_array, reckonable, whole
+from fecontact.common.checks import array_of, check_magnitude, number_array, whole
 from fecontact.common.errors import InputError, MeshError, place, shown
 from fecontact.mesh.check import check_cells, least_jacobians
 from fecontact.mesh.element import FACES
@@ -293,7 +293,7 @@ def _thickness(thickness: Thickness, points: Array, used: IntArray) -> Array:
         t = t[used]
     if t.shape not in ((), (len(used),)):
         raise InputError(f"The thickness must be one number or one per point ({len(points)}); found shape {t.shape}.")
-    reckonable("the thickness", t[np.isfinite(t)])
+    check_magnitude("the thickness", t[np.isfinite(t)])
     t = np.broadcast_to(t, len(used))
     if not (np.isfinite(t) & (t > 0)).all():
         raise InputError(

@@ -16,7 +16,7 @@ from fecontact.common.arguments import known_options, text, texts
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import whole
 from fecontact.common.errors import InputError
-from fecontact.mesh.cell_sets import CellSets, joined
+from fecontact.mesh.base_mesh import BaseMesh, joined
 from fecontact.mesh.element import EDGES, FACES, Pattern
 from fecontact.mesh.facets import (
     cells_at_faces,
@@ -53,7 +53,7 @@ class CellGroup:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Mesh(CellSets):
+class Mesh(BaseMesh):
     """Hexahedra of 8, 20 or 27 nodes, possibly degenerate, possibly with mid-face nodes on contact faces.
 
     Parameters

@@ -256,7 +256,7 @@ def _cross(x: Array, y: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Shells:
+class ClosedComponents:
     """Connected parts of a closed surface.
 
     Attributes
@@ -264,15 +264,15 @@ class Shells:
     shell : (n_triangles,) int array
         Number of each triangle's shell.
     solids : tuple of tuples of int
-        Shells of each solid: the outer one, then those of its voids.
+        Closed parts of each solid: the outer one, then those of its voids.
     """
 
     shell: IntArray
     solids: tuple[tuple[int, ...], ...]
 
 
-def shells_of(points: Array, triangles: IntArray, source: str) -> Shells:
-    """Shells of a surface of triangles that encloses solids.
+def closed_components(points: Array, triangles: IntArray, source: str) -> ClosedComponents:
+    """Closed parts of a surface of triangles that encloses solids.
 
     A shell within another one that faces inwards is the wall of a void; one within a void is another solid.
 
@@ -292,7 +292,7 @@ def shells_of(points: Array, triangles: IntArray, source: str) -> Shells:
     Examples
     --------
     >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    >>> shells_of(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]), "a tetrahedron").solids
+    >>> closed_components(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]), "a tetrahedron").solids
     ((0,),)
     """
     facets = triangles[:, [0, 1, 2, 2]]
@@ -300,7 +300,7 @@ def shells_of(points: Array, triangles: IntArray, source: str) -> Shells:
     _refuse_crossing(points, triangles, source)
     pairs = neighbours(facets)[0]
     shell = components(len(triangles), pairs)
-    return Shells(shell, _solids(points, triangles, shell, source))
+    return ClosedComponents(shell, _solids(points, triangles, shell, source))
 
 
 def rims(facets: IntArray) -> tuple[IntArray, IntArray]:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from fecontact.common.arguments import instance
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
+from fecontact.mesh.base_mesh import BaseMesh
 from fecontact.mesh.cell_division import (
     DIAGONALS,
     CellDivision,
@@ -28,14 +29,13 @@ from fecontact.mesh.cell_division import (
     section_division,
     star,
 )
-from fecontact.mesh.cell_sets import CellSets
 from fecontact.mesh.element import EDGES, FACES, QUAD_EDGES, TETRAHEDRON, Pattern
 from fecontact.mesh.facets import Keys, edge_keys, face_keys, found
 from fecontact.mesh.hanging_nodes import TABLES, HangingNodes, refuse_hanging, tied
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SIDES, SectionMesh
 
-C = TypeVar("C", bound=CellSets)
+C = TypeVar("C", bound=BaseMesh)
 #: Cells (n,) of a mesh with the same division.
 Part = tuple[IntArray, CellDivision]
 
@@ -69,7 +69,7 @@ def cut(mesh: C, parts: Sequence[Part]) -> tuple[C, list[IntArray]]:
     return out, lattices
 
 
-def _numbered(mesh: CellSets, parts: Sequence[Part]) -> tuple[list[IntArray], int]:
+def _numbered(mesh: BaseMesh, parts: Sequence[Part]) -> tuple[list[IntArray], int]:
     """Point numbers of the lattices, and the number of points; existing points of neighbours are reused."""
     n = len(mesh.points)
     lattices = []
@@ -102,7 +102,7 @@ def _known(hanging: HangingNodes | None) -> list[IntArray]:
     return [e[:, [0, 2, 1]], q[:, [0, 1, 2, 3, 8]], hanging.halves[:, :3], hanging.quarters]
 
 
-def _new_points(mesh: CellSets, parts: Sequence[Part], lattices: list[IntArray], n_points: int) -> Array:
+def _new_points(mesh: BaseMesh, parts: Sequence[Part], lattices: list[IntArray], n_points: int) -> Array:
     """New points (n_new, 3) by the isoparametric maps of the parents."""
     n = len(mesh.points)
     new = np.empty((n_points - n, 3))
@@ -143,7 +143,7 @@ def _number(divided: Mask) -> IntArray:
     return np.cumsum(~divided) - 1
 
 
-def _with_new_nodes(nodes: IntArray, mesh: CellSets, parts: Sequence[Part], lattices: list[IntArray]) -> IntArray:
+def _with_new_nodes(nodes: IntArray, mesh: BaseMesh, parts: Sequence[Part], lattices: list[IntArray]) -> IntArray:
     """Node set with the new points on edges, faces and cells that have all their nodes in it."""
     member = np.zeros(len(mesh.points), bool)
     member[nodes] = True

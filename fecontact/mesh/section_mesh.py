@@ -21,7 +21,7 @@ from fecontact.common.arguments import known_options
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import number_array
 from fecontact.common.errors import MeshError
-from fecontact.mesh.cell_sets import CellSets, first_alike, joined
+from fecontact.mesh.base_mesh import BaseMesh, first_alike, joined
 from fecontact.mesh.element import QUAD_EDGES, quad_quadrature, quad_shapes
 
 #: Distance from the plane y = 0, relative to the size of the mesh, that counts as rounding.
@@ -111,7 +111,7 @@ def line_integrals(points: Array, lines: IntArray) -> tuple[Array, Array, Array]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlaneCells(CellSets):
+class PlaneCells(BaseMesh):
     """Quadrilaterals of 8 or 9 nodes, and triangles ``a b c c  ab bc c ca``, of which a section is made."""
 
     _noun = "section"

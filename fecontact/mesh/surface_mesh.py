@@ -15,7 +15,7 @@ from fecontact.common.arguments import function, instance, known_options
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import index_array, number_array
 from fecontact.common.errors import MeshError
-from fecontact.mesh.cell_sets import first_alike, representatives
+from fecontact.mesh.base_mesh import first_alike, representatives
 from fecontact.mesh.facets import (
     distinct_columns,
     facet_integrals,

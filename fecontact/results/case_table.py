@@ -492,7 +492,7 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
         kind, power = FIGURES.get(name.rpartition(": ")[2], ("", ""))
         if first in GIVEN and rest.split()[-1][0] != "r":
             kind = GIVEN[first]
-        return self.units.behind(kind, power).strip() if kind else ""
+        return self.units.suffix(kind, power).strip() if kind else ""
 
     def headed(self, name: str) -> str:
         """A column's name with its unit."""

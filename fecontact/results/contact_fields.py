@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.directions import WORLD, Directions
 from fecontact.common.error_estimate import ErrorEstimate
-from fecontact.common.one_line import one_line
 from fecontact.common.renamed import RenamedKeys, redefined, renamed
 from fecontact.contact.interface import Interface
 from fecontact.fem.energy_error import EnergyError
@@ -40,7 +40,7 @@ FACES_ACROSS = 2.0
 ABOVE_PEAK = 1.01
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class ContactFields:
     """Pressures, gaps and resultants of one contact. Points and vectors are in world axes.

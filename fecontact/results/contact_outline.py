@@ -37,7 +37,7 @@ from scipy.sparse.linalg import spsolve
 
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.one_line import one_line
+from fecontact.common.compact_repr import compact_repr
 from fecontact.contact.coupling.choose import line_share
 from fecontact.contact.coupling.nodal import covered_shares
 from fecontact.mesh.facets import facet_integrals, facet_shapes, sides_of, triangular
@@ -326,7 +326,7 @@ SAMPLES = 8
 HALVINGS = 20
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class OutlineCurve:
     """A closed curve round a contact area, or round a hole in it.
@@ -348,7 +348,7 @@ class OutlineCurve:
     area: float
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class ContactOutline:
     """Outline of a contact.

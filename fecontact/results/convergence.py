@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.error_estimate import percent
-from fecontact.common.one_line import one_line
 from fecontact.common.table import Column, Table
 
 #: Figures of which an accuracy can be asked by name; an accuracy without a name is that of the pressure.
@@ -82,7 +82,7 @@ class Step:
         return ", ".join(f"{name} {percent(found[name])}" for name in asked(accuracy) if name in found)
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True)
 class Convergence:
     """The steps of `Scene.solve(accuracy=...)`; the last is that of the result.

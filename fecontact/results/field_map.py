@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.directions import WORLD, Directions
-from fecontact.common.one_line import one_line
 from fecontact.mesh.section_mesh import line_shapes
 from fecontact.results.contact_fields import ContactFields
 
@@ -22,7 +22,7 @@ FINENESS, ALONG = 6, 16
 SHOWN_SHARE, ROUNDING = 0.95, 1e-9
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Ground:
     """Facets of a contact and what of them is loaded, which decide how a map is laid out.
@@ -52,7 +52,7 @@ class Ground:
     directions: Directions = field(default=WORLD, kw_only=True)
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class FieldMap(Ground):
     """A field of a contact in world axes.

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.one_line import one_line
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.renamed import renamed
 from fecontact.contact.condensed_problem import DisplacementState
 from fecontact.contact.friction_rows import TangentialRows
@@ -41,7 +41,7 @@ class EarlierParts:
     sliding_integral: Array
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class FrictionFields:
     """Friction at the n points of a contact. Vectors are in world axes and act on the slave; see `force`.

@@ -102,7 +102,7 @@ def _summary(result: ContactResult) -> str:
         *(
             "contact",
             Column("force on the first", unit=units.force),
-            Column("area", ".5g", units.behind("length", "²").strip()),
+            Column("area", ".5g", units.suffix("length", "²").strip()),
         ),
         *(Column(f"{name} pressure", ".5g", units.stress) for name in ("peak", "mean")),
         *("estimated error", Column("centre of pressure", unit=units.length)),

@@ -37,7 +37,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.one_line import one_line
+from fecontact.common.compact_repr import compact_repr
 from fecontact.results.facet_samples import facet_samples, hats, pressure_shapes
 
 #: Weight of a node at a distance of r faces: area / (OFFSET + r)^2.
@@ -412,7 +412,7 @@ MIN_DEPTH = 0.1
 LINEAR = 3
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class RecoveredField:
     """Recovered pressure of a contact.

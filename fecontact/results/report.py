@@ -53,25 +53,25 @@ def report(result: ContactResult) -> str:
         f"{result.rounds} round(s)"
     )
     lines += [f"  compliance of {name} by {how}" for name, how in result.condensation.items()]
-    square = units.behind("length", "²")
+    square = units.suffix("length", "²")
     for c in result.contacts:
         lines += [
             f"{c.label} ({c.note})",
-            f"  force on {c.bodies[0].name:<12} {_numbers(c.whole.force)}{units.behind('force')}",
-            f"  moment                {_numbers(c.whole.moment)}{units.behind('moment')}",
+            f"  force on {c.bodies[0].name:<12} {_numbers(c.whole.force)}{units.suffix('force')}",
+            f"  moment                {_numbers(c.whole.moment)}{units.suffix('moment')}",
             f"  area                  {c.whole.area:>13.6g}{square}   in {len(c.regions)} region(s)",
-            f"  pressure max, mean    {c.max_pressure:>13.6g} {c.whole.mean_pressure:>13.6g}{units.behind('stress')}",
+            f"  pressure max, mean    {c.max_pressure:>13.6g} {c.whole.mean_pressure:>13.6g}{units.suffix('stress')}",
         ]
         if c.active.any():
             lines.append(f"  error of {c.error_estimate}")
-            lines.append(f"  centre of pressure    {_numbers(c.centre_of_pressure)}{units.behind('length')}")
+            lines.append(f"  centre of pressure    {_numbers(c.centre_of_pressure)}{units.suffix('length')}")
         if c.friction is not None:
             f = c.friction
             mu = ", ".join(f"{each:g}" for each in np.atleast_1d(f.mu))
             lines += [
-                f"  friction, mu {mu:<9} {_numbers(f.force)}{units.behind('force')}",
+                f"  friction, mu {mu:<9} {_numbers(f.force)}{units.suffix('force')}",
                 f"  area stuck, sliding   {c.stick_area:>13.6g} {c.slip_area:>13.6g}{square}",
-                f"  work of friction      {f.friction_work:>13.6g}{units.behind('moment')}   in this step",
+                f"  work of friction      {f.friction_work:>13.6g}{units.suffix('moment')}   in this step",
             ]
         if len(c.regions) > 1:
             lines += [

@@ -33,8 +33,8 @@ import scipy.linalg
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.error_estimate import OF_CELLS, ResponseError
-from fecontact.common.one_line import one_line
 from fecontact.contact.condensed_problem import BodyBlock, CondensedProblem, DisplacementState
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.results.cell_contact import is_half_space
@@ -58,7 +58,7 @@ MAX_CONTACTS = 4
 MIN_TILT, MIN_CHANGE = 0.01, 1e-6
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class ResponseErrors:
     """Estimates of a solved scene, and the cells that bring them about.

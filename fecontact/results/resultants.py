@@ -15,8 +15,8 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import text, texts
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import vector
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
-from fecontact.common.one_line import one_line
 from fecontact.common.renamed import RenamedKeys
 from fecontact.contact.condensed_problem import BodyBlock
 from fecontact.contact.loads import Loading
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 ON_PLANE = 1e-9
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Region:
     """A part of a contact area: a connected one, or one side of a plane.
@@ -144,7 +144,7 @@ def hold_of_boundary(body: ElasticBody, part: BodyBlock, name: str, displacement
     return np.asarray(part.frame.modes(np.eye(6)).T @ nodal)
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class DividingPlane:
     """A plane that divides contacts into two sides.

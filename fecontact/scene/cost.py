@@ -21,9 +21,9 @@ import numpy as np
 
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.local import LocalBody
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch, peak_memory
 from fecontact.contact.contact import Contact
 from fecontact.contact.interface import Interface, UnilateralConstraints
@@ -109,7 +109,7 @@ DENSE_RETAINED, DENSE_CANDIDATES = 4, 5
 FIRST_ERROR, CANDIDATES_IN_CONTACT = {"nodal": 0.5, "mortar": 1.0}, 0.7
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True)
 class ModelCost:
     """Cost of condensing one model.
@@ -133,7 +133,7 @@ class ModelCost:
     seconds: float
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True)
 class Explanation:
     """Estimated cost of a solution.
@@ -330,7 +330,7 @@ def _model_cost(body: ElasticBody, nodes: np.ndarray, n_rows: int, rate: float) 
     model = body.model
     mask = np.zeros(model.n_coordinates, bool)
     mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
-    mask[model.held] = mask[model.grounded] = False
+    mask[model.held] = mask[model.pinned_dofs] = False
     retained = max(int(mask.sum()), 1)
     backend = available_backends()[0] if body.backend == "auto" else body.backend
     route = body.condensation

@@ -20,7 +20,7 @@ from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose, turned
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, SolverError, SupportError
-from fecontact.common.progress import tell_part
+from fecontact.common.progress import set_part
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.loads import Loading, LoadStep
 from fecontact.contact.model import SceneModel
@@ -86,7 +86,7 @@ def solve_finite(
         path.begin_at(poses)
     change = np.inf
     for k in range(MAX_ITERATIONS):
-        tell_part(f"pose {k + 1}")
+        set_part(f"pose {k + 1}")
         result = path.solved()
         change = path.size_of(path.steps(result)) / _elastic_size(result)
         carried = path.carried(result)
@@ -169,7 +169,7 @@ def _followed(path: _Path, best: ContactResult, least: float) -> ContactResult:
     carried: CarriedMotion | None = None
     try:
         for k in range(MAX_ITERATIONS):
-            tell_part(f"pose {k + 2}")
+            set_part(f"pose {k + 2}")
             now, error = _judged(path.solved())
             change = path.carried(now)
             if error <= BEARABLE and (change is None or change.rest <= CARRIED):

@@ -23,9 +23,9 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import file_path, instance, items
 from fecontact.common.arrays import Array
 from fecontact.common.checks import number_array, positive, share, whole
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.fingerprint import fingerprint
-from fecontact.common.one_line import one_line
 from fecontact.common.path import Path, Steps, follow
 from fecontact.common.renamed import renamed
 from fecontact.common.stopwatch import Stopwatch
@@ -47,7 +47,7 @@ from fecontact.scene.sweep_case import fingerprints, loads_of, numbered
 from fecontact.solvers import TOLERANCE
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class LoadPath(Path[ContactResult]):
     """Results of a scene at the ends of the steps of a load path.

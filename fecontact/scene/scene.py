@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fecontact.common.one_line import one_line
+from fecontact.common.compact_repr import compact_repr
 from fecontact.contact.model import SceneModel
 from fecontact.scene.load_path import solve_path
 from fecontact.scene.solve import solve_scene
 from fecontact.scene.sweep import run_sweep
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Scene(SceneModel):
     """Bodies and the contacts between them.

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
 from fecontact.common.errors import InputError
-from fecontact.common.progress import progress_line, tell_part
+from fecontact.common.progress import progress_line, set_part
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.candidates import KnownContact
 from fecontact.contact.loads import Distribution, LoadStep
@@ -189,7 +189,7 @@ def _solve_known(
     if has_open_windows(model):
         return solve_with_windows(model, step, partial(_solve_known, settings))
     finite, timer = settings.finite_motion, Stopwatch()
-    tell_part(f"{sum(body.n_dofs for body in model.bodies)} dofs")
+    set_part(f"{sum(body.n_dofs for body in model.bodies)} dofs")
     if finite is True:
         return solve_finite(model, step, settings, timer, poses)
     if finite == "auto" and poses and (found := follow_from(model, step, settings, timer, poses)) is not None:

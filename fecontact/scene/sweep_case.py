@@ -22,10 +22,10 @@ from fecontact.bodies.body import Body
 from fecontact.common.arguments import file_path, items, mapping, text
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, finite
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable
 from fecontact.common.fingerprint import fingerprint
-from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.version import VERSION
 from fecontact.contact.loads import LOADS, Loading, LoadStep
@@ -155,7 +155,7 @@ OF_CASES = ("name", "parameters", "save", "keep")
 OF_ACCURACY = ("accuracy", "max_dofs", "max_seconds", "engine")
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Posed:
     """A case in its poses.

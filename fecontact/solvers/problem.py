@@ -32,8 +32,8 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator
 
 from fecontact.common.arrays import Array
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, SolverError
-from fecontact.common.one_line import one_line
 from fecontact.common.renamed import renamed
 from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit, largest, ratio, sizes, sticks
 from fecontact.solvers.scaling import ContactRows, ScaledProblem, scale
@@ -96,7 +96,7 @@ class InfeasibleLoadError(SolverError):
         self.direction = direction
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class ContactProblem(ContactRows):
     """Contact on n candidate points with m rigid components in equilibrium.
@@ -312,7 +312,7 @@ def formed(compliance: Array | LinearOperator) -> Array | LinearOperator:
     return compliance.array() if isinstance(compliance, FrictionOperator) else compliance
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Solution:
     """Solution of a contact problem. Its residuals are recomputed from the problem.

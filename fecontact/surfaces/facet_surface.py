@@ -15,8 +15,8 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import MeshError
-from fecontact.common.one_line import one_line
 from fecontact.mesh.facets import facets_at_sides, sides_of, triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.section_mesh import Extent
@@ -41,7 +41,7 @@ BESIDE, CORNER = 1e-9, 1e-8
 RIM_LEAN = 0.2
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Projection:
     """Closest points of n points on a surface, in the surface's own axes.

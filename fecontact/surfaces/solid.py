@@ -20,7 +20,7 @@ from fecontact.common.errors import MeshError
 from fecontact.mesh.check import check_cells
 from fecontact.mesh.gmsh import Sizes, mesh_cad, tetrahedra_within
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.orient import Shells, shells_of
+from fecontact.mesh.orient import ClosedComponents, closed_components
 from fecontact.mesh.placement import Placement, placed
 from fecontact.mesh.read import POLYGON_READERS, read_surface
 from fecontact.mesh.refine import divided
@@ -128,7 +128,7 @@ def _within(surface: SurfaceMesh, sizes: Sizes, source: str, scale: float) -> Me
     """Mesh of what a surface encloses, its nodes on the smooth surface; finer where it is too far from it."""
     lengths(scale=scale)
     points, triangles = triangulated(surface)
-    shells = shells_of(points, triangles, source)
+    shells = closed_components(points, triangles, source)
     best = _trial(points, triangles, shells, sizes, source)
     told: tuple[str, ...] = ()
     wanted = sizes.size is not None
@@ -163,7 +163,7 @@ def _within(surface: SurfaceMesh, sizes: Sizes, source: str, scale: float) -> Me
     return mesh if scale == 1 else mesh.scaled(scale)
 
 
-def _trial(points: Array, triangles: IntArray, shells: Shells, sizes: Sizes, source: str) -> _Trial:
+def _trial(points: Array, triangles: IntArray, shells: ClosedComponents, sizes: Sizes, source: str) -> _Trial:
     """One mesh."""
     mesh, part = tetrahedra_within(points, triangles, shells, sizes, source)
     facets = triangles[:, [0, 1, 2, 2]]

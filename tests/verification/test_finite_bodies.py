@@ -182,7 +182,7 @@ def test_block_wider_than_its_support(divisions, swapped, row):
 
 
 def test_forces_do_not_depend_on_the_artificial_supports(row):
-    """Section IV of the report: a floating block is grounded somewhere; contact forces must not depend on where.
+    """Section IV of the report: a floating block is pinned_dofs somewhere; contact forces must not depend on where.
 
     Source: the default choice against three others, drawn at random. Loads in equilibrium put no reaction there;
     rounding, times the condition of the choice (less than 100).
@@ -195,7 +195,7 @@ def test_forces_do_not_depend_on_the_artificial_supports(row):
         while other:
             dofs = np.sort(rng.choice((3 * nodes[:, None] + np.arange(3)).ravel(), 6, replace=False))
             if np.linalg.cond(block.model.rigid_modes[dofs]) < 100:
-                block.model.__dict__["grounded"] = dofs
+                block.model.__dict__["pinned_dofs"] = dofs
                 break
         dome = fc.RigidBody(fc.Sphere(5.0), name="dome").placed((0.5, 0.5, 0.0), OVER)
         scene = fc.Scene([block, dome], [fc.Contact(block, dome)])

@@ -13,7 +13,7 @@ from fecontact.ancf.bricks.model import AncfModel, twenty_nodes
 from fecontact.ancf.bricks.space import check_bricks
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.one_line import one_line
+from fecontact.common.compact_repr import compact_repr
 from fecontact.fem.support import symmetry_planes
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
@@ -21,7 +21,7 @@ from fecontact.surfaces.facet_surface import FacetSurface, Projection
 from fecontact.surfaces.nodal_weights import components_along
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class AncfBody(ElasticBody):
     """A linear elastic body of bricks whose nodes carry position and position gradients.

@@ -21,8 +21,8 @@ from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps
 from fecontact.bodies.body import Body
 from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arrays import Array, Mask
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
-from fecontact.common.one_line import one_line
 from fecontact.common.units import Units
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.files import save_csv
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class ContactPoints:
     """Contact of a slender member, in world axes; forces are those on the slave.

@@ -22,10 +22,10 @@ from fecontact.ancf.system.statics import State
 from fecontact.ancf.system.tangent import UnstableError
 from fecontact.common.arrays import Array
 from fecontact.common.checks import lengths
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.files import check_writable, replacing
 from fecontact.common.fingerprint import fingerprint
-from fecontact.common.one_line import one_line
 from fecontact.common.renamed import renamed
 from fecontact.solvers.coulomb import Residuals
 
@@ -39,7 +39,7 @@ MIN_OVERLAP = 1e-9
 SAMPLED = (0, 1, 3, 10, 30, 100, 300, 1000)
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Motion(WithContacts):
     """Results at the end of every step; `contacts` are those of the last one.

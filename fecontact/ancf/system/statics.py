@@ -36,8 +36,8 @@ from fecontact.ancf.system.stage import Stage, Start
 from fecontact.ancf.system.tangent import UnstableError, is_symmetric
 from fecontact.common.arrays import Array
 from fecontact.common.checks import share
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, SolverError
-from fecontact.common.one_line import one_line
 from fecontact.common.renamed import renamed
 from fecontact.solvers.coulomb import Residuals
 
@@ -59,7 +59,7 @@ STILL = 1e-14
 ROUNDING = float(np.finfo(float).eps)
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class State(WithContacts):
     """An equilibrium.
@@ -134,7 +134,7 @@ class State(WithContacts):
         return Start(self.q, None, np.concatenate([np.zeros(0), *self.forces]), 0.0)
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Path:
     """Equilibria up to the full load.

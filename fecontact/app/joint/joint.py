@@ -17,10 +17,10 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import instance, items, texts
 from fecontact.common.arrays import Array
 from fecontact.common.checks import array_of, number_array, vector
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
 from fecontact.common.files import make_folder
 from fecontact.common.material import Material
-from fecontact.common.one_line import one_line
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
 from fecontact.mesh.layer import Thickness
@@ -30,7 +30,7 @@ from fecontact.results.resultants import DividingPlane
 from fecontact.scene.scene import Scene
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Joint:
     """Cartilage on two bones, of which one moves.

@@ -285,8 +285,8 @@ def draw_tractions(axes: Any, path: FrictionPath, exact: Any, names: Units, roll
     line = np.linspace(-1.2 * exact.a, 1.2 * exact.a, 800)
     known = exact.traction(line if rolls else np.abs(line))
     axes.plot(line, known, color="black", linewidth=1.0, label="closed form")
-    axes.set_xlabel(names.after("x", "length"))
-    axes.set_ylabel(names.after("traction", "stress"))
+    axes.set_xlabel(names.axis_label("x", "length"))
+    axes.set_ylabel(names.axis_label("traction", "stress"))
     axes.legend()
 
 
@@ -296,8 +296,8 @@ def _draw_loop(axes: Any, path: FrictionPath, exact: friction.RoundSlip, names: 
     force = np.linspace(-exact.tangential, exact.tangential, 400)
     axes.plot(exact.shift_in_cycle(force), force, color="black", linewidth=1.0, label="closed form")
     axes.plot(-exact.shift_in_cycle(-force), force, color="black", linewidth=1.0)
-    axes.set_xlabel(names.after("shift", "length"))
-    axes.set_ylabel(names.after("tangential force", "force"))
+    axes.set_xlabel(names.axis_label("shift", "length"))
+    axes.set_ylabel(names.axis_label("tangential force", "force"))
     axes.grid(alpha=0.3)
     axes.legend()
 
@@ -309,7 +309,7 @@ def _draw_creep(axes: Any, path: FrictionPath, exact: Any, names: Units) -> None
     creep = np.diff(path.shift[1:, 0]) / np.diff(at)
     axes.plot(at[1:], creep, color="tab:blue", label="found")
     axes.axhline(exact.creepage, color="black", linewidth=1.0, linestyle="--", label="steady (Carter)")
-    axes.set_xlabel(names.after("distance rolled", "length"))
+    axes.set_xlabel(names.axis_label("distance rolled", "length"))
     axes.set_ylabel("creepage")
     axes.grid(alpha=0.3)
     axes.legend()
@@ -393,8 +393,8 @@ def _draw_drag(axes: Any, shift: Array, friction: Array, limit: float, units: Un
         axes.axhline(
             side, color="black", linewidth=1.0, linestyle="--", label="mu times the normal force" if side > 0 else None
         )
-    axes.set_xlabel(units.after("shift of the top", "length"))
-    axes.set_ylabel(units.after("force", "force"))
+    axes.set_xlabel(units.axis_label("shift of the top", "length"))
+    axes.set_ylabel(units.axis_label("force", "force"))
     axes.set_title("dragged to and fro")
     axes.grid(alpha=0.3)
     axes.ticklabel_format(axis="x", style="sci", scilimits=(-2, 3))

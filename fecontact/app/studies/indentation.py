@@ -172,10 +172,10 @@ def curve(shape: Any, ground: Ground, loads: Sequence[Load], **options: Any) -> 
 def _over_force(steps: Sequence[Study], title: str, units: Units) -> Picture:
     """Approach, area, stiffness and mean gap over the force, with the closed form where there is one."""
     labels = {
-        "approach": units.after("approach", "length"),
+        "approach": units.axis_label("approach", "length"),
         "area": "area" + (f" [{units.length}²]" if units.length else ""),
         "stiffness": "stiffness" + (f" [{units.force}/{units.length}]" if units.force and units.length else ""),
-        "mean gap": units.after("mean gap", "length"),
+        "mean gap": units.axis_label("mean gap", "length"),
     }
     panels = {}
     for name, label in labels.items():

@@ -10,8 +10,8 @@ from typing import Any
 
 from matplotlib.figure import Figure as Picture
 
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.files import save_figure
-from fecontact.common.one_line import one_line
 from fecontact.common.table import Column, Table
 from fecontact.common.units import Units
 
@@ -38,7 +38,7 @@ class Figure:
         return self.found / self.exact - 1 if self.exact else self.found
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Study:
     """Result of a study; the command line prints, saves and draws every study in the same way.

@@ -47,9 +47,9 @@ from fecontact.bodies.local.window import (
 from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import text
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.common.one_line import one_line
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.fem.model import Model
@@ -514,7 +514,7 @@ def _same(one: Window, other: Window) -> bool:
     return alike and one.grid == other.grid and one.mirrored == other.mirrored
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False, init=False)
 class LocalBody(MeshedWindows):
     """An elastic body whose contact lies in a small window, on a fine grid of cells.
@@ -738,7 +738,7 @@ APART = 0.25
 """Least distance of two windows, relative to the longer side: nearer ones are not smooth to each other."""
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False, init=False)
 class WindowedBody(MeshedWindows):
     """An elastic body with several windows, each as that of a `LocalBody`.

@@ -25,7 +25,7 @@ from scipy.sparse.linalg import spsolve
 
 from fecontact.bodies.body import Body
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.one_line import one_line
+from fecontact.common.compact_repr import compact_repr
 from fecontact.contact.coupling.mortar_basis import own_samples
 from fecontact.contact.coupling.segments import segment_samples
 from fecontact.contact.search_region import SearchRegion, bounds_of, flattened
@@ -405,7 +405,7 @@ class MortarIntegrals:
     levers: Array
 
 
-@one_line
+@compact_repr
 @dataclass(frozen=True, eq=False)
 class Pairing:
     """Contact points of one contact and their coupling to both bodies.

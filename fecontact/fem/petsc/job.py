@@ -105,7 +105,7 @@ START = (
 #: Seconds between looks at whether the processes still run.
 LOOK = 0.5
 #: Seconds that processes have to end.
-LAST_WORDS = 10.0
+LAST_LINES = 10.0
 SYSTEM_PYTHON = "/usr/bin/python3"
 HOW_TO_GET = (
     "Debian and Ubuntu: apt install python3-petsc4py openmpi-bin; or conda install -c conda-forge petsc4py openmpi. "
@@ -242,7 +242,7 @@ def _end(
     for rank in ranks:
         rank.close()
     try:
-        processes.wait(timeout=LAST_WORDS if ranks else 0)
+        processes.wait(timeout=LAST_LINES if ranks else 0)
     except subprocess.TimeoutExpired:
         processes.terminate()
         processes.wait()

@@ -46,8 +46,8 @@ def draw_friction_curve(axes: Any, contact: ContactFields, friction: FrictionFie
             label = "_" + name if part == ROUND else name
             axes.plot(contact.points[chosen, k], along[chosen], "o", color=colour, markersize=4, label=label)
     axes.set_xlim(*curve_window(kept, k))
-    axes.set_xlabel(units.after(axis_name(kept, k), "length"))
-    axes.set_ylabel(units.after("traction of friction", "stress"))
+    axes.set_xlabel(units.axis_label(axis_name(kept, k), "length"))
+    axes.set_ylabel(units.axis_label("traction of friction", "stress"))
     axes.grid(color="0.9")
     axes.legend(loc="best", fontsize="small")
 
@@ -126,7 +126,7 @@ def draw_field(
 def scale_label(what: str, units: Units) -> str:
     """Label of a scale."""
     labels = {"pressure": "contact pressure", "friction": "traction of friction", "gap": "gap"}
-    return units.after(labels[what], "length" if what == "gap" else "stress")
+    return units.axis_label(labels[what], "length" if what == "gap" else "stress")
 
 
 def seen_range(contact: FieldMap, projection: MapProjection, window: tuple[Array, Array]) -> tuple[float, float]:
@@ -178,7 +178,7 @@ def draw_sensels(
     seen = np.ma.masked_less_equal(felt, FELT * highest)
     x, y = (low[k] + side * np.arange(felt.shape[k] + 1) for k in range(2))
     drawn = axes.pcolormesh(x, y, seen.T, cmap=table, vmin=0.0, vmax=highest, edgecolors="white", linewidth=0.3)
-    label = names.after("pressure on sensels", "stress")
+    label = names.axis_label("pressure on sensels", "stress")
     more = "max" if felt.max() > highest * (1 + ROUNDING) else "neither"
     axes.figure.colorbar(drawn, ax=axes, label=f"{label}, pitch {names.number(side, 'length')}", extend=more)
     axes.set_facecolor("0.93")
@@ -240,8 +240,8 @@ def _frame(axes: Any, projection: MapProjection, window: tuple[Array, Array], un
     """Equal axes round the contact, named by what they are."""
     low, high = window
     axes.set_aspect("equal")
-    axes.set_xlabel(units.after(projection.names[0], "length"))
-    axes.set_ylabel(units.after(projection.names[1], "length"))
+    axes.set_xlabel(units.axis_label(projection.names[0], "length"))
+    axes.set_ylabel(units.axis_label(projection.names[1], "length"))
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
 

@@ -130,7 +130,7 @@ def plot_contacts(
     shown = [result.contacts[k] for k in (range(len(result.contacts)) if contacts is None else contacts)]
     if axes is not None:
         shown = [replace(contact, directions=Directions.of(axes)) for contact in shown]
-    names = Units(length, force, units).or_those(result.unit_names)
+    names = Units(length, force, units).with_defaults(result.unit_names)
     columns = min(3, len(shown))
     rows = -(-len(shown) // columns)
     figure = Figure(figsize=_figure_size(shown, columns, rows), layout="constrained")

@@ -51,8 +51,10 @@ def draw_curve(axes: Any, contact: FieldMap, units: Units, top: float | None = N
         shown = values[(contact.points[:, k] >= low) & (contact.points[:, k] <= high)]
         room = 0.05 * (float(np.ptp(shown)) or 1.0)
         axes.set_ylim(float(shown.min()) - room, float(shown.max()) + room)
-    axes.set_xlabel(units.after(axis_name(contact, k), "length"))
-    axes.set_ylabel(units.after("contact pressure", "stress") if what == "pressure" else units.after("gap", "length"))
+    axes.set_xlabel(units.axis_label(axis_name(contact, k), "length"))
+    axes.set_ylabel(
+        units.axis_label("contact pressure", "stress") if what == "pressure" else units.axis_label("gap", "length")
+    )
     axes.grid(color="0.9")
     axes.legend(loc="best", fontsize="small")
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
 from fecontact.common.arrays import Array
-from fecontact.common.checks import heights_on, number_array, positive, positives, reckonable
+from fecontact.common.checks import check_magnitude, heights_on, number_array, positive, positives
 from fecontact.common.errors import InputError
 from fecontact.surfaces.facet_surface import Projection
 from fecontact.surfaces.rigid.shapes import differences, nearest
@@ -53,7 +53,7 @@ class HeightMap:
             raise InputError(
                 f"Heights must be finite; found {int((~np.isfinite(z)).sum())} that are not. Fill the holes first."
             )
-        reckonable("the heights", z)
+        check_magnitude("the heights", z)
         object.__setattr__(self, "size_xy", positives("a height map's size", self.size_xy, 2))
         object.__setattr__(self, "z", z - z.min())
 

@@ -8,7 +8,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError
-from fecontact.common.progress import progress_line, tell, tell_part
+from fecontact.common.progress import progress_line, set_part, set_stage
 
 
 class Terminal(io.StringIO):
@@ -42,13 +42,13 @@ def test_shown_where_there_is_a_terminal_or_as_asked(monkeypatch, progress, kind
 def test_stages_of_parts_in_one_line(monkeypatch):
     monkeypatch.setattr(sys, "stderr", Terminal())
     with progress_line("outer", None) as line, progress_line("inner", True) as same:
-        tell_part("pose 3")
-        tell("factorise")
+        set_part("pose 3")
+        set_stage("factorise")
     assert same is line
     text = sys.stderr.getvalue()
     assert "pose 3, factorise" in text
     assert "inner" not in text
-    tell("afterwards")
+    set_stage("afterwards")
     assert "afterwards" not in sys.stderr.getvalue()
 
 
@@ -56,7 +56,7 @@ def test_a_line_ends_with_an_error(monkeypatch):
     monkeypatch.setattr(sys, "stderr", Terminal())
     with pytest.raises(ZeroDivisionError), progress_line("solve", None):
         raise ZeroDivisionError
-    tell("afterwards")
+    set_stage("afterwards")
     assert "afterwards" not in sys.stderr.getvalue()
 
 

@@ -78,7 +78,7 @@ def test_rigid_motions_cost_nothing(kind, steel):
     # rounding of the stiffness's own entries
     assert np.abs(K @ R + sp.triu(K, 1).T @ R).max() < 1e-11 * np.abs(K).max() * np.abs(R).max()
     assert model.free_motions.shape == (6, 6)
-    assert len(model.grounded) == 6
+    assert len(model.pinned_dofs) == 6
     assert model.n_unknowns == model.n_coordinates == 3 * len(model.mesh.hanging.free)
 
 

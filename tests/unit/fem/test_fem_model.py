@@ -56,8 +56,8 @@ def test_bad_supports(supports, words, steel):
 def test_free_motions_and_grounding(supports, n_free, steel):
     model = Model(block(), steel, supports)
     assert model.free_motions.shape == (6, n_free)
-    assert len(model.grounded) == n_free
-    assert not set(model.grounded) & set(model.held)
+    assert len(model.pinned_dofs) == n_free
+    assert not set(model.pinned_dofs) & set(model.held)
     # what is left has no zero mode: the condition number of this small model is far below 1e8
     values = np.linalg.eigvalsh(model.solved_stiffness().toarray(), UPLO="U")
     assert values[0] > 1e-8 * values[-1]
@@ -133,10 +133,10 @@ def test_it_does_not_matter_which_dofs_are_grounded(steel, monkeypatch):
     bodies = [fc.ElasticBody(mesh, steel, contact="top", pressure="nodal") for _ in range(3)]
     n = 3 * len(mesh.points)
     # three nodes far apart held in 3, 2 and 1 components; and a poor choice, three neighbouring nodes
-    bodies[1].model.__dict__["grounded"] = np.sort(
+    bodies[1].model.__dict__["pinned_dofs"] = np.sort(
         [0, 1, 2, *_at(mesh, (1, 0, 0), (1, 2)), *_at(mesh, (0, 1.2, 0), (2,))]
     )
-    bodies[2].model.__dict__["grounded"] = np.sort(
+    bodies[2].model.__dict__["pinned_dofs"] = np.sort(
         [n - 3, n - 2, n - 1, *_near(mesh, n // 3 - 1, (1, 0, 0), (1, 2)), *_near(mesh, n // 3 - 1, (0, 1, 0), (2,))]
     )
     fields = [strains_of(b, loads) for b in bodies]

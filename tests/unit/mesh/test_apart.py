@@ -8,20 +8,20 @@ import time
 from refusals import refused
 
 import fecontact as fc
-from fecontact.mesh.gmsh import run_apart
+from fecontact.mesh.gmsh import run_in_subprocess
 
 
 def test_results_and_errors_of_the_package_come_back():
-    assert run_apart("a material", fc.Material, 2.0, 0.3) == fc.Material(2.0, 0.3)
+    assert run_in_subprocess("a material", fc.Material, 2.0, 0.3) == fc.Material(2.0, 0.3)
     with refused(fc.InputError, "not-positive"):
-        run_apart("a material", fc.Material, -2.0, 0.3)
+        run_in_subprocess("a material", fc.Material, -2.0, 0.3)
 
 
 def test_a_crash_is_told_with_the_last_words_and_ends_that_process_alone(capfd):
     with refused(fc.MeshError, "mesh", "The mesher", "signal SIGABRT"):
-        run_apart("The mesher", os.abort)
+        run_in_subprocess("The mesher", os.abort)
     with refused(fc.MeshError, "mesh", "exit 1", "Its last words:"):
-        run_apart("The mesher", int, "x")
+        run_in_subprocess("The mesher", int, "x")
     assert capfd.readouterr() == ("", "")
 
 
@@ -29,7 +29,7 @@ def test_an_interruption_ends_the_process(tmp_path):
     """The child does not outlive the parent, and its folder is removed."""
     # a shell's job in the background ignores interruptions, and what it starts inherits that
     heard = "import signal, time; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    program = f"{heard}; from fecontact.mesh.gmsh import run_apart; run_apart('sleep', time.sleep, 60)"
+    program = f"{heard}; from fecontact.mesh.gmsh import run_in_subprocess; run_in_subprocess('sleep', time.sleep, 60)"
     parent = subprocess.Popen(
         [sys.executable, "-c", program], env={**os.environ, "TMPDIR": str(tmp_path)}, stderr=subprocess.PIPE
     )

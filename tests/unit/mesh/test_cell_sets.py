@@ -11,7 +11,7 @@ from refusals import refused
 import fecontact as fc
 from fecontact import InputError, MeshError
 from fecontact.mesh import pick
-from fecontact.mesh.cell_sets import CellSets, joined
+from fecontact.mesh.base_mesh import BaseMesh, joined
 
 BLOCK = fc.shapes.block((2.0, 1.0, 1.0), (2, 1, 1)).with_group("left", lambda x: x[:, 0] < 1.0)
 PLATE = fc.sections.rectangle((2.0, 1.0), (2, 1)).with_group("left", lambda x: x[:, 0] < 1.0)
@@ -19,7 +19,7 @@ BOTH = pytest.mark.parametrize("mesh", [BLOCK, PLATE], ids=["block", "plate"])
 
 
 @BOTH
-def test_verbs_return_the_same_kind_of_mesh_with_its_sets(mesh: CellSets) -> None:
+def test_verbs_return_the_same_kind_of_mesh_with_its_sets(mesh: BaseMesh) -> None:
     half = mesh.points[:, 0].min() + 1.0
     named = mesh.with_boundary("half", lambda x: (x[:, 2] == mesh.points[:, 2].max()) & (x[:, 0] <= half))
     moved = named.scaled(3.0).translated((0.0, 0.0, 5.0))
@@ -32,7 +32,7 @@ def test_verbs_return_the_same_kind_of_mesh_with_its_sets(mesh: CellSets) -> Non
 
 
 @BOTH
-def test_two_joined_meshes_lose_the_faces_between_them(mesh: CellSets) -> None:
+def test_two_joined_meshes_lose_the_faces_between_them(mesh: BaseMesh) -> None:
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     both = joined([mesh, mesh.translated((high[0] - low[0], 0.0, 0.0))], 1e-9)
     assert len(both.cells) == 2 * len(mesh.cells)
@@ -53,7 +53,7 @@ def test_two_joined_meshes_lose_the_faces_between_them(mesh: CellSets) -> None:
         ("node_sets", [-1], ("mesh", "point numbers")),
     ],
 )
-def test_members_that_do_not_exist_are_refused(mesh: CellSets, kind: str, members: list[int], said: str) -> None:
+def test_members_that_do_not_exist_are_refused(mesh: BaseMesh, kind: str, members: list[int], said: str) -> None:
     with refused(MeshError, *said):
         type(mesh)(mesh.points, mesh.cells, **{kind: {"wrong": np.array(members)}})
 

@@ -254,9 +254,9 @@ def test_forces_do_not_depend_on_the_grounded_dofs(monkeypatch):
             dofs = np.sort(rng.choice((3 * nodes[:, None] + np.arange(3)).ravel(), 6, replace=False))
             if np.linalg.cond(modes[dofs]) < 100:
                 break
-        other.model.__dict__["grounded"] = dofs
+        other.model.__dict__["pinned_dofs"] = dofs
         again = pressed(other, plane, forces={other: (0, 0, -50.0)})
-        assert np.array_equal(other.model.grounded, dofs)
+        assert np.array_equal(other.model.pinned_dofs, dofs)
         assert close(again.contacts[0].forces, forces)
 
 

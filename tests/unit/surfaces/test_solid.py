@@ -10,7 +10,7 @@ from refusals import refused
 import fecontact as fc
 from fecontact.fem.stiffness import moments_of_volume
 from fecontact.mesh.check import check_mesh
-from fecontact.mesh.orient import crossing_triangles, oriented, shells_of
+from fecontact.mesh.orient import closed_components, crossing_triangles, oriented
 from fecontact.surfaces.repair import enclosed_volume, triangulated
 
 
@@ -169,7 +169,7 @@ def test_surfaces_that_enclose_no_solid_are_refused_with_the_place():
             fc.mesh_solid(surface(*parts))
     # two that are apart, by however little
     x, t = together(geodesic(3), geodesic(3, 1.0, (2.0 + 1e-6, 0, 0)))
-    assert shells_of(x, t, "two balls").solids == ((0,), (1,))
+    assert closed_components(x, t, "two balls").solids == ((0,), (1,))
 
 
 def test_what_gmsh_cannot_mesh_is_refused_in_its_words():

@@ -27,7 +27,7 @@ COINCIDE = 1e-12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CellSets:
+class BaseMesh:
     """Points, cells, and named sets of faces, cells and points; `Mesh` and `SectionMesh` define the cells.
 
     For plane cells, faces are their sides.
@@ -274,7 +274,7 @@ class CellSets:
         return replace(self, groups={**self.groups, text("the name of an element set", name): np.flatnonzero(chosen)})
 
 
-T = TypeVar("T", bound=CellSets)
+T = TypeVar("T", bound=BaseMesh)
 
 
 def sets_of_members(lists: Mapping[str, IntArray]) -> Mapping[str, IntArray]:
@@ -322,7 +322,7 @@ def joined(meshes: list[T], tolerance: float) -> T:
     InputError
         If the tolerance would join points of one cell.
     """
-    meshes = [instance("each of the meshes", m, CellSets) for m in items("the meshes", meshes, "meshes")]
+    meshes = [instance("each of the meshes", m, BaseMesh) for m in items("the meshes", meshes, "meshes")]
     finite("the tolerance", tolerance)
     if len({m.cells.shape[1] for m in meshes}) != 1:
         raise MeshError(f"Meshes of different cells cannot be merged: {sorted({m.cell_type for m in meshes})}.")

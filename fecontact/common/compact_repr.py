@@ -15,7 +15,7 @@ LINE, WORD, NUMBERS = 150, 60, 6
 T = TypeVar("T")
 
 
-def one_line(cls: type[T]) -> type[T]:
+def compact_repr(cls: type[T]) -> type[T]:
     """Class decorator: `repr` of a dataclass in one line, its arrays by their shapes, its parts by their names.
 
     Fields that have their defaults are left out, and so is what does not fit in the line.
@@ -23,7 +23,7 @@ def one_line(cls: type[T]) -> type[T]:
     Examples
     --------
     >>> from dataclasses import dataclass
-    >>> @one_line
+    >>> @compact_repr
     ... @dataclass
     ... class Field:
     ...     name: str
