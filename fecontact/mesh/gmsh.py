@@ -96,7 +96,7 @@ def run_in_subprocess(what: str, function: Callable[..., T], *arguments: Any) ->
                 [sys.executable, "-c", _START, path, name], stdin=subprocess.DEVNULL, stdout=said, stderr=said
             ).returncode
         if not (folder / "reply").exists():
-            raise MeshError(f"{what} ended its process ({_ending(code)}). {_last_words(folder / 'said')}")
+            raise MeshError(f"{what} ended its process ({_ending(code)}). {_last_output(folder / 'said')}")
         good, value = pickle.loads((folder / "reply").read_bytes())
     if not good:
         raise value
@@ -123,7 +123,7 @@ def _ending(code: int) -> str:
         return f"signal {-code}"
 
 
-def _last_words(said: Path) -> str:
+def _last_output(said: Path) -> str:
     lines = [line.strip() for line in said.read_text(encoding="utf-8", errors="replace").splitlines() if line.strip()]
     return "Last output: " + " / ".join(lines[-LAST_LINES:]) if lines else "No output."
 

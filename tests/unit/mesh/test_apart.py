@@ -17,10 +17,10 @@ def test_results_and_errors_of_the_package_come_back():
         run_in_subprocess("a material", fc.Material, -2.0, 0.3)
 
 
-def test_a_crash_is_told_with_the_last_words_and_ends_that_process_alone(capfd):
+def test_a_crash_is_told_with_its_last_output_and_ends_that_process_alone(capfd):
     with refused(fc.MeshError, "mesh", "The mesher", "signal SIGABRT"):
         run_in_subprocess("The mesher", os.abort)
-    with refused(fc.MeshError, "mesh", "exit 1", "Its last words:"):
+    with refused(fc.MeshError, "mesh", "exit 1", "Last output:"):
         run_in_subprocess("The mesher", int, "x")
     assert capfd.readouterr() == ("", "")
 
