@@ -22,7 +22,7 @@ from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.halfspace import kernels, layered
-from fecontact.halfspace.fft import Kernels, VectorConvolution, padded
+from fecontact.halfspace.fft import Convolution, Kernels, padded
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.kernels import cerruti
 from fecontact.halfspace.layered import check_interfaces, tangential_difference, thin_layers, waves_difference
@@ -239,23 +239,23 @@ class TangentialCompliance:
 
     Attributes
     ----------
-    tractions : VectorConvolution
+    tractions : Convolution
         u_x and u_y by q_x and q_y. Poisson's ratio zero and no layers: without u_x by q_y, and with one kernel.
-    lift : VectorConvolution or None
+    lift : Convolution or None
         Normal displacement by q_x and q_y; None without coupling.
-    drag : VectorConvolution or None
+    drag : Convolution or None
         u_x and u_y by pressures; None without coupling.
-    inverse : VectorConvolution
+    inverse : Convolution
         Approximate inverse of `tractions`, without padding, in single precision.
     own : float
         Displacement of a cell by a unit traction on itself, the scale of the finest waves.
     periodic : bool
     """
 
-    tractions: VectorConvolution
-    lift: VectorConvolution | None
-    drag: VectorConvolution | None
-    inverse: VectorConvolution
+    tractions: Convolution
+    lift: Convolution | None
+    drag: Convolution | None
+    inverse: Convolution
     own: float
     periodic: bool
 
@@ -339,7 +339,7 @@ def tangential_compliance(body: SurfaceCompliance, box: Box, workers: int | None
         ((xx, xy), (xy, yy)),
         normal,
         inverse,
-        VectorConvolution((), shape, lengths, workers, arrays=body.arrays),
+        Convolution((), shape, lengths, workers=workers, arrays=body.arrays),
         float(both[0, 0]),
         False,
     )
@@ -348,8 +348,8 @@ def tangential_compliance(body: SurfaceCompliance, box: Box, workers: int | None
 def _compliance(
     tractions: Kernels,
     normal: tuple[NDArray, NDArray] | None,
-    inverse: VectorConvolution,
-    empty: VectorConvolution,
+    inverse: Convolution,
+    empty: Convolution,
     own: float,
     periodic: bool,
 ) -> TangentialCompliance:
@@ -429,7 +429,7 @@ def _periodic(body: SurfaceCompliance, constants: Elasticity, workers: int | Non
         ((xx, xy), (xy, yy)),
         (coupling * odd_x, coupling * odd_y) if is_coupled(body) else None,
         replace(_inverse(constants, shape, body.grid.cell, workers), arrays=body.arrays),
-        VectorConvolution((), shape, shape, workers, arrays=body.arrays),
+        Convolution((), shape, shape, workers=workers, arrays=body.arrays),
         constants.direct * math.sqrt(body.grid.area) * 4 * math.log(1 + math.sqrt(2)),
         True,
     )
@@ -437,7 +437,7 @@ def _periodic(body: SurfaceCompliance, constants: Elasticity, workers: int | Non
 
 def _inverse(
     constants: Elasticity, shape: tuple[int, int], cell: tuple[float, float], workers: int | None
-) -> VectorConvolution:
+) -> Convolution:
     """Inverse of the compliance in wave numbers, positive definite."""
     lengths = (padded(shape[0]), padded(shape[1]))
     kx, ky, k = _waves(lengths, cell)
@@ -445,7 +445,8 @@ def _inverse(
     across = k / (2 * math.pi * (constants.direct + constants.poisson))
     more = (k / (2 * math.pi * constants.direct) - across) / k**2
     xy = more * kx * ky
-    return VectorConvolution(((across + more * kx**2, xy), (xy, across + more * ky**2)), shape, lengths, workers).rough
+    kernels = ((across + more * kx**2, xy), (xy, across + more * ky**2))
+    return Convolution(kernels, shape, lengths, workers=workers).rough
 
 
 def _waves(shape: tuple[int, int], cell: tuple[float, float]) -> tuple[Array, Array, Array]:

@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from types import ModuleType
 from typing import Any
@@ -181,25 +181,31 @@ def kernel_spectrum(table: Array, lengths: Shape) -> Array:
     return np.asarray(scipy.fft.dctn(full, type=1, overwrite_x=True))
 
 
+Kernels = tuple[tuple[NDArray | None, ...], ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Convolution:
-    """Product of cell values with an even kernel.
+    """Products of fields of cell values with a matrix of kernels, even or odd.
 
     Parameters
     ----------
-    spectrum : (mx + 1, my + 1) array
-        Spectrum of the kernel with periods 2 mx and 2 my, see `kernel_spectrum`.
+    kernels : j tuples of k arrays, or None for zero
+        Spectra of the kernels with periods mx and my in rows of my // 2 + 1: real transforms, real for kernels of one
+        parity in both directions, else complex. All mx rows, or of a kernel that is even along x the first mx // 2 + 1.
     shape : (int, int)
-        Shape of the arrays that `apply` takes; of the half along a symmetric axis.
+        Shape of the fields; of the half along a symmetric axis.
+    lengths : (int, int)
+        Lengths of the transforms: mx and my, half of them along a symmetric axis.
     symmetric : (bool, bool)
-        Axes along which the values are symmetric.
-    tally : Tally
+        Axes along which the values are symmetric, for one even kernel.
+    tally : Tally, optional
     product : bool
         Whether to count its use as a product with a compliance.
     workers : int, optional
         Threads, see `common.threads`.
     factor : float
-        Factor of the products.
+        Factor of the results.
     arrays : str, optional
         Module whose arrays are transformed, see `array_module`; numpy's along axes of symmetry, for the standard of
         arrays has no cosine transforms.
@@ -207,155 +213,57 @@ class Convolution:
     Examples
     --------
     >>> import numpy as np
-    >>> table = np.array([[2.0, 1.0, 0.5]])
-    >>> free = Convolution(kernel_spectrum(table, (1, 3)), (1, 3), (False, False), Tally(12))
-    >>> free.apply(np.array([[1.0, 0.0, 1.0]])).round(12).tolist()
-    [[2.5, 2.0, 2.5]]
-    >>> half = Convolution(kernel_spectrum(np.array([[2.0, 1.0, 0.5, 0.25]]), (1, 4)), (1, 2), (False, True), Tally(16))
-    >>> half.apply(np.array([[1.0, 0.0]])).round(12).tolist()
-    [[3.0, 1.5]]
-    """
-
-    spectrum: Array
-    shape: Shape
-    symmetric: tuple[bool, bool]
-    tally: Tally
-    product: bool = True
-    workers: int | None = None
-    factor: float = 1.0
-    arrays: str | None = None
-    _lengths: Shape = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        half = (self.spectrum.shape[0] - 1, self.spectrum.shape[1] - 1)
-        lengths = tuple(m if even else 2 * m for m, even in zip(half, self.symmetric, strict=True))
-        object.__setattr__(self, "_lengths", lengths)
-
-    def rough(self) -> Convolution:
-        """The same in single precision, with relative errors of `ROUGHNESS` in any units."""
-        largest = float(np.abs(self.spectrum).max())
-        factor = largest if largest > 0 else 1.0
-        return replace(self, spectrum=(self.spectrum / factor).astype(np.float32), factor=self.factor * factor)
-
-    def apply(self, values: Array, out: Array | None = None) -> Array:
-        """Convolution (nx, ny) of values (nx, ny), in `out` if it is given."""
-        out = np.empty(values.shape) if out is None else out
-        self.tally.add(self._lengths[0] * self._lengths[1], self.product)
-        scale, single = 1.0, self.spectrum.dtype == np.float32
-        if single:  # it has a narrow range: scale values to order one
-            scale = max(float(values.max()), -float(values.min()))
-            if scale == 0:
-                out.fill(0.0)
-                return out
-        (nx, ny), length, rows = self.shape, self._lengths[1], self._rows
-        forward, backward = self._transforms(self.symmetric[1], True, 1)
-
-        if self.arrays is not None and not any(self.symmetric):
-            scaled = (values / scale).astype(self.spectrum.dtype)[None]
-            found = convolved(array_module(self.arrays), [[self._kernel]], scaled, self._lengths)[0]
-            return np.multiply(found, scale * self.factor, out=out, dtype=float)
-
-        def into_rows(strip: slice) -> None:
-            given = values[strip]
-            if single:
-                given = np.divide(given, scale, out=np.empty(given.shape, np.float32), casting="same_kind")
-            rows[strip] = forward(given)
-
-        def out_of_rows(strip: slice) -> None:
-            np.multiply(backward(rows[strip])[:, :ny], scale * self.factor, out=out[strip], dtype=float)
-
-        each(into_rows, strips(nx, length), self.workers)
-        self._columns(rows)
-        each(out_of_rows, strips(nx, length), self.workers)
-        return out
-
-    @cached_property
-    def _rows(self) -> NDArray:
-        """Transformed rows, kept for the next product: new pages of memory take a tenth of its time."""
-        single = self.spectrum.dtype == np.float32
-        n, length = self.shape[0], self._lengths[1]
-        if self.symmetric[1]:
-            return np.empty((n, length), np.float32 if single else float)
-        return np.empty((n, length // 2 + 1), np.complex64 if single else complex)
-
-    @cached_property
-    def _kernel(self) -> Any:
-        """The spectrum of all waves along x, as an array of the module."""
-        assert self.arrays is not None
-        return array_module(self.arrays).asarray(np.concatenate([self.spectrum, self.spectrum[-2:0:-1]]))
-
-    def _columns(self, rows: NDArray) -> None:
-        """Transform the columns, multiply by the spectrum, transform back, strip by strip and in place."""
-        n, length = self.shape[0], self._lengths[0]
-        forward, backward = self._transforms(self.symmetric[0], np.isrealobj(rows), 0)
-        half = self.spectrum.shape[0] - 1
-
-        def convolve(strip: slice) -> None:
-            columns = forward(rows[:, strip])
-            factors = self.spectrum[:, strip]
-            if len(columns) <= half + 1:
-                columns *= factors[: len(columns), : columns.shape[1]]
-            else:
-                columns[: half + 1] *= factors
-                columns[half + 1 :] *= factors[half - 1 : 0 : -1]
-            rows[:, strip] = backward(columns)[:n]
-
-        each(convolve, strips(rows.shape[1], length, CACHE_LINE), self.workers)
-
-    def _transforms(self, even: bool, real: bool, axis: int) -> tuple[Transform, Transform]:
-        """Transforms along an axis, forwards and backwards, the latter in place."""
-        length = self._lengths[axis]
-        names = ("dct", "idct") if even else ("rfft", "irfft") if real else ("fft", "ifft")
-        forward, backward = (getattr(scipy.fft, name) for name in names)
-        return partial(forward, n=length, axis=axis), partial(backward, n=length, axis=axis, overwrite_x=True)
-
-
-Kernels = tuple[tuple[NDArray | None, ...], ...]
-
-
-@dataclass(frozen=True, eq=False)
-class VectorConvolution:
-    """Results (j, nx, ny) of fields (k, nx, ny).
-
-    Parameters
-    ----------
-    kernels : j tuples of k arrays (mx, my // 2 + 1), or None for zero
-        Real transforms of the kernels, of period mx, my: real if even, complex if odd.
-    shape : (int, int)
-        Numbers of cells.
-    lengths : (int, int)
-        mx and my.
-    workers : int, optional
-        Threads, see `common.threads`.
-    factor : float
-        Factor of the results.
-    arrays : str, optional
-        Module whose arrays are transformed, see `array_module`.
-
-    Examples
-    --------
-    >>> import numpy as np
     >>> even, odd = np.array([[2.0, 1.0, 0.0, 1.0]]), np.array([[0.0, 1.0, 0.0, -1.0]])
     >>> kernels = ((np.fft.rfft2(even).real, np.fft.rfft2(odd)), (None, np.fft.rfft2(even).real))
-    >>> VectorConvolution(kernels, (1, 2), (1, 4)).apply(np.array([[[1.0, 0.0]], [[0.0, 1.0]]])).round(12).tolist()
+    >>> Convolution(kernels, (1, 2), (1, 4)).apply(np.array([[[1.0, 0.0]], [[0.0, 1.0]]])).round(12).tolist()
     [[[1.0, 1.0]], [[1.0, 2.0]]]
     """
 
     kernels: Kernels
     shape: Shape
     lengths: Shape
+    symmetric: tuple[bool, bool] = (False, False)
+    tally: Tally | None = None
+    product: bool = True
     workers: int | None = None
     factor: float = 1.0
     arrays: str | None = None
 
+    @classmethod
+    def even(
+        cls,
+        spectrum: Array,
+        shape: Shape,
+        symmetric: tuple[bool, bool] = (False, False),
+        tally: Tally | None = None,
+        **options: Any,
+    ) -> Convolution:
+        """Product with one even kernel, of a spectrum (mx // 2 + 1, my // 2 + 1), see `kernel_spectrum`.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> free = Convolution.even(kernel_spectrum(np.array([[2.0, 1.0, 0.5]]), (1, 3)), (1, 3))
+        >>> free.apply(np.array([[1.0, 0.0, 1.0]])).round(12).tolist()
+        [[2.5, 2.0, 2.5]]
+        >>> half = Convolution.even(kernel_spectrum(np.array([[2.0, 1.0, 0.5, 0.25]]), (1, 4)), (1, 2), (False, True))
+        >>> half.apply(np.array([[1.0, 0.0]])).round(12).tolist()
+        [[3.0, 1.5]]
+        """
+        x, y = ((m - 1) * (1 if mirrored else 2) for m, mirrored in zip(spectrum.shape, symmetric, strict=True))
+        return cls(((spectrum,),), shape, (x, y), symmetric, tally, **options)
+
     @cached_property
-    def rough(self) -> VectorConvolution:
-        """The same in single precision, with relative errors of `fft.ROUGHNESS` in any units."""
+    def rough(self) -> Convolution:
+        """The same in single precision, with relative errors of `ROUGHNESS` in any units."""
         given = [kernel for row in self.kernels for kernel in row if kernel is not None]
         factor = max((float(np.abs(kernel).max()) for kernel in given), default=1.0) or 1.0
-        return replace(
-            self, kernels=tuple(tuple(_single(k, factor) for k in row) for row in self.kernels), factor=factor
-        )
+        kernels = tuple(tuple(_single(k, factor) for k in row) for row in self.kernels)
+        return replace(self, kernels=kernels, factor=self.factor * factor)
+
+    @cached_property
+    def _is_single(self) -> bool:
+        return any(k is not None and k.dtype in (np.float32, np.complex64) for row in self.kernels for k in row)
 
     def among(self, x: IntArray, y: IntArray) -> list[list[Array | None]]:
         """Each kernel at the offsets (n, n) between cells (n,) of places x and y; None for zero."""
@@ -363,57 +271,101 @@ class VectorConvolution:
         tables = ([None if k is None else scipy.fft.irfft2(k, s=self.lengths) for k in row] for row in self.kernels)
         return [[None if table is None else table[at] for table in row] for row in tables]
 
-    @property
-    def _single(self) -> bool:
-        return any(k is not None and k.dtype in (np.float32, np.complex64) for row in self.kernels for k in row)
-
-    @cached_property
-    def _there(self) -> list[list[Any]]:
-        """The kernels as arrays of the module."""
-        assert self.arrays is not None
-        asarray = array_module(self.arrays).asarray
-        return [[None if kernel is None else asarray(kernel) for kernel in row] for row in self.kernels]
-
-    def apply(self, values: Array) -> Array:
-        """Results (j, nx, ny) of values (k, nx, ny)."""
-        scale = max(float(values.max(initial=0.0)), -float(values.min(initial=0.0)))
-        out = np.zeros((len(self.kernels), *self.shape))
-        if scale == 0:
-            return out
-        given = [k for k, field in enumerate(values) if field.any()]
+    def apply(self, values: Array, out: Array | None = None) -> Array:
+        """Results (j, nx, ny) of fields (k, nx, ny), in `out` if given; by one kernel also (nx, ny) of (nx, ny)."""
+        lone = values.ndim == 2
+        out = np.empty(values.shape if lone else (len(self.kernels), *self.shape)) if out is None else out
+        fields, results = (values[None], out[None]) if lone else (values, out)
+        if self.tally is not None:
+            self.tally.add(self.lengths[0] * self.lengths[1], self.product)
+        scale = 1.0
+        if self._is_single:  # it has a narrow range: scale values to order one
+            scale = max(float(values.max()), -float(values.min())) or 1.0
+        given = [0] if lone else [k for k, field in enumerate(fields) if field.any()]
         made = [j for j, row in enumerate(self.kernels) if any(row[k] is not None for k in given)]
-        (nx, ny), length = self.shape, self.lengths[1]
-        real, kind = (np.float32, np.complex64) if self._single else (float, complex)
-        if self.arrays is not None:
-            scaled_all = (values / scale).astype(real)
-            found = convolved(array_module(self.arrays), [self._there[j] for j in made], scaled_all, self.lengths)
-            out[made] = scale * self.factor * found
-            return out
-        rows = np.empty((max(len(self.kernels), len(values)), nx, length // 2 + 1), kind)
+        if len(made) < len(results):
+            out.fill(0.0)
+        if made and self.arrays is not None and not any(self.symmetric):
+            scaled = (fields / scale).astype(np.float32 if self._is_single else float)
+            found = convolved(array_module(self.arrays), [self._there[j] for j in made], scaled, self.lengths)
+            results[made] = scale * self.factor * found
+        elif made:
+            self._transformed(fields, results, given, made, scale)
+        return out
+
+    def _transformed(self, fields: Array, results: Array, given: list[int], made: list[int], scale: float) -> None:
+        """Results `made` of fields `given`, strip by strip."""
+        (nx, ny), single = self.shape, self._is_single
+        rows = self._kept_rows if len(fields) == len(results) == 1 else self._rows(max(len(fields), len(results)))
+        (down, up), (forward, backward) = self._transforms
 
         def into_rows(strip: slice) -> None:
             for k in given:
-                scaled = np.divide(
-                    values[k, strip], scale, out=np.empty(values[k, strip].shape, real), casting="same_kind"
-                )
-                rows[k, strip] = scipy.fft.rfft(scaled, n=length, axis=1)
+                field = fields[k, strip]
+                if single:
+                    field = np.divide(field, scale, out=np.empty(field.shape, np.float32), casting="same_kind")
+                rows[k, strip] = forward(field)
 
         def convolve(strip: slice) -> None:
-            columns = {k: scipy.fft.fft(rows[k, :, strip], n=self.lengths[0], axis=0) for k in given}
+            columns = {k: down(rows[k, :, strip]) for k in given}
             for j in made:
-                pairs = ((kernel, columns[k]) for k, kernel in enumerate(self.kernels[j]) if k in given)
-                total = sum(kernel[:, strip] * column for kernel, column in pairs if kernel is not None)
-                rows[j, :, strip] = scipy.fft.ifft(total, axis=0, overwrite_x=True)[:nx]
+                pairs = [(kernel[:, strip], columns[k]) for k in given if (kernel := self.kernels[j][k]) is not None]
+                total = _times(*pairs[0], in_place=len(made) == 1)
+                for kernel, column in pairs[1:]:
+                    total += _times(kernel, column)
+                rows[j, :, strip] = up(total)[:nx]
 
         def out_of_rows(strip: slice) -> None:
             for j in made:
-                back = scipy.fft.irfft(rows[j, strip], n=length, axis=1, overwrite_x=True)
-                np.multiply(back[:, :ny], scale * self.factor, out=out[j, strip], dtype=float)
+                np.multiply(backward(rows[j, strip])[:, :ny], scale * self.factor, out=results[j, strip], dtype=float)
 
-        each(into_rows, strips(nx, length), self.workers)
+        each(into_rows, strips(nx, self.lengths[1]), self.workers)
         each(convolve, strips(rows.shape[2], self.lengths[0], CACHE_LINE), self.workers)
-        each(out_of_rows, strips(nx, length), self.workers)
+        each(out_of_rows, strips(nx, self.lengths[1]), self.workers)
+
+    def _rows(self, n: int) -> NDArray:
+        """Transformed rows of n fields, to be filled."""
+        real, wide = (np.float32, np.complex64) if self._is_single else (np.float64, np.complex128)
+        nx, length = self.shape[0], self.lengths[1]
+        return np.empty((n, nx, length), real) if self.symmetric[1] else np.empty((n, nx, length // 2 + 1), wide)
+
+    @cached_property
+    def _kept_rows(self) -> NDArray:
+        """Those of one field, kept for the next product: new pages of memory take a tenth of its time."""
+        return self._rows(1)
+
+    @cached_property
+    def _there(self) -> list[list[Any]]:
+        """The kernels, with all rows, as arrays of the module."""
+        assert self.arrays is not None
+        asarray, length = array_module(self.arrays).asarray, self.lengths[0]
+        return [
+            [None if k is None else asarray(np.concatenate([k, k[length - len(k) : 0 : -1]])) for k in row]
+            for row in self.kernels
+        ]
+
+    @cached_property
+    def _transforms(self) -> list[tuple[Transform, Transform]]:
+        """Transforms along x and y, forwards and backwards, the latter in place."""
+        out: list[tuple[Transform, Transform]] = []
+        for axis, real in ((0, self.symmetric[1]), (1, True)):
+            name = "dct" if self.symmetric[axis] else "rfft" if real else "fft"
+            forward, backward = getattr(scipy.fft, name), getattr(scipy.fft, f"i{name}")
+            options = {"n": self.lengths[axis], "axis": axis - 2}
+            out.append((partial(forward, **options), partial(backward, overwrite_x=True, **options)))
         return out
+
+
+def _times(kernel: NDArray, spectrum: NDArray, in_place: bool = False) -> NDArray:
+    """A spectrum times the rows of a kernel; where these are the first half, the others are their mirror images."""
+    if kernel.shape == spectrum.shape:
+        return np.asarray(np.multiply(spectrum, kernel, out=spectrum if in_place else None))
+    out = spectrum if in_place else np.empty_like(spectrum)
+    half = min(len(kernel), len(spectrum))
+    np.multiply(spectrum[:half], kernel[:half, : spectrum.shape[1]], out=out[:half])
+    if half < len(spectrum):
+        np.multiply(spectrum[half:], kernel[half - 2 : 0 : -1], out=out[half:])
+    return out
 
 
 def _single(kernel: NDArray | None, factor: float) -> NDArray | None:

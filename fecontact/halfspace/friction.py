@@ -29,7 +29,7 @@ from fecontact.halfspace.compliance import (
     tangential_compliance,
 )
 from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact, SolverReport, TangentialReport
-from fecontact.halfspace.fft import VectorConvolution
+from fecontact.halfspace.fft import Convolution
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.pressing import Load, normal_residuals, press
 from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
@@ -161,7 +161,7 @@ class Friction:
         return self._made[level, shape]
 
     @cached_property
-    def lift(self) -> VectorConvolution | None:
+    def lift(self) -> Convolution | None:
         """Normal displacements of the whole grid by tractions on it; None without coupling."""
         whole = (slice(0, self.body.grid.shape[0]), slice(0, self.body.grid.shape[1]))
         return tangential_compliance(self.body, whole, self.workers).lift if self.coupled else None

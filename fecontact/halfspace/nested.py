@@ -481,7 +481,7 @@ def compliance(level: GridLevel, part: tuple[slice, slice], tally: Tally, worker
     if not level.periodic:
         cells = _cells(shape, level.symmetric)
         spectrum = kernel_spectrum(level.kernel[: cells[0], : cells[1]], (padded(cells[0]), padded(cells[1])))
-    convolution = Convolution(spectrum, shape, level.symmetric, tally, workers=workers, arrays=level.arrays)
+    convolution = Convolution.even(spectrum, shape, level.symmetric, tally, workers=workers, arrays=level.arrays)
     return Corrected(convolution, tuple(term.part(part) for term in level.smooth)) if level.smooth else convolution
 
 
@@ -495,7 +495,7 @@ def preconditioner(level: GridLevel, part: tuple[slice, slice], tally: Tally, wo
         spectrum = kernel_spectrum(level.kernel[: cells[0], : cells[1]], (halves[0], halves[1]))
     largest = float(spectrum.max())
     inverse = 1 / np.where(spectrum > 1e-9 * largest, spectrum, largest)
-    return Convolution(inverse, shape, level.symmetric, tally, product=False, workers=workers, arrays=level.arrays)
+    return Convolution.even(inverse, shape, level.symmetric, tally, product=False, workers=workers, arrays=level.arrays)
 
 
 def _cells(shape: tuple[int, int], symmetric: Even) -> tuple[int, int]:
@@ -616,7 +616,7 @@ def solve_level(
         exact, inverse = compliance(level, part, tally, workers), preconditioner(level, part, tally, workers)
         rough = exact
         if not level.periodic:  # for a periodic one the preconditioner is the exact inverse, and the start may be exact
-            rough, inverse = exact.rough(), inverse.rough()
+            rough, inverse = exact.rough, inverse.rough
         problem = GridProblem(
             exact if tolerance < ROUGH_ENOUGH else rough,
             rough,
@@ -661,7 +661,7 @@ def _spread(
     p[part], active[part] = at.p, at.active
     operator = compliance(level, level.whole, tally, workers)
     if tolerance >= ROUGH_ENOUGH:
-        operator = operator.rough()
+        operator = operator.rough
     return replace(at, p=p, u=operator.apply(p), active=active, recomputed=tolerance < ROUGH_ENOUGH)
 
 

@@ -82,7 +82,7 @@ class CellModel:
         grid, spectrum = self.body.grid, self.body.kernel()
         if not self.body.periodic:
             spectrum = kernel_spectrum(spectrum, (padded(grid.shape[0]), padded(grid.shape[1])))
-        convolution = Convolution(spectrum, self.shape, self.mirrored, Tally(grid.n_cells), arrays=self.body.arrays)
+        convolution = Convolution.even(spectrum, self.shape, self.mirrored, arrays=self.body.arrays)
         return Corrected(convolution, self.smooth) if self.smooth else convolution
 
     @cached_property

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fecontact.analytic import curved_kernel
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.material import Material
-from fecontact.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
+from fecontact.halfspace.fft import Convolution, kernel_spectrum, padded
 from fecontact.halfspace.grid import Even
 
 
@@ -76,9 +76,8 @@ class InclinedTerm:
     @cached_property
     def _convolution(self) -> Convolution:
         spectrum = kernel_spectrum(self._table, (padded(self._whole[0]), padded(self._whole[1])))
-        tally = Tally(self._whole[0] * self._whole[1])
-        made = Convolution(spectrum, self.depth.shape, self.mirrored, tally, product=False)
-        return made.rough() if self.single else made
+        made = Convolution.even(spectrum, self.depth.shape, self.mirrored)
+        return made.rough if self.single else made
 
     def apply(self, p: Array) -> Array:
         """Displacements (nx, ny) by pressures (nx, ny)."""
@@ -106,6 +105,7 @@ class InclinedTerm:
         cell = (2 * self.cell[0], 2 * self.cell[1])
         return replace(self, depth=_means(self.depth), slopes=_means(self.slopes), cell=cell)
 
+    @property
     def rough(self) -> InclinedTerm:
         """The same in single precision."""
         return replace(self, single=True)
@@ -180,6 +180,7 @@ class SmoothTerm:
         along = (_pairs(self.along_x), _pairs(self.along_y))
         return replace(self, along_x=along[0], along_y=along[1], area=4 * self.area)
 
+    @property
     def rough(self) -> SmoothTerm:
         """Itself: its products take little time."""
         return self
@@ -209,9 +210,10 @@ class Corrected:
     convolution: Convolution
     terms: tuple[Term, ...]
 
+    @property
     def rough(self) -> Corrected:
         """The same with convolutions in single precision."""
-        return replace(self, convolution=self.convolution.rough(), terms=tuple(term.rough() for term in self.terms))
+        return replace(self, convolution=self.convolution.rough, terms=tuple(term.rough for term in self.terms))
 
     def apply(self, values: Array, out: Array | None = None) -> Array:
         """Displacements (nx, ny) by pressures (nx, ny), in `out` if it is given."""

@@ -6,7 +6,7 @@ from refusals import refused
 
 from fecontact import InputError
 from fecontact.halfspace import Grid, kernels
-from fecontact.halfspace.fft import ROUGHNESS, Convolution, Tally, VectorConvolution, kernel_spectrum, padded
+from fecontact.halfspace.fft import ROUGHNESS, Convolution, Tally, kernel_spectrum, padded
 from fecontact.halfspace.grid import even_axes, part_of, unfold
 from fecontact.halfspace.nested import GridLevel, around, finer, start_on
 
@@ -25,7 +25,7 @@ def test_free_convolution(shape):
     table = kernels.love(shape, (1.0, 0.7))
     p = np.random.default_rng(0).random(shape)
     spectrum = kernel_spectrum(table, (padded(shape[0]), padded(shape[1])))
-    found = Convolution(spectrum, shape, (False, False), Tally(1)).apply(p)
+    found = Convolution.even(spectrum, shape, (False, False), Tally(1)).apply(p)
     exact = direct(p, table)
     assert np.abs(found - exact).max() < 1e-13 * exact.max()  # rounding of a transform
 
@@ -36,7 +36,7 @@ def test_single_precision_errs_by_its_bound_in_any_units(shape, units):
     table = kernels.love(shape, (1.0, 0.7))
     p = np.random.default_rng(2).standard_normal(shape)
     spectrum = kernel_spectrum(units * table, (padded(shape[0]), padded(shape[1])))
-    rough = Convolution(spectrum, shape, (False, False), Tally(1)).rough()
+    rough = Convolution.even(spectrum, shape, (False, False), Tally(1)).rough
     exact = direct(p, table)
     for size in (1.0, 1e-60, 1e60):
         found = rough.apply(size * p) / (size * units)
@@ -54,7 +54,7 @@ def test_symmetric_convolution(symmetric):
     table = kernels.love(shape, (1.0, 0.7))
     part = part_of(shape, symmetric)
     spectrum = kernel_spectrum(table, (padded(12), padded(10)))
-    half = Convolution(spectrum, p[part].shape, symmetric, Tally(1)).apply(p[part])
+    half = Convolution.even(spectrum, p[part].shape, symmetric, Tally(1)).apply(p[part])
     exact = direct(p, table)
     assert np.abs(unfold(half, symmetric) - exact).max() < 1e-13 * exact.max()  # rounding of a transform
     assert even_axes(p, p > 0, np.ones((1, *shape))) == symmetric
@@ -63,7 +63,7 @@ def test_symmetric_convolution(symmetric):
 def test_strips_of_columns_make_no_difference(monkeypatch):
     p = np.random.default_rng(2).random((40, 60))
     spectrum = kernel_spectrum(kernels.love((40, 60), (1.0, 1.0)), (40, 60))
-    convolution = Convolution(spectrum, (40, 60), (False, False), Tally(1))
+    convolution = Convolution.even(spectrum, (40, 60), (False, False), Tally(1))
     whole = convolution.apply(p)
     monkeypatch.setattr("fecontact.halfspace.fft.STRIP", 1)
     assert np.abs(convolution.apply(p) - whole).max() < 1e-14 * whole.max()
@@ -73,9 +73,9 @@ def test_threads_make_no_difference(monkeypatch):
     monkeypatch.setattr("fecontact.halfspace.fft.STRIP", 500)
     p = np.random.default_rng(2).random((40, 60))
     spectrum = kernel_spectrum(kernels.love((40, 60), (1.0, 1.0)), (40, 60))
-    one, two = (Convolution(spectrum, (40, 60), (False, False), Tally(1), workers=n) for n in (1, 2))
+    one, two = (Convolution.even(spectrum, (40, 60), (False, False), Tally(1), workers=n) for n in (1, 2))
     assert np.array_equal(one.apply(p), two.apply(p))
-    assert np.array_equal(one.rough().apply(p), two.rough().apply(p))
+    assert np.array_equal(one.rough.apply(p), two.rough.apply(p))
 
 
 @pytest.mark.parametrize("threads", [1, 2])
@@ -88,11 +88,11 @@ def test_fields_are_convolved_with_a_matrix_of_kernels(monkeypatch, threads):
     values[1] *= 1e-3
     dx, dy = (np.subtract.outer(np.arange(n), np.arange(n)) for n in (nx, ny))
     exact = np.einsum("jkacbd,kcd->jab", full[:, :, dx[:, :, None, None], dy[None, None]], values)
-    product = VectorConvolution(kernels, (nx, ny), (2 * nx, 2 * ny), threads)
+    product = Convolution(kernels, (nx, ny), (2 * nx, 2 * ny), workers=threads)
     assert np.abs(product.apply(values) - exact).max() < 1e-13 * np.abs(exact).max()  # rounding of a transform
     assert 0 < np.abs(product.rough.apply(1e30 * values) / 1e30 - exact).max() < ROUGHNESS * np.abs(exact).max()
     assert not product.apply(np.zeros((2, nx, ny))).any()
-    lone = VectorConvolution(((kernels[0][0], None), (None, None)), (nx, ny), (2 * nx, 2 * ny), threads).apply(values)
+    lone = Convolution(((kernels[0][0], None), (None, None)), (nx, ny), (2 * nx, 2 * ny), workers=threads).apply(values)
     assert lone[0].any()
     assert not lone[1].any()
 
@@ -100,8 +100,8 @@ def test_fields_are_convolved_with_a_matrix_of_kernels(monkeypatch, threads):
 def test_tally_counts_transforms():
     tally = Tally(4 * 16 * 16)
     spectrum = kernel_spectrum(kernels.love((16, 16), (1.0, 1.0)), (16, 16))
-    Convolution(spectrum, (16, 16), (False, False), tally).apply(np.ones((16, 16)))
-    Convolution(spectrum, (8, 8), (True, True), tally, product=False).apply(np.ones((8, 8)))
+    Convolution.even(spectrum, (16, 16), (False, False), tally).apply(np.ones((16, 16)))
+    Convolution.even(spectrum, (8, 8), (True, True), tally, product=False).apply(np.ones((8, 8)))
     assert (tally.products, tally.transforms) == (1, 2.5)
 
 

@@ -78,7 +78,7 @@ def test_single_precision_is_nearly_double():
     term = _term((40, 40))
     p = _pressure((40, 40))
     exact = term.apply(p)
-    found = term.rough().apply(p)
+    found = term.rough.apply(p)
     assert 0 < np.abs(found - exact).max() < 1e-4 * np.abs(exact).max()  # roundings of 6e-8, times cells across
 
 
