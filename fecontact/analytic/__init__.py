@@ -19,6 +19,7 @@ from fecontact.analytic import (
     rectangle,
     sinusoid,
 )
+from fecontact.common.renamed import renamed_names
 
 __all__ = [
     "axisymmetric",
@@ -36,3 +37,5 @@ __all__ = [
     "rectangle",
     "sinusoid",
 ]
+
+__getattr__ = renamed_names(globals(), sheared_rectangle="rectangle")

@@ -14,6 +14,9 @@ from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 
+#: Places of the components xx, yy, zz, xy, yz, xz in a tensor.
+TENSOR = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
+
 
 def surface_displacement(distance: ArrayLike, *, force: float, modulus: float) -> Array:
     """Return the normal surface displacement P / (pi E' d) under a normal point load.
@@ -163,23 +166,75 @@ def stress(points: ArrayLike, *, force: ArrayLike, material: Material, above: fl
     >>> stress([0.0, 0.0, 1.0], force=(0.0, 0.0, 2 * np.pi), material=Material(1.0, 0.25)).diagonal()
     array([ 0.25,  0.25, -3.  ])
     """
-    coordinates, rho, s = _geometry(points, above)
-    vector = _load(force)
-    nu = material.nu
-    planar, depth = coordinates[..., :2], coordinates[..., 2]
-    shear, normal = vector[..., :2], vector[..., 2]
-    along = (coordinates * vector).sum(axis=-1)
-    sheared = (planar * shear).sum(axis=-1)
-    result = -3 * coordinates[..., :, None] * coordinates[..., None, :] * (along / rho**5)[..., None, None]
-    outer = planar[..., :, None] * planar[..., None, :]
-    mixed = planar[..., :, None] * shear[..., None, :]
-    isotropic = normal * (depth / rho**3 - 1 / (rho * s)) + sheared * (1 / rho**3 - 1 / (rho * s**2))
-    directed = normal * (rho + s) / (rho**3 * s**2) + sheared * (s + 2 * rho) / (rho**3 * s**3)
-    lateral = outer * directed[..., None, None]
-    lateral -= (mixed + np.swapaxes(mixed, -1, -2)) / (rho * s**2)[..., None, None]
-    lateral += isotropic[..., None, None] * np.eye(2)
-    result[..., :2, :2] += (1 - 2 * nu) * lateral
-    return np.asarray(result / (2 * np.pi))
+    coordinates, _, _ = _geometry(points, above)
+    x, y, z = np.moveaxis(coordinates, -1, 0)
+    Qx, Qy, P = np.moveaxis(_load(force), -1, 0)
+    return np.asarray(stress_components(x, y, z, (Qx, Qy, P), material.nu)[..., TENSOR])
+
+
+def stress_components(
+    x: Array, y: Array, z: Array, force: tuple[ArrayLike, ArrayLike, ArrayLike], nu: float, core: float = 0.0
+) -> Array:
+    """Return the stress components (..., 6) at offsets from a point load, without checks.
+
+    Parameters
+    ----------
+    x, y, z : numpy.ndarray
+        Offsets from the load, broadcast together.
+    force : tuple of three array_like
+        Load (Qx, Qy, P), numbers or broadcast with the offsets.
+    nu : float
+        Poisson's ratio.
+    core : float
+        Distance from the load within which the stress is taken as zero.
+
+    Returns
+    -------
+    numpy.ndarray, shape (..., 6)
+        xx, yy, zz, xy, yz, xz.
+
+    References
+    ----------
+    As of `stress`; Johnson 1985, equation 3.76.
+
+    Examples
+    --------
+    >>> stress_components(np.zeros(1), np.zeros(1), np.ones(1), (0.0, 0.0, 2 * np.pi), 0.25)[0, :3]
+    array([ 0.25,  0.25, -3.  ])
+    """
+    Qx, Qy, P = force
+    square = x**2 + y**2 + z**2
+    deep = square > core**2
+    rho = np.sqrt(np.where(deep, square, 1.0))
+    inverse = 1 / rho
+    s = 1 / (rho + z)
+    shares = []  # of each component of the load: parts of xx, yy, xy with 1 - 2 nu, and its product with the offset
+    if np.any(P):
+        # with f = (1 - z/rho)/r^2 the part of 1 - 2 nu is f I - g (r^2 I - r r^T), without a quotient by r
+        f = s * inverse
+        scaled = P * f
+        g = scaled * f * (2 * rho + z) * inverse
+        shares.append((scaled - y * y * g, scaled - x * x * g, x * y * g, P * z))
+    if np.any(Qx):
+        shares.append(_by_shear(x, y, Qx, s, inverse))
+    if np.any(Qy):
+        yy, xx, xy, along = _by_shear(y, x, Qy, s, inverse)
+        shares.append((xx, yy, xy, along))
+    if not shares:
+        return np.zeros((*square.shape, 6))
+    xx, yy, xy, along = shares[0] if len(shares) == 1 else (sum(parts) for parts in zip(*shares, strict=True))
+    lateral, axial = (1 - 2 * nu) * deep, 3 * along * (inverse * inverse * inverse * inverse * inverse * deep)
+    parts = (lateral * xx - axial * x * x, lateral * yy - axial * y * y, -axial * z * z)
+    parts += (lateral * xy - axial * x * y, -axial * y * z, -axial * x * z)
+    return np.stack(parts, axis=-1) / (2 * np.pi)
+
+
+def _by_shear(a: Array, b: Array, Q: ArrayLike, s: Array, inverse: Array) -> tuple[Array, Array, Array, Array]:
+    """Parts along, across and in shear by a load along a; with s = 1/(rho + z) and 1/rho."""
+    beside, cubed = s * s * inverse, inverse * inverse * inverse
+    g = s * s * cubed + 2 * s * beside * inverse
+    curved, Qa = a * a * g, Q * a
+    return Qa * (cubed - 3 * beside + curved), Qa * (cubed - beside + b * b * g), Q * b * (curved - beside), Qa
 
 
 def _geometry(points: ArrayLike, above: float) -> tuple[Array, Array, Array]:

@@ -1,4 +1,4 @@
-"""Half-space under uniform pressure on a rectangle (Love 1929).
+"""Half-space under uniform pressure (Love 1929) or shear traction on a rectangle.
 
 The half-space fills z >= 0 (z into the body), the rectangle |x| <= a, |y| <= b lies on its surface. All fields follow
 from the potentials V = integral of 1/rho and chi = integral of log(rho + z) over the rectangle, sums over its corners.
@@ -62,18 +62,18 @@ def surface_displacement(
     >>> surface_displacement(0.0, 0.0, half_sides=(1.0, 1.0), pressure=np.pi, modulus=8.0).round(6)
     np.float64(0.881374)
     """
-    sides = rectangle_sides(half_sides)
+    sides = _rectangle_sides(half_sides)
     xs, ys = np.broadcast_arrays(checks.coordinates("x", x), checks.coordinates("y", y))
     points = np.stack([xs, ys, np.zeros_like(xs)], axis=-1)
 
     def near(close: Array) -> Array:
-        return potentials(close, sides).V
+        return _potentials(close, sides).V
 
     def far(offsets: Array) -> Array:
         return np.asarray(1 / np.linalg.norm(offsets, axis=-1))
 
     factor = checks.finite("the pressure", pressure) / (np.pi * checks.positive("the modulus", modulus))
-    return np.asarray(factor * near_or_far(points, sides, near, far))
+    return np.asarray(factor * _near_or_far(points, sides, near, far))
 
 
 def displacement(points: ArrayLike, *, half_sides: tuple[float, float], pressure: float, material: Material) -> Array:
@@ -109,13 +109,13 @@ def displacement(points: ArrayLike, *, half_sides: tuple[float, float], pressure
     >>> displacement([0.0, 0.0, 0.0], half_sides=(1.0, 1.0), pressure=1.0, material=Material(1.0, 0.0)).round(6)
     array([0.      , 0.      , 2.244399])
     """
-    sides = rectangle_sides(half_sides)
-    coordinates = inside(points)
+    sides = _rectangle_sides(half_sides)
+    coordinates = _inside(points)
     nu = material.nu
     scale = checks.finite("the pressure", pressure) / (4 * np.pi * material.shear_modulus)
 
     def near(close: Array) -> Array:
-        f = potentials(close, sides)
+        f = _potentials(close, sides)
         u_x = 0.0 - (f.z * f.V_x + (1 - 2 * nu) * f.chi_x)
         u_y = 0.0 - (f.z * f.V_y + (1 - 2 * nu) * f.chi_y)
         return np.stack([scale * u_x, scale * u_y, scale * (2 * (1 - nu) * f.V - f.z * f.V_z)], axis=-1)
@@ -123,32 +123,38 @@ def displacement(points: ArrayLike, *, half_sides: tuple[float, float], pressure
     def far(offsets: Array) -> Array:
         return boussinesq.displacement(offsets, force=(0.0, 0.0, pressure), material=material)
 
-    return near_or_far(coordinates, sides, near, far)
+    return _near_or_far(coordinates, sides, near, far)
 
 
 def stress(
     points: ArrayLike,
     *,
     half_sides: tuple[float, float],
-    pressure: float,
     material: Material,
+    pressure: float = 0.0,
+    traction: tuple[float, float] = (0.0, 0.0),
     corner_distance: float = 0.0,
 ) -> Array:
     """Return the stress in the half-space and on its surface.
 
     Parameters
     ----------
-    points, half_sides, pressure, material
+    points, half_sides, material
         As in `displacement`.
+    pressure : float
+        Pressure, positive into the body.
+    traction : tuple of (float, float)
+        Shear traction along x and y on the body.
     corner_distance : float
-        Distance assumed at the four corners, where xy is infinite as the logarithm of the distance.
+        Distance assumed at the four corners, where xy by the pressure is infinite as the logarithm of the distance.
 
     Returns
     -------
     numpy.ndarray, shape (..., 3, 3)
         Stress tensors, tension positive. On the edges and at the corners of the rectangle, where some components jump,
-        the mean of their limits along the surface from all sides; on the surface the shears with z are zero. Points
-        within rounding of an edge count as on it.
+        the mean of their limits along the surface from all sides; on the surface the shears with z are those of the
+        traction. Points within rounding of an edge count as on it. On the edges, on the surface, where components by
+        the traction are infinite as the logarithm of the distance, that of a distance of twice the half-side.
 
     Raises
     ------
@@ -157,38 +163,82 @@ def stress(
 
     References
     ----------
-    Love 1929, section 2 and 4.
+    Love 1929, section 2 and 4; for the traction K. L. Johnson, Contact Mechanics, 1985, section 3.2, equations 3.3 to
+    3.7.
 
     Examples
     --------
     >>> tensor = stress([0.0, 0.0, 0.0], half_sides=(1.0, 1.0), pressure=1.0, material=Material(1.0, 0.25))
     >>> tensor.diagonal().round(6)
     array([-0.75, -0.75, -1.  ])
+    >>> sheared = stress([0.0, 0.0, 0.0], half_sides=(1.0, 1.0), traction=(1.0, 0.0), material=Material(1.0, 0.3))
+    >>> sheared.round(12)[:, 2] + 0.0
+    array([-1.,  0.,  0.])
     """
-    sides = rectangle_sides(half_sides)
-    coordinates = inside(points)
-    nu = material.nu
-    scale = checks.finite("the pressure", pressure) / (2 * np.pi)
+    sides = _rectangle_sides(half_sides)
+    coordinates = _inside(points)
+    p = checks.finite("the pressure", pressure)
+    along = [checks.finite("the traction", q) for q in traction]
 
     def near(close: Array) -> Array:
-        f = potentials(close, sides, corner_distance if scale else 1.0)
-        tensor = np.empty((*close.shape[:-1], 3, 3))
-        tensor[..., 0, 0] = 2 * nu * f.V_z - (1 - 2 * nu) * f.chi_xx - f.W_xx
-        tensor[..., 1, 1] = 2 * nu * f.V_z - (1 - 2 * nu) * f.chi_yy - f.W_yy
-        tensor[..., 2, 2] = f.V_z + f.W_xx + f.W_yy
-        tensor[..., 0, 1] = tensor[..., 1, 0] = -(1 - 2 * nu) * f.chi_xy - f.W_xy
-        tensor[..., 0, 2] = tensor[..., 2, 0] = -f.W_xz
-        tensor[..., 1, 2] = tensor[..., 2, 1] = -f.W_yz
-        return scale * tensor
+        tensor = np.zeros((*close.shape[:-1], 3, 3))
+        if p:
+            tensor += p * _by_pressure(close, sides, material.nu, corner_distance)
+        if along[0]:
+            tensor += along[0] * _by_traction(close, sides, material.nu)
+        if along[1]:
+            exchanged = _by_traction(close[..., EXCHANGED], (sides[1], sides[0]), material.nu)
+            tensor += along[1] * exchanged[..., EXCHANGED, :][..., EXCHANGED]
+        return np.asarray(tensor / (2 * np.pi))
 
     def far(offsets: Array) -> Array:
-        return boussinesq.stress(offsets, force=(0.0, 0.0, pressure), material=material)
+        return boussinesq.stress(offsets, force=(*along, p), material=material)
 
-    return near_or_far(coordinates, sides, near, far)
+    return _near_or_far(coordinates, sides, near, far)
+
+
+#: Exchange of the axes x and y.
+EXCHANGED = np.array([1, 0, 2])
+
+
+def _by_pressure(points: Array, sides: tuple[float, float], nu: float, corner_distance: float) -> Array:
+    """2 pi times the stress by a unit pressure."""
+    f = _potentials(points, sides, corner_distance)
+    tensor = np.empty((*points.shape[:-1], 3, 3))
+    tensor[..., 0, 0] = 2 * nu * f.V_z - (1 - 2 * nu) * f.chi_xx - f.W_xx
+    tensor[..., 1, 1] = 2 * nu * f.V_z - (1 - 2 * nu) * f.chi_yy - f.W_yy
+    tensor[..., 2, 2] = f.V_z + f.W_xx + f.W_yy
+    tensor[..., 0, 1] = tensor[..., 1, 0] = -(1 - 2 * nu) * f.chi_xy - f.W_xy
+    tensor[..., 0, 2] = tensor[..., 2, 0] = -f.W_xz
+    tensor[..., 1, 2] = tensor[..., 2, 1] = -f.W_yz
+    return tensor
+
+
+def _by_traction(points: Array, sides: tuple[float, float], nu: float) -> Array:
+    """2 pi times the stress by a unit traction along x, from Cerruti's potentials.
+
+    They are V of 1/rho, chi of log(rho + z) and Omega of z log(rho + z) - rho, with chi_z = V, Omega_z = chi, and all
+    three harmonic:
+
+        xx = 2 (1 + nu) V_x + 2 nu Omega_xxx - z chi_xxx     xy = V_y + 2 nu Omega_xxy - z chi_xxy
+        yy = 2 nu V_x + 2 nu Omega_xyy - z chi_xyy           xz = V_z - z V_xx
+        zz = -z V_xz                                         yz = -z V_xy
+    """
+    f = _potentials(points, sides)
+    Omega_xxy, Omega_xyy, z_chi_xxy, z_chi_xyy = _third(points, sides)
+    Omega_xxx, z_chi_xxx = -Omega_xyy - f.V_x, -z_chi_xyy - f.W_xz
+    tensor = np.empty((*points.shape[:-1], 3, 3))
+    tensor[..., 0, 0] = 2 * (1 + nu) * f.V_x + 2 * nu * Omega_xxx - z_chi_xxx
+    tensor[..., 1, 1] = 2 * nu * (f.V_x + Omega_xyy) - z_chi_xyy
+    tensor[..., 2, 2] = -f.W_xz
+    tensor[..., 0, 1] = tensor[..., 1, 0] = f.V_y + 2 * nu * Omega_xxy - z_chi_xxy
+    tensor[..., 0, 2] = tensor[..., 2, 0] = f.V_z - f.W_xx
+    tensor[..., 1, 2] = tensor[..., 2, 1] = -f.W_xy
+    return tensor
 
 
 @dataclass(frozen=True, eq=False)
-class Potentials:
+class _Potentials:
     """Derivatives of V and chi; W are second derivatives of V times z, as they enter the stresses."""
 
     z: Array
@@ -208,7 +258,7 @@ class Potentials:
     chi_xy: Array
 
 
-def potentials(points: Array, sides: tuple[float, float], corner_distance: float = 0.0) -> Potentials:
+def _potentials(points: Array, sides: tuple[float, float], corner_distance: float = 0.0) -> _Potentials:
     """Sum the corner functions; log(Y + rho) enters as asinh(Y/sqrt(X^2 + z^2)): the same sum without cancellation."""
     signs = np.array([1.0, -1.0])
     X, Y = (
@@ -239,7 +289,7 @@ def potentials(points: Array, sides: tuple[float, float], corner_distance: float
 
     with np.errstate(invalid="ignore"):
         chi_xy = corners(log_z)
-    return Potentials(
+    return _Potentials(
         z=points[..., 2],
         V=corners(X * log_y + Y * log_x - Z * angle),
         V_x=corners(log_y),
@@ -258,7 +308,24 @@ def potentials(points: Array, sides: tuple[float, float], corner_distance: float
     )
 
 
-def near_or_far(
+def _third(points: Array, sides: tuple[float, float]) -> tuple[Array, Array, Array, Array]:
+    """Omega_xxy, Omega_xyy, z chi_xxy and z chi_xyy: sums over the corners of -X/s, -Y/s, z X/(rho s), z Y/(rho s).
+
+    Here s = rho + z; at a corner itself, where s vanishes, all are zero in the mean over directions.
+    """
+    signs = np.array([1.0, -1.0])
+    X = points[..., 0, None, None] + sides[0] * signs[:, None]
+    Y = points[..., 1, None, None] + sides[1] * signs[None, :]
+    Z = points[..., 2, None, None]
+    rho = np.sqrt(X**2 + Y**2 + Z**2)
+    one_by = np.divide(1.0, rho + Z, out=np.zeros_like(rho), where=rho > 0)
+    z_by_rho = np.divide(Z, rho, out=np.zeros_like(rho), where=rho > 0)
+    weight = signs[:, None] * signs[None, :]
+    terms = (-X * one_by, -Y * one_by, z_by_rho * X * one_by, z_by_rho * Y * one_by)
+    return tuple((weight * t).sum(axis=(-2, -1)) for t in terms)
+
+
+def _near_or_far(
     points: Array,
     sides: tuple[float, float],
     near: Callable[[Array], Array],
@@ -279,7 +346,7 @@ def near_or_far(
     return values.reshape((*points.shape[:-1], *values.shape[1:]))
 
 
-def rectangle_sides(half_sides: tuple[float, float]) -> tuple[float, float]:
+def _rectangle_sides(half_sides: tuple[float, float]) -> tuple[float, float]:
     """Return half-sides, checked to be two positive lengths."""
     try:
         a, b = half_sides
@@ -288,7 +355,7 @@ def rectangle_sides(half_sides: tuple[float, float]) -> tuple[float, float]:
     return checks.positive("the half-side a", a), checks.positive("the half-side b", b)
 
 
-def inside(points: ArrayLike) -> Array:
+def _inside(points: ArrayLike) -> Array:
     """Return points (..., 3) as an array, checked to lie at z >= 0."""
     coordinates = checks.point_array("points", points, 3)
     if np.any(coordinates[..., 2] < 0):

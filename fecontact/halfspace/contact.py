@@ -292,7 +292,7 @@ class HalfSpaceContact(Drawn):
         r2 = ((self.grid.x - x) ** 2)[:, None] + ((self.grid.y - y) ** 2)[None, :]
         return float(np.sqrt(2.5 * (self.pressure * r2).sum() / self.pressure.sum()))
 
-    def stress(self, points: ArrayLike, chunk: int = 200_000) -> Array:
+    def stress(self, points: ArrayLike, chunk: int = 20_000) -> Array:
         """Stress inside the half-space.
 
         By Love's rectangles for a free homogeneous half-space, by transforms for a layered or periodic one, see
@@ -561,7 +561,7 @@ class FrictionContact(HalfSpaceContact):
     dissipated, work = renamed("dissipated", "friction_work"), renamed("work", "work_density")
     friction_residuals = renamed("friction_residuals", "residuals")
 
-    def stress(self, points: ArrayLike, chunk: int = 200_000) -> Array:
+    def stress(self, points: ArrayLike, chunk: int = 20_000) -> Array:
         """Stress (n, 6) inside the half-space by pressures and tractions, see `HalfSpaceContact.stress`.
 
         Raises

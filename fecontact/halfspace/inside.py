@@ -20,7 +20,7 @@ import scipy.special
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fecontact.analytic import rectangle, sheared_rectangle
+from fecontact.analytic import boussinesq, rectangle
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.material import Material
 from fecontact.halfspace.grid import Grid
@@ -76,11 +76,10 @@ class Loaded:
         """
         top = self.layers[0] if self.layers else None
         if top is None:
-            assert self.material is not None
-            return self._love(points, self.material, chunk)
+            return self._homogeneous(2, self.pressure, points, _some(self.material), chunk)
         out = np.zeros((len(points), 6))
         near = points[:, 2] <= top.thickness * (1 + ON_INTERFACE)
-        out[near] = self._love(points[near], top.material, chunk)
+        out[near] = self._homogeneous(2, self.pressure, points[near], top.material, chunk)
         waves = waves or self._waves(points)
         for z in np.unique(points[:, 2]):
             here = points[:, 2] == z
@@ -118,50 +117,23 @@ class Loaded:
         centres = np.stack([self.grid.x[ix], self.grid.y[iy], np.zeros(len(ix))], axis=1)
         return np.stack([ix, iy], axis=1), centres, loads[ix, iy]
 
-    def _love(self, points: Array, material: Material, chunk: int) -> Array:
-        """Stress in a homogeneous half-space by the pressures."""
-        half_sides = (self.grid.cell[0] / 2, self.grid.cell[1] / 2)
-        core, mean = CORE * min(self.grid.cell), mean_distance(*half_sides)
-
-        def point(x: Array, y: Array, z: Array) -> Array:
-            return _point_force(x, y, z, material.nu, core)
-
-        def cell(offsets: Array) -> Array:
-            return rectangle.stress(
-                offsets, half_sides=half_sides, pressure=1.0, material=material, corner_distance=mean
-            )
-
-        return self._homogeneous(self.pressure, point, cell, points, chunk)
-
     def sheared(self, points: Array, tractions: Array, chunk: int) -> Array:
         """Stress (n, 6) at points (n, 3), z into the body, by tractions (2, nx, ny) on a homogeneous half-space."""
-        assert self.material is not None
-        material, nu = self.material, self.material.nu
-        half_sides, core = (self.grid.cell[0] / 2, self.grid.cell[1] / 2), CORE * min(self.grid.cell)
+        material = _some(self.material)
+        by_axis = [self._homogeneous(axis, given, points, material, chunk) for axis, given in enumerate(tractions)]
+        return np.asarray(sum(by_axis))
 
-        def along_x(x: Array, y: Array, z: Array) -> Array:
-            return _point_shear(x, y, z, nu, core)
+    def _homogeneous(self, axis: int, given: Array, points: Array, material: Material, chunk: int) -> Array:
+        """Stress (n, 6) in a homogeneous half-space by loads (nx, ny) along an axis.
 
-        def along_y(x: Array, y: Array, z: Array) -> Array:
-            return _point_shear(y, x, z, nu, core)[..., [1, 0, 2, 3, 5, 4]]
-
-        def cell(along: tuple[float, float]) -> Callable[[Array], Array]:
-            return lambda offsets: sheared_rectangle.stress(
-                offsets, half_sides=half_sides, traction=along, material=material
-            )
-
-        return self._homogeneous(tractions[0], along_x, cell((1.0, 0.0)), points, chunk) + self._homogeneous(
-            tractions[1], along_y, cell((0.0, 1.0)), points, chunk
-        )
-
-    def _homogeneous(
-        self, given: Array, point: Field, cell: Callable[[Array], Array], points: Array, chunk: int
-    ) -> Array:
-        """Stress in a homogeneous half-space: point forces on the cells, rectangles for nearby cells.
-
-        `given` are the loads (nx, ny), `point` is the field of a unit force, `cell` the stresses (n, 3, 3) at offsets
-        (n, 3) from a cell under a unit load.
+        Of point forces on the cells, and of rectangles for nearby cells.
         """
+        half_sides, core = (self.grid.cell[0] / 2, self.grid.cell[1] / 2), CORE * min(self.grid.cell)
+        unit = (float(axis == 0), float(axis == 1), float(axis == 2))
+
+        def point(x: Array, y: Array, z: Array) -> Array:
+            return boussinesq.stress_components(x, y, z, unit, material.nu, core)
+
         out = self._summed(point, points, chunk, given)
         number, centres, loads = self._cells(given)
         place = self._in_cells(points)
@@ -172,8 +144,15 @@ class Loaded:
         for first in range(0, len(near), chunk):
             i, j = near["i"][first : first + chunk], near["j"][first : first + chunk]
             offsets = np.column_stack([(place[i] - number[j] - 0.5) * self.grid.cell, depth[i]])
-            unit = cell(offsets)
-            better = np.stack([unit[:, a, b] for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))], axis=1)
+            cell = rectangle.stress(
+                offsets,
+                half_sides=half_sides,
+                material=material,
+                pressure=unit[2],
+                traction=unit[:2],
+                corner_distance=mean_distance(*half_sides),
+            )
+            better = np.stack([cell[:, a, b] for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))], axis=1)
             # as in `_summed`, so that both omit the same
             places = points[i, None, :2] - (centres[j, None, :2] + self._gauss)
             gauss = point(places[..., 0], places[..., 1], points[i, 2, None])
@@ -232,46 +211,6 @@ class Loaded:
 def mean_distance(a: float, b: float) -> float:
     """Geometric mean of the distance from the middle over a rectangle with half-sides a, b."""
     return math.hypot(a, b) * math.exp(-1.5 + a / (2 * b) * math.atan(b / a) + b / (2 * a) * math.atan(a / b))
-
-
-def _point_force(x: Array, y: Array, z: Array, nu: float, core: float = 0.0) -> Array:
-    """Stress (..., 6) by a unit force on the surface, into the body (Boussinesq; Johnson 1985, section 3.2).
-
-    Zero within a distance `core` of the force.
-    """
-    r2 = x**2 + y**2
-    rho2 = r2 + z**2
-    deep = rho2 > core**2
-    rho = np.sqrt(np.where(deep, rho2, 1.0))
-    i1 = 1 / rho
-    i3 = i1**3
-    # with f = (1 - z/rho)/r^2 the part of 1 - 2 nu is f I - g (r^2 I - r r^T), without a quotient by r
-    f = i1 / (rho + z)
-    g = f * f * (2 * rho + z) * i1
-    lateral = (1 - 2 * nu) * deep
-    axial = 3 * z * i3 * i1 * i1 * deep
-    xx = lateral * (f - y * y * g) - axial * x * x
-    yy = lateral * (f - x * x * g) - axial * y * y
-    xy = x * y * (lateral * g - axial)
-    return np.stack([xx, yy, -axial * z * z, xy, -axial * y * z, -axial * x * z], axis=-1) / (2 * math.pi)
-
-
-def _point_shear(x: Array, y: Array, z: Array, nu: float, core: float) -> Array:
-    """Stress (..., 6) by a unit force on the surface along x (Cerruti; Johnson 1985, eq. 3.76).
-
-    Zero within a distance `core` of the force.
-    """
-    rho2 = x**2 + y**2 + z**2
-    deep = rho2 > core**2
-    rho = np.sqrt(np.where(deep, rho2, 1.0))
-    i3 = rho**-3
-    s = 1 / (rho + z)
-    g = s * s * (i3 + 2 * s / rho**2)
-    lateral, axial = (1 - 2 * nu) * deep, 3 * x * i3 / rho**2 * deep
-    xx = lateral * x * (i3 - 3 * s * s / rho + x * x * g) - axial * x * x
-    yy = lateral * x * (i3 - s * s / rho + y * y * g) - axial * y * y
-    xy = lateral * y * (x * x * g - s * s / rho) - axial * x * y
-    return np.stack([xx, yy, -axial * z * z, xy, -axial * y * z, -axial * x * z], axis=-1) / (2 * math.pi)
 
 
 def _some(material: Material | None) -> Material:

@@ -17,13 +17,14 @@ from functools import cached_property
 
 import numpy as np
 
-from fecontact.analytic import rectangle, sheared_rectangle
+from fecontact.analytic import rectangle
 from fecontact.analytic.face_loads import FaceLoads, displacements, stresses, tangent_axes
 from fecontact.bodies.local.remainder import Remainder
 from fecontact.bodies.local.window import Window, interpolation, nodes
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.material import Material
 from fecontact.fem.stress import components, strain_of
+from fecontact.halfspace.grid import unfold
 from fecontact.halfspace.inside import mean_distance
 
 ORDER = 4
@@ -115,10 +116,7 @@ class Pressed:
     @classmethod
     def of(cls, window: Window, pressure: Array, material: Material) -> Pressed:
         """From pressures (nx, ny) on the modelled cells."""
-        for axis, even in enumerate(window.mirrored):
-            if even:
-                pressure = np.concatenate([np.flip(pressure, axis), pressure], axis=axis)
-        return cls(window, pressure, material)
+        return cls(window, unfold(pressure, window.mirrored), material)
 
     @cached_property
     def _blocks(self) -> tuple[Block, ...]:
@@ -208,19 +206,16 @@ class Pressed:
         return ((u * near.traction(pressure)[:, 2:])[:, None] @ near.axes)[:, 0]
 
     def _stress_by_cells(self, near: _Near, pressure: Array) -> Array:
-        traction = near.traction(pressure)[..., None, None]
-        stress = traction[:, 2] * rectangle.stress(
-            near.offsets,
-            half_sides=near.half,
-            pressure=1.0,
-            material=self.material,
-            corner_distance=mean_distance(*near.half),
-        )
-        if self.window.relief is not None:
-            for k, along in enumerate(((1.0, 0.0), (0.0, 1.0))):
-                stress += traction[:, k] * sheared_rectangle.stress(
-                    near.offsets, half_sides=near.half, traction=along, material=self.material
-                )
+        traction, stress = near.traction(pressure)[..., None, None], np.zeros((len(pressure), 3, 3))
+        for axis in (2,) if self.window.relief is None else (2, 0, 1):
+            stress += traction[:, axis] * rectangle.stress(
+                near.offsets,
+                half_sides=near.half,
+                material=self.material,
+                pressure=float(axis == 2),
+                traction=(float(axis == 0), float(axis == 1)),
+                corner_distance=mean_distance(*near.half),
+            )
         return np.asarray(np.swapaxes(near.axes, 1, 2) @ stress @ near.axes)
 
 

@@ -77,6 +77,14 @@ def test_near_the_axis_nothing_cancels():
     np.testing.assert_allclose(tiny * 1e-80, unit, rtol=1e-13, atol=1e-15)
 
 
+def test_stress_is_left_out_within_a_core():
+    x = np.array([0.05, 0.2])
+    found = boussinesq.stress_components(x, 0 * x, 0 * x, (1.0, 0.0, 1.0), 0.25, core=0.1)
+    assert not found[0].any()
+    exact = boussinesq.stress([0.2, 0.0, 0.0], force=(1.0, 0.0, 1.0), material=Material(1.0, 0.25))
+    np.testing.assert_allclose(found[1, [0, 5]], [exact[0, 0], exact[0, 2]], rtol=0, atol=1e-14)
+
+
 def test_shapes_follow_the_points():
     points = np.ones((4, 5, 3))
     material = Material(1.0, 0.3)

@@ -10,7 +10,7 @@ import fecontact as fc
 from fecontact.analytic import boussinesq
 from fecontact.common.material import von_mises
 from fecontact.halfspace import pictures
-from fecontact.halfspace.inside import _point_force, _point_shear, mean_distance
+from fecontact.halfspace.inside import mean_distance
 from fecontact.halfspace.pictures import section
 from fecontact.surfaces import FlatPunch, Paraboloid, self_affine
 
@@ -24,15 +24,6 @@ POINTS = np.column_stack(
 def ball(material=UNIT, n=32, side=3.0, **options):
     half = fc.HalfSpace(material, size=(side, side), shape=(n, n), **options)
     return half, half.press(Paraboloid(1.0), force=2.0)
-
-
-def test_a_point_force_is_boussinesq():
-    x = np.random.default_rng(1).uniform(-3, 3, (50, 3))
-    x[:, 2] = np.abs(x[:, 2])
-    exact = boussinesq.stress(x, force=(0.0, 0.0, 1.0), material=UNIT)
-    found = _point_force(*x.T, UNIT.nu)
-    for k, (i, j) in enumerate(VOIGT):
-        assert np.abs(found[:, k] - exact[:, i, j]).max() < 1e-12 * np.abs(exact).max()
 
 
 def test_ball_against_hertz_on_the_axis():
@@ -252,15 +243,6 @@ def test_periodic_stress_at_corners_of_cells_is_that_of_its_neighbourhood():
     moved = contact.stress(points + np.array([1e-7, -1e-7, 0.0]))
     # a hundred-thousandth of a cell away
     assert np.abs(contact.stress(points) - moved).max() < 1e-3 * contact.max_pressure
-
-
-def test_a_point_shear_is_cerruti():
-    x = np.random.default_rng(2).uniform(-3, 3, (50, 3))
-    x[:, 2] = np.abs(x[:, 2])
-    exact = boussinesq.stress(x, force=(1.0, 0.0, 0.0), material=UNIT)
-    found = _point_shear(*x.T, UNIT.nu, 0.0)
-    for k, (i, j) in enumerate(VOIGT):
-        assert np.abs(found[:, k] - exact[:, i, j]).max() < 1e-12 * np.abs(exact).max()
 
 
 @pytest.mark.parametrize("along", [(1.0, 0.0), (0.6, -0.8)])
