@@ -173,7 +173,12 @@ def stress(points: ArrayLike, *, force: ArrayLike, material: Material, above: fl
 
 
 def stress_components(
-    x: Array, y: Array, z: Array, force: tuple[ArrayLike, ArrayLike, ArrayLike], nu: float, core: float = 0.0
+    x: Array,
+    y: Array,
+    z: Array,
+    force: tuple[Array | float, Array | float, Array | float],
+    nu: float,
+    core: float = 0.0,
 ) -> Array:
     """Return the stress components (..., 6) at offsets from a point load, without checks.
 
@@ -222,14 +227,16 @@ def stress_components(
         shares.append((xx, yy, xy, along))
     if not shares:
         return np.zeros((*square.shape, 6))
-    xx, yy, xy, along = shares[0] if len(shares) == 1 else (sum(parts) for parts in zip(*shares, strict=True))
+    xx, yy, xy, along = shares[0]
+    for more in shares[1:]:
+        xx, yy, xy, along = (one + other for one, other in zip((xx, yy, xy, along), more, strict=True))
     lateral, axial = (1 - 2 * nu) * deep, 3 * along * (inverse * inverse * inverse * inverse * inverse * deep)
     parts = (lateral * xx - axial * x * x, lateral * yy - axial * y * y, -axial * z * z)
     parts += (lateral * xy - axial * x * y, -axial * y * z, -axial * x * z)
     return np.stack(parts, axis=-1) / (2 * np.pi)
 
 
-def _by_shear(a: Array, b: Array, Q: ArrayLike, s: Array, inverse: Array) -> tuple[Array, Array, Array, Array]:
+def _by_shear(a: Array, b: Array, Q: Array | float, s: Array, inverse: Array) -> tuple[Array, Array, Array, Array]:
     """Parts along, across and in shear by a load along a; with s = 1/(rho + z) and 1/rho."""
     beside, cubed = s * s * inverse, inverse * inverse * inverse
     g = s * s * cubed + 2 * s * beside * inverse

@@ -1,10 +1,13 @@
 """Rectangular grids of equal cells on the surface of a half-space.
 
 Mirror symmetry of a problem about the middle of its grid: detection, reduction and expansion.
+
+Sums over blocks of cells.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -138,3 +141,26 @@ def unfold(values: NDArray, symmetric: Even) -> NDArray:
         if symmetric[axis]:
             values = np.concatenate([np.flip(values, axis), values], axis=axis)
     return values
+
+
+def block_sums(values: NDArray, axes: Sequence[int] = (-2, -1)) -> NDArray:
+    """Sums over blocks of 2 x 2 cells (..., mx, my), or of 2 along one axis; those at an odd end have fewer.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> block_sums(np.ones((3, 2))).tolist()
+    [[4.0], [2.0]]
+    """
+    for axis in axes:
+        along = np.moveaxis(values, axis, -1)
+        sums = along[..., ::2].copy()
+        sums[..., : along.shape[-1] // 2] += along[..., 1::2]
+        values = np.moveaxis(sums, -1, axis)
+    return values
+
+
+def block_means(values: NDArray, axes: Sequence[int] = (0, 1)) -> Array:
+    """Means over blocks of 2 x 2 cells (mx, my, ...), or of 2 along one axis; at an odd end of the cells there are."""
+    count = np.ones(values.shape[: len(axes)]).reshape(*values.shape[: len(axes)], *(1,) * (values.ndim - len(axes)))
+    return np.asarray(block_sums(values, axes) / block_sums(count, axes))

@@ -34,8 +34,7 @@ from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.error_estimate import NO_CONTACT, ErrorEstimate, UnboundedPeak
-from fecontact.halfspace.grid import Grid
-from fecontact.halfspace.nested import blocks
+from fecontact.halfspace.grid import Grid, block_sums
 
 FARTHEST = 1.0
 """Largest correction of an edge, in cells."""
@@ -332,9 +331,7 @@ def grid_error_estimate(
 
 def _changes(pressure: Array, coarse: Array, counted: Mask) -> tuple[float, float]:
     """Changes from the coarser grid, over whole blocks of counted cells: relative L2 norm, and of the largest."""
-    block = blocks(pressure)
-    means = block.sum(axis=(-3, -1)) / 4
-    inside = ((block > 0) & blocks(counted)).all(axis=(-3, -1))
+    means, inside = block_sums(pressure) / 4, block_sums(((pressure > 0) & counted).astype(np.int8)) == 4
     change = float(np.linalg.norm((means - coarse)[inside]) / np.linalg.norm(means[inside])) if inside.any() else 0.0
     return change, abs(float(coarse.max()) / float(pressure.max()) - 1)
 

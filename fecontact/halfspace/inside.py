@@ -24,7 +24,7 @@ from fecontact.analytic import boussinesq, rectangle
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.material import Material
 from fecontact.halfspace.grid import Grid
-from fecontact.halfspace.layered import ON_INTERFACE, Layer, wave_stress
+from fecontact.halfspace.layered import ON_INTERFACE, Hankel, Layer, wave_stress
 
 Field = Callable[[Array, Array, Array], Array]
 
@@ -69,7 +69,7 @@ class Loaded:
     material: Material | None
     layers: Sequence[Layer]
 
-    def free(self, points: Array, chunk: int, waves: _Hankel | None = None) -> Array:
+    def free(self, points: Array, chunk: int, waves: Hankel | None = None) -> Array:
         """Stress (n, 6) at points (n, 3), z into the body, under a surface that is free outside the grid.
 
         By a table of transforms for layers, where one is at hand.
@@ -87,12 +87,12 @@ class Loaded:
             if z <= top.thickness * (1 + ON_INTERFACE):
                 alone = [Layer(top.material, top.thickness)]
                 spectrum = spectrum - wave_stress(waves.k, float(z), alone, top.material)
-            out[here] += self._summed(waves.field(spectrum), points[here], chunk)
+            out[here] += self._summed(_field(waves, spectrum), points[here], chunk)
         return out
 
-    def _waves(self, points: Array) -> _Hankel:
+    def _waves(self, points: Array) -> Hankel:
         reach = math.hypot(*(float(np.ptp(points[:, k])) + self.grid.size[k] for k in (0, 1)))
-        return _Hankel.up_to(reach + float(np.abs(points[:, :2]).max()), self.layers[0].thickness)
+        return Hankel.up_to(reach + float(np.abs(points[:, :2]).max()), self.layers[0].thickness, DEEPEST_WAVE)
 
     def below(self, y: float, depths: Array) -> Array:
         """Stress (nx, n, 6) below the middles of the cells on a line, at depths (n,), under a free surface.
@@ -249,52 +249,15 @@ def _material_at(z: float, layers: Sequence[Layer], base: Material | None) -> Ma
     return _some(base)
 
 
-@dataclass(frozen=True, eq=False)
-class _Hankel:
-    """Hankel transforms of orders 0, 1 and 2 of spectra with a largest wave number, tabulated in r."""
+def _field(waves: Hankel, spectrum: Array) -> Field:
+    """Stress (..., 6) at offsets x, y from a unit force, from a spectrum (n_k, 4) of `layered.wave_stress`."""
+    along, across, normal, shear = (spectrum * waves.k[:, None]).T
+    transforms = waves.of((0, (along + across) / 2), (2, (across - along) / 2), (0, normal), (1, shear))
 
-    k: Array
-    weights: Array
-    length: float
-    s: Array
-    bessel: Array
+    def at(x: Array, y: Array, z: Array) -> Array:
+        mean, difference, normal, shear, c, s = transforms(x, y)
+        turned = difference * (c**2 - s**2)
+        parts = [mean + turned, mean - turned, normal, 2 * difference * c * s, shear * s, shear * c]
+        return np.stack(parts, axis=-1)
 
-    @classmethod
-    def up_to(cls, reach: float, length: float) -> _Hankel:
-        """Table for r up to `reach` and fields that vary over `length`."""
-        panels = 8 + math.ceil(DEEPEST_WAVE * reach / length / 20)  # a panel of 24 points integrates a phase of 20
-        nodes, weights = np.polynomial.legendre.leggauss(24)
-        edges = DEEPEST_WAVE / length * np.linspace(0.0, 1.0, panels + 1)
-        width = np.diff(edges)[:, None] / 2
-        k = ((edges[:-1] + edges[1:])[:, None] / 2 + width * nodes).ravel()
-        s = np.linspace(0.0, math.asinh(reach / length), max(24, math.ceil(60 * math.asinh(reach / length))))
-        x = np.outer(length * np.sinh(s), k)
-        j0, j1 = scipy.special.j0(x), scipy.special.j1(x)
-        j2 = np.where(x > 1e-3, 2 * j1 / np.where(x > 0, x, 1.0) - j0, x**2 / 8)
-        return cls(k, (width * weights).ravel() * k / (2 * math.pi), length, s, np.stack([j0, j1, j2]))
-
-    def field(self, spectrum: Array) -> Field:
-        """Stress (..., 6) at offsets x, y from a unit force, from a spectrum (n_k, 4) of `layered.wave_stress`."""
-        along, across, normal, shear = (spectrum * self.weights[:, None]).T
-        half_sum, half_difference = (along + across) / 2, (along - across) / 2
-        table = np.stack(
-            [
-                self.bessel[0] @ half_sum,
-                -self.bessel[2] @ half_difference,
-                self.bessel[0] @ normal,
-                self.bessel[1] @ shear,
-            ],
-            axis=1,
-        )
-        spline = scipy.interpolate.CubicSpline(self.s, table)
-
-        def at(x: Array, y: Array, z: Array) -> Array:
-            r = np.hypot(x, y)
-            mean, difference, normal, shear = np.moveaxis(spline(np.arcsinh(r / self.length)), -1, 0)
-            safe = np.where(r > 0, r, 1.0)
-            c, s = x / safe, y / safe
-            turned = difference * (c**2 - s**2)
-            parts = [mean + turned, mean - turned, normal, 2 * difference * c * s, shear * s, shear * c]
-            return np.stack(parts, axis=-1)
-
-        return at
+    return at

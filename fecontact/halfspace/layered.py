@@ -361,6 +361,69 @@ def point_difference(reach: float, layers: Sequence[Layer], base: Material | Non
     return lambda r: np.asarray(sum(part(r) for part in parts))
 
 
+def hankel_rule(reach: float, length: float, deepest: float, long_waves: int = 0) -> tuple[Array, Array]:
+    """Wave numbers (n,) and weights of integrals dk/(2 pi) up to a distance, for fields that vary over a length.
+
+    Up to the wave number deepest/length, by Gauss's rule on panels, the first one halved `long_waves` times.
+    """
+    panels = 8 + math.ceil(deepest * reach / length / 20)  # a panel of 24 points integrates a phase of 20
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    edges = deepest / length * np.linspace(0.0, 1.0, panels + 1)
+    edges = np.concatenate([[0.0], edges[1] * 2.0 ** np.arange(-long_waves, 0), edges[1:]])
+    width = np.diff(edges)[:, None] / 2
+    k = ((edges[:-1] + edges[1:])[:, None] / 2 + width * nodes).ravel()
+    return k, (width * weights).ravel() / (2 * math.pi)
+
+
+def _spaced(reach: float, density: int) -> Array:
+    """Places asinh(r/length) of tables up to a distance, over the length."""
+    return np.linspace(0.0, math.asinh(reach), max(2 * density // 5, math.ceil(density * math.asinh(reach))))
+
+
+@dataclass(frozen=True, eq=False)
+class Hankel:
+    """Hankel transforms of orders 0, 1 and 2 of spectra with a largest wave number, tabulated in the distance.
+
+    Attributes
+    ----------
+    k, weights : (n,) arrays
+        See `hankel_rule`.
+    length : float
+        Length over which fields vary.
+    s : (m,) array
+        Places asinh(r/length).
+    bessel : (3, m, n) array
+    """
+
+    k: Array
+    weights: Array
+    length: float
+    s: Array
+    bessel: Array
+
+    @classmethod
+    def up_to(cls, reach: float, length: float, deepest: float) -> Hankel:
+        """Table for distances up to `reach` and fields that vary over `length`."""
+        k, weights = hankel_rule(reach, length, deepest)
+        s = _spaced(reach / length, 60)
+        x = np.outer(length * np.sinh(s), k)
+        j0, j1 = scipy.special.j0(x), scipy.special.j1(x)
+        j2 = np.where(x > 1e-3, 2 * j1 / np.where(x > 0, x, 1.0) - j0, x**2 / 8)
+        return cls(k, weights, length, s, np.stack([j0, j1, j2]))
+
+    def of(self, *spectra: tuple[int, Array]) -> Callable[[Array, Array], list[Array]]:
+        """Transforms of orders of spectra (n,) as functions of x and y; then the cosine and sine of the direction."""
+        table = np.stack([self.bessel[order] @ (self.weights * spectrum) for order, spectrum in spectra], axis=1)
+        spline = scipy.interpolate.CubicSpline(self.s, table)
+
+        def at(x: Array, y: Array) -> list[Array]:
+            r = np.hypot(x, y)
+            safe = np.where(r > 0, r, 1.0)
+            return [*np.moveaxis(spline(np.arcsinh(r / self.length)), -1, 0), x / safe, y / safe]
+
+        return at
+
+
 def _added_by_top(reach: float, layers: Sequence[Layer], base: Material | None) -> Callable[[Array], Array]:
     """Point-force displacement that the top layer adds to those below, less that of its half-space to theirs.
 
@@ -372,14 +435,9 @@ def _added_by_top(reach: float, layers: Sequence[Layer], base: Material | None) 
     stiffer = top.plane_strain_modulus / below.plane_strain_modulus if below else 0.0
     softer = (top.lame / top.shear_modulus + 2) ** 0.5  # resists volume more than shear: felt farther
     far = min(reach, FELT * h * max(1.0, stiffer ** (1 / 3), softer / 2))
-    panels = 8 + math.ceil(MAX_WAVE * far / h / 20)  # a panel of 24 points integrates a phase of 20
-    nodes, weights = np.polynomial.legendre.leggauss(24)
-    edges = MAX_WAVE / h * np.linspace(0.0, 1.0, panels + 1)
-    edges = np.concatenate([[0.0], edges[1] * 2.0 ** np.arange(-LONG_WAVES, 0), edges[1:]])
-    width = np.diff(edges)[:, None] / 2
-    k = ((edges[:-1] + edges[1:])[:, None] / 2 + width * nodes).ravel()
-    spectrum = (width * weights).ravel() * (_added(k, layers, base) - less) / (2 * math.pi)
-    s = np.linspace(0.0, math.asinh(far / h), max(16, math.ceil(40 * math.asinh(far / h))))
+    k, weights = hankel_rule(far, h, MAX_WAVE, LONG_WAVES)
+    spectrum = weights * (_added(k, layers, base) - less)
+    s = _spaced(far / h, 40)
     values = np.array([spectrum @ scipy.special.j0(k * r) for r in h * np.sinh(s)])
     spline = scipy.interpolate.CubicSpline(s, values)
     last = (values[-1] + less / (2 * math.pi * far)) * far**3
@@ -507,25 +565,12 @@ def tangential_difference(
         0 and 2 of (L + T)/2 and (L - T)/2, and of order 1 of W.
     """
     h = layers[0].thickness
-    panels = 8 + math.ceil(MAX_WAVE * reach / h / 20)  # a panel of 24 points integrates a phase of 20
-    nodes, weights = np.polynomial.legendre.leggauss(24)
-    edges = MAX_WAVE / h * np.linspace(0.0, 1.0, panels + 1)
-    width = np.diff(edges)[:, None] / 2
-    k = ((edges[:-1] + edges[1:])[:, None] / 2 + width * nodes).ravel()
-    L, T, W = ((width * weights).ravel()[:, None] * (
-        shear_compliance(k, layers, base) - half_space(layers[0].material)
-    ) / (2 * math.pi)).T  # fmt: skip
-    s = np.linspace(0.0, math.asinh(reach / h), max(24, math.ceil(60 * math.asinh(reach / h))))
-    x = np.outer(h * np.sinh(s), k)
-    order2 = scipy.special.jv(2, x)
-    table = np.stack([scipy.special.j0(x) @ ((L + T) / 2), -order2 @ ((L - T) / 2), -scipy.special.j1(x) @ W], axis=1)
-    spline = scipy.interpolate.CubicSpline(s, table)
+    waves = Hankel.up_to(reach, h, MAX_WAVE)
+    L, T, W = (shear_compliance(waves.k, layers, base) - half_space(layers[0].material)).T
+    transforms = waves.of((0, (L + T) / 2), (2, (T - L) / 2), (1, -W))
 
     def at(x: Array, y: Array) -> tuple[Array, Array, Array, Array, Array]:
-        r = np.hypot(x, y)
-        mean, turning, normal = np.moveaxis(spline(np.arcsinh(r / h)), -1, 0)
-        safe = np.where(r > 0, r, 1.0)
-        c, s = x / safe, y / safe
+        mean, turning, normal, c, s = transforms(x, y)
         turned = turning * (c**2 - s**2)
         return mean + turned, mean - turned, 2 * turning * c * s, normal * c, normal * s
 

@@ -28,12 +28,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.threads import each
 from fecontact.halfspace.fft import ROUGHNESS, Convolution, Tally, kernel_spectrum, padded, strips
-from fecontact.halfspace.grid import Even
+from fecontact.halfspace.grid import Even, block_sums
 from fecontact.halfspace.smooth import Corrected, Product, Term
 
 PER_ROUND = 0.2
@@ -507,34 +506,12 @@ def coarser(level: GridLevel, kernel: Array) -> GridLevel:
 
     Gaps are means, rows are sums over the cells that have a counter-surface.
     """
-    count = _sums(level.allowed.astype(np.int8))
+    count = block_sums(level.allowed.astype(np.int8))
     everywhere = bool(level.allowed.all())
-    g = _sums(level.g if everywhere else level.g * level.allowed) / np.maximum(count, 1)
-    B = _sums(level.B if everywhere else level.B * level.allowed)
+    g = block_sums(level.g if everywhere else level.g * level.allowed) / np.maximum(count, 1)
+    B = block_sums(level.B if everywhere else level.B * level.allowed)
     smooth = tuple(term.coarser() for term in level.smooth)
     return replace(level, kernel=kernel, g=g, allowed=count > 0, B=B, smooth=smooth)
-
-
-def _sums(values: NDArray) -> NDArray:
-    """Sums over the blocks of 2 x 2 cells (..., mx, my), by shares of them at an odd end."""
-    rows = _pair_sums(np.swapaxes(values, -1, -2))
-    return _pair_sums(np.swapaxes(rows, -1, -2))
-
-
-def _pair_sums(values: NDArray) -> NDArray:
-    """Sums of values 0 and 1, 2 and 3, ... along the last axis; an odd last one alone."""
-    n = values.shape[-1]
-    sums = values[..., ::2].copy()
-    sums[..., : n // 2] += values[..., 1::2]
-    return sums
-
-
-def blocks(values: NDArray) -> NDArray:
-    """Blocks of 2 x 2 cells (..., mx, 2, my, 2), padded with zeros."""
-    nx, ny = values.shape[-2:]
-    padding = [(0, 0)] * (values.ndim - 2) + [(0, nx % 2), (0, ny % 2)]
-    full = np.pad(values, padding) if nx % 2 or ny % 2 else values
-    return full.reshape(*values.shape[:-2], (nx + 1) // 2, 2, (ny + 1) // 2, 2)
 
 
 def finer(values: Array, shape: tuple[int, int], symmetric: Even, periodic: bool) -> Array:

@@ -6,13 +6,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fecontact.analytic import curved_kernel
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.material import Material
 from fecontact.halfspace.fft import Convolution, kernel_spectrum, padded
-from fecontact.halfspace.grid import Even
+from fecontact.halfspace.grid import Even, block_means
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,22 +102,12 @@ class InclinedTerm:
     def coarser(self) -> InclinedTerm:
         """The same on cells twice as large."""
         cell = (2 * self.cell[0], 2 * self.cell[1])
-        return replace(self, depth=_means(self.depth), slopes=_means(self.slopes), cell=cell)
+        return replace(self, depth=block_means(self.depth), slopes=block_means(self.slopes), cell=cell)
 
     @property
     def rough(self) -> InclinedTerm:
         """The same in single precision."""
         return replace(self, single=True)
-
-
-def _means(values: NDArray) -> Array:
-    """Means (mx, my, ...) of blocks of 2 x 2 cells (nx, ny, ...); at an odd end of the cells that there are."""
-    for axis in (0, 1):
-        starts = np.arange(0, values.shape[axis], 2)
-        count = np.minimum(2, values.shape[axis] - starts)
-        sums = np.add.reduceat(values, starts, axis=axis)
-        values = sums / np.moveaxis(count.reshape(-1, *(1,) * (values.ndim - 1)), 0, axis)
-    return np.asarray(values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,20 +166,13 @@ class SmoothTerm:
 
     def coarser(self) -> SmoothTerm:
         """The same on cells twice as large."""
-        along = (_pairs(self.along_x), _pairs(self.along_y))
+        along = (block_means(self.along_x, (0,)), block_means(self.along_y, (0,)))
         return replace(self, along_x=along[0], along_y=along[1], area=4 * self.area)
 
     @property
     def rough(self) -> SmoothTerm:
         """Itself: its products take little time."""
         return self
-
-
-def _pairs(rows: Array) -> Array:
-    """Means of rows 0 and 1, 2 and 3, ...; the last one alone if their number is odd."""
-    starts = np.arange(0, len(rows), 2)
-    count = np.minimum(2, len(rows) - starts)
-    return np.asarray(np.add.reduceat(rows, starts, axis=0) / count[:, None])
 
 
 Term = SmoothTerm | InclinedTerm

@@ -18,7 +18,8 @@ import numpy as np
 
 from fecontact.common.arrays import Array, Mask
 from fecontact.halfspace.compliance import TangentialCompliance
-from fecontact.halfspace.nested import COARSE_TOLERANCE, COARSEST, blocks, finer
+from fecontact.halfspace.grid import block_sums
+from fecontact.halfspace.nested import COARSE_TOLERANCE, COARSEST, finer
 from fecontact.solvers.coulomb import projected
 
 WEIGHED = 16
@@ -136,7 +137,7 @@ def solve_nested_tresca(
         and not (problem.compliance.periodic and (halves[0] % 2 or halves[1] % 2))
     ):
         coarse = coarser_tresca(problem, compliance_of(level + 1, halves))
-        start = np.stack([_means(part, problem.touching) for part in q])
+        start = _means(q, problem.touching)
         below = solve_nested_tresca(coarse, compliance_of, start, m, max(tolerance, COARSE_TOLERANCE), level + 1)
         q = np.stack([finer(part, shape, (False, False), problem.compliance.periodic) for part in below.q])
         m = below.m
@@ -145,20 +146,14 @@ def solve_nested_tresca(
 
 def coarser_tresca(problem: TrescaProblem, compliance: TangentialCompliance) -> TrescaProblem:
     """The problem on cells twice as large, with the means of limits, slip and rows over the touching cells."""
-    count = blocks(problem.touching.astype(float)).sum(axis=(-3, -1))
-    limit = blocks(problem.limit).sum(axis=(-3, -1)) / 4
-    touching = problem.touching
-    c = np.stack([_means(part, touching) for part in problem.c])
-    B = np.array([[_means(part, touching) for part in row] for row in problem.B]).reshape(
-        len(problem.B), 2, *count.shape
-    )
-    return TrescaProblem(compliance, limit, c, B, problem.F / 4)
+    c, B = _means(problem.c, problem.touching), _means(problem.B, problem.touching)
+    return TrescaProblem(compliance, block_sums(problem.limit) / 4, c, B, problem.F / 4)
 
 
 def _means(values: Array, touching: Mask) -> Array:
-    """Means over the touching cells of blocks of 2 x 2; zero where none is touching."""
-    count = blocks(touching.astype(float)).sum(axis=(-3, -1))
-    return np.asarray(blocks(np.where(touching, values, 0.0)).sum(axis=(-3, -1)) / np.maximum(count, 1))
+    """Means (..., mx, my) over the touching cells of blocks of 2 x 2; zero where none is touching."""
+    count = block_sums(touching.astype(float))
+    return np.asarray(block_sums(np.where(touching, values, 0.0)) / np.maximum(count, 1))
 
 
 def solve_tresca(problem: TrescaProblem, q: Array, m: Array, tolerance: float) -> TrescaIterate:

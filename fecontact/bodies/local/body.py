@@ -8,7 +8,6 @@ active set; each window has its own preconditioner.
 from __future__ import annotations
 
 import copy
-from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -86,46 +85,6 @@ class Products:
         return out
 
 
-def solve_together(
-    problem: ContactProblem,
-    cells: IntArray,
-    models: Sequence[CellModel],
-    displacements: Callable[[Array], Array],
-    tolerance: float,
-) -> Outcome:
-    """Solve a problem whose rows are cells of windows, see `halfspace.nested`.
-
-    Parameters
-    ----------
-    problem : ContactProblem
-    cells : (n,) int array
-        Cell of each row, numbered through all windows.
-    models : sequence of CellModel
-        Of the windows.
-    displacements : callable
-        Displacements of all cells by forces on them.
-    tolerance : float
-    """
-    n = sum(model.n_cells for model in models)
-    allowed, g = np.zeros((1, n), bool), np.zeros((1, n))
-    allowed[0, cells], g[0, cells] = True, problem.g
-    scale = np.abs(problem.B).max(axis=1, initial=0.0)
-    scale[scale == 0] = 1.0
-    rows = np.zeros((problem.m, 1, n))
-    rows[:, 0, cells] = problem.B / scale[:, None]
-    product = Products(displacements)
-    start = allowed if problem.m else allowed & (g < 0)
-    at = solve_on_grid(
-        GridProblem(product, product, Products(_inverse(models)), g, allowed, rows, problem.F / scale),  # type: ignore[arg-type]
-        np.zeros((1, n)),
-        start,
-        tolerance,
-    )
-    status = Status.SOLVED if at.converged else Status.ITERATION_LIMIT
-    told = "solved" if at.converged else "the contact area did not settle"
-    return Outcome(np.maximum(at.p[0, cells], 0.0), at.q / scale, status, told, at.nit, list(at.history))
-
-
 def _inverse(models: Sequence[CellModel]) -> Callable[[Array], Array]:
     """Approximate forces on all cells by their displacements: each window as if alone and periodic."""
     inverses = []
@@ -144,21 +103,40 @@ def _inverse(models: Sequence[CellModel]) -> Callable[[Array], Array]:
     return forces
 
 
+def _of_its_body(name: str) -> Any:
+    """A member that is its elastic body's."""
+    return property(lambda self: getattr(self.body, name), doc=getattr(ElasticBody, name).__doc__)
+
+
 class MeshedWindows(Body):
     """A body whose displacements are those of the cells of its windows, then those of the nodes of its mesh."""
 
     body: ElasticBody
     name: str
 
-    @property
-    @abstractmethod
-    def placed_windows(self) -> Sequence[Window]:
-        """The windows; none before they are placed."""
+    parts: Sequence[LocalBody]
+
+    notes, size, reference_point, contact_modulus = map(
+        _of_its_body, ("notes", "size", "reference_point", "contact_modulus")
+    )
+    farthest, free_motions, over_boundary, count_nodes, size_lines = map(
+        _of_its_body, ("farthest", "free_motions", "over_boundary", "count_nodes", "size_lines")
+    )
 
     @property
-    @abstractmethod
+    def mesh(self) -> Mesh:
+        """The mesh of its elastic body."""
+        return self.body.mesh
+
+    @property
     def windows(self) -> Sequence[LocalBody]:
-        """The windows with their compliance, with one factor of the stiffness."""
+        """Its parts, with one factor of the stiffness."""
+        return self.parts
+
+    @property
+    def placed_windows(self) -> tuple[Window, ...]:
+        """The windows of its parts; none before they are placed."""
+        return tuple(part.given for part in self.parts if part.given is not None)
 
     @property
     def across(self) -> Mapping[tuple[int, int], Array]:
@@ -286,49 +264,14 @@ class MeshedWindows(Body):
         ]
 
     @property
-    def mesh(self) -> Mesh:
-        """The mesh of its elastic body."""
-        return self.body.mesh
-
-    @property
     def n_dofs(self) -> int:
         """Three for each cell, then three for each node of the mesh."""
         return 3 * self.n_cells + self.body.n_dofs
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """Corrections made when its mesh was read."""
-        return self.body.notes
-
-    @property
-    def size(self) -> float:
-        """Diagonal of the bounding box."""
-        return self.body.size
-
-    @property
-    def reference_point(self) -> Array:
-        """Centre of mass (of volume where no density is given), in the body's axes."""
-        return self.body.reference_point
-
-    @property
-    def contact_modulus(self) -> float:
-        """E / (1 - nu^2) of the softest material."""
-        return self.body.contact_modulus
-
-    @property
     def matrix_free(self) -> bool:
         """Its compliance is applied by Fourier transforms."""
         return True
-
-    @property
-    def farthest(self) -> float:
-        """Largest coordinate of its mesh."""
-        return self.body.farthest
-
-    @property
-    def free_motions(self) -> Array:
-        """Rigid motions (6, k) that the supports do not resist."""
-        return self.body.free_motions
 
     @cached_property
     def weighted_modes(self) -> Array:
@@ -351,14 +294,6 @@ class MeshedWindows(Body):
     def boundary_traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
         """Nodal forces (n_dofs,) of ``field(points, outward normals) -> (n, 3)``, all in its axes."""
         return self.of_mesh(self.body.boundary_traction(name, field))
-
-    def over_boundary(self, name: str, values: Array) -> Callable[[Array], Array]:
-        """Function of points (n, 3) on a boundary that interpolates values at its nodes."""
-        return self.body.over_boundary(name, values)
-
-    def count_nodes(self, name: str) -> int:
-        """Number of nodes of a boundary."""
-        return self.body.count_nodes(name)
 
     def point_force(self, point: Array, force: Array) -> Array:
         """Nodal forces (n_dofs,) of a force (3,) at a point (3,), both in its axes."""
@@ -389,10 +324,6 @@ class MeshedWindows(Body):
     def at_points(self, displacement: Array) -> Array:
         """Displacements (n_points, 3) of its mesh's points by generalised ones (n_dofs,)."""
         return self.body.at_points(self.on_mesh(displacement))
-
-    def size_lines(self, twin: str = "") -> list[str]:
-        """Report lines on the size that the model represents."""
-        return self.body.size_lines(twin)
 
 
 class WindowsCompliance(LinearOperator):
@@ -437,9 +368,26 @@ class SolvingWindows(WindowsCompliance):
         self.cells = cells
 
     def solve_contact(self, problem: ContactProblem, tolerance: float) -> Outcome:
-        """Solve a problem with this compliance, in its own units."""
-        models = [part.cell_model for part in self.body.windows]
-        return solve_together(problem, self.cells, models, self._displacements, tolerance)
+        """Solve a problem with this compliance, in its own units, see `halfspace.nested`."""
+        n = self.body.n_cells
+        allowed, g = np.zeros((1, n), bool), np.zeros((1, n))
+        allowed[0, self.cells], g[0, self.cells] = True, problem.g
+        scale = np.abs(problem.B).max(axis=1, initial=0.0)
+        scale[scale == 0] = 1.0
+        rows = np.zeros((problem.m, 1, n))
+        rows[:, 0, self.cells] = problem.B / scale[:, None]
+        product, inverse = Products(self._displacements), Products(_inverse([w.cell_model for w in self.body.windows]))
+        start = allowed if problem.m else allowed & (g < 0)
+        at = solve_on_grid(
+            GridProblem(product, product, inverse, g, allowed, rows, problem.F / scale),  # type: ignore[arg-type]
+            np.zeros((1, n)),
+            start,
+            tolerance,
+        )
+        status = Status.SOLVED if at.converged else Status.ITERATION_LIMIT
+        message = "solved" if at.converged else "the contact area did not settle"
+        forces = np.maximum(at.p[0, self.cells], 0.0)
+        return Outcome(forces, at.q / scale, status, message, at.nit, list(at.history))
 
     def _displacements(self, forces: Array) -> Array:
         """Displacements (n_cells,) into the body of all cells by forces on them."""
@@ -692,12 +640,7 @@ class LocalBody(MeshedWindows):
         return CellModel(base, self.window.mirrored, (self.remainder.term, *inclined(self.window, self.material)))
 
     @property
-    def placed_windows(self) -> tuple[Window, ...]:
-        """Its window, if it is placed."""
-        return () if self.given is None else (self.given,)
-
-    @property
-    def windows(self) -> tuple[Self, ...]:
+    def parts(self) -> tuple[Self]:  # type: ignore[override]
         """Itself."""
         return (self,)
 
@@ -799,11 +742,6 @@ class WindowedBody(MeshedWindows):
     def contact(self) -> tuple[str, ...]:
         """Names of its windows."""
         return tuple(f"window {i}" for i in range(1, len(self.parts) + 1))
-
-    @property
-    def placed_windows(self) -> tuple[Window, ...]:
-        """The windows of its parts."""
-        return tuple(part.window for part in self.parts)
 
     @property
     def windows(self) -> tuple[LocalBody, ...]:
