@@ -1,4 +1,7 @@
-"""Measure the page of half-spaces, and draw pictures of docs/ anew: python docs/half_space_page.py [--times]."""
+"""Measure the page of half-spaces: python docs/half_space_page.py [--times] [--pictures].
+
+The pictures in docs/images are in git; only `--pictures` draws them anew.
+"""
 
 from __future__ import annotations
 
@@ -153,5 +156,6 @@ def measure(with_times: bool = False) -> None:
 
 
 if __name__ == "__main__":
-    pictures()
+    if "--pictures" in sys.argv[1:]:
+        pictures()
     measure("--times" in sys.argv[1:])

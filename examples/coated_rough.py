@@ -11,7 +11,7 @@ STEEL, COATING = fc.Material(E=210e3, nu=0.3), fc.Material(E=400e3, nu=0.22)  # 
 
 
 def main(n: int = 256, out: str | Path = "out") -> fc.HalfSpaceContact:
-    half = fc.HalfSpace(STEEL, size=(0.6, 0.6), shape=(n, n), layers=[fc.Layer(COATING, thickness=0.005)])
+    half = fc.HalfSpace(STEEL, size=(0.6, 0.6), cells=(n, n), layers=[fc.Layer(COATING, thickness=0.005)])
     roughness = fc.surfaces.self_affine(
         (n, n), (0.6, 0.6), hurst=0.8, rms_height=5e-5, longest=0.1, shortest=0.02, seed=2
     )

@@ -28,7 +28,7 @@ def main(out: str | Path = "out") -> tuple[list[float], fc.HalfSpaceContact]:
     )  # flatter too; peaks press downwards
     heights = np.pad(heights - heights.min(), 8, constant_values=np.inf)  # the map ends there
     cells = np.array(heights.shape)
-    half = fc.HalfSpace(fc.Material(E=1e4, nu=0.2), size=tuple(cells * [0.0745, 0.0927]), shape=tuple(cells))
+    half = fc.HalfSpace(fc.Material(E=1e4, nu=0.2), size=tuple(cells * [0.0745, 0.0927]), cells=tuple(cells))
     contact = half.press(heights, force=500.0)
     print(contact)
     Path(out).mkdir(parents=True, exist_ok=True)

@@ -17,7 +17,7 @@ STEEL = fc.Material(E=210e3, nu=0.3)  # mm, N, MPa
 
 def main(n: int = 256, out: str | Path = "out") -> dict[str, float]:
     exact = fc.hertz.spheres((10.0, np.inf), (None, STEEL), force=100.0)
-    half = fc.HalfSpace(STEEL, size=(3 * exact.a, 3 * exact.a), shape=(n, n))
+    half = fc.HalfSpace(STEEL, size=(3 * exact.a, 3 * exact.a), cells=(n, n))
     start = time.perf_counter()
     ball = half.press(fc.Sphere(radius=10.0), force=100.0)
     seconds = time.perf_counter() - start
@@ -29,7 +29,7 @@ def main(n: int = 256, out: str | Path = "out") -> dict[str, float]:
     print(ball)
 
     rough = fc.surfaces.self_affine((n, n), size=(1.0, 1.0), hurst=0.8, rms_slope=0.05, seed=1)
-    sheet = fc.HalfSpace(STEEL, size=(1.0, 1.0), shape=(n, n), periodic=True)
+    sheet = fc.HalfSpace(STEEL, size=(1.0, 1.0), cells=(n, n), periodic=True)
     squeezed = sheet.press(rough.z, force=0.02 * STEEL.plane_strain_modulus * 0.05)
     share = float(squeezed.active.mean())
     print(f"rough surface: {100 * share:.1f} % of the area in contact")

@@ -37,7 +37,7 @@ class Answer:
 def press(cell: float, kind: str, ratio: float, hertz: fc.hertz.CircularContact) -> Answer:
     """All cells near the contact with their dense compliance; a force on a cell of a quarter stands for four."""
     n = 2 * int(np.ceil(1.15 * hertz.a / cell))
-    half = fc.HalfSpace(STEEL, size=(n * cell, n * cell), shape=(n, n), against=STEEL, pressure=kind, self_ratio=ratio)
+    half = fc.HalfSpace(STEEL, size=(n * cell, n * cell), cells=(n, n), against=STEEL, pressure=kind, self_ratio=ratio)
     r = np.hypot(half.grid.x[:, None], half.grid.y[None, :])
     number = np.arange(n * n).reshape(n, n)
     quarter = number[n // 2 :, n // 2 :][r[n // 2 :, n // 2 :] < 1.15 * hertz.a]

@@ -33,7 +33,7 @@ def main(n: int = 512, out: str | Path = "out") -> dict[str, float]:
     mesh = fc.shapes.block((WIDTH, WIDTH, THICKNESS), (16, 16, 4))
     block = fc.ElasticBody(mesh, RUBBER, supports={"bottom": "xyz"}, name="block")
     middle = (WIDTH / 2, WIDTH / 2, THICKNESS)
-    local = fc.LocalBody(block, at=middle, window=WINDOW, shape=(n, n))
+    local = fc.LocalBody(block, at=middle, window=WINDOW, cells=(n, n))
     defect = local.remainder.defect
     modelled = time.process_time() - start
     ball = fc.RigidBody(fc.surfaces.HeightMap(heights, (WINDOW, WINDOW)), pose=fc.Pose(translation=middle), name="ball")
@@ -45,7 +45,7 @@ def main(n: int = 512, out: str | Path = "out") -> dict[str, float]:
     approach = float(-result.rigid_motion(ball).translation[2])
     area = float((pressure > 0).mean()) * WINDOW**2
 
-    alone = fc.HalfSpace(RUBBER, size=(WINDOW, WINDOW), shape=(n, n)).press(heights, force=FORCE)
+    alone = fc.HalfSpace(RUBBER, size=(WINDOW, WINDOW), cells=(n, n)).press(heights, force=FORCE)
     touched = float(alone.active.mean()) * WINDOW**2
     print(
         f"block of {block.n_dofs} dofs: model {modelled:.1f} s, contact on {n} x {n} cells {solved:.1f} s (processor)"

@@ -56,15 +56,15 @@ def public_calls(folder: Path) -> dict[str, Call]:
     surface = fc.SurfaceMesh.of(cube, "top")
     stl = folder / "cube.stl"
     _write_stl(stl, cube)
-    half = fc.HalfSpace(soft, size=(3.0, 3.0), shape=(8, 8))
-    pulled = fc.HalfSpace(soft, size=(3.0, 3.0), shape=(8, 8), against=soft)
+    half = fc.HalfSpace(soft, size=(3.0, 3.0), cells=(8, 8))
+    pulled = fc.HalfSpace(soft, size=(3.0, 3.0), cells=(8, 8), against=soft)
     bowl = fc.surfaces.Paraboloid(1.0)
     light = half.press(bowl, force=0.3)
     trip = pulled.press_path(bowl, [fc.PressStep(force=0.3)], friction=0.5)
     circle = hertz.spheres((1.0, 2.0), (steel, soft), force=1.0)
     oval = hertz.ellipse(((1.0, 2.0), (3.0, 4.0)), (steel, soft), force=1.0)
     strip = hertz.line((1.0, 2.0), (steel, soft), force=1.0)
-    windows = [fc.LocalBody(flat, at=(x, 0.5, 0.0), window=0.1, shape=(8, 8)) for x in (0.25, 0.75)]
+    windows = [fc.LocalBody(flat, at=(x, 0.5, 0.0), window=0.1, cells=(8, 8)) for x in (0.25, 0.75)]
     msh = folder / "cube.msh"
     meshio.Mesh(cube.points, [("hexahedron", cube.cells)]).write(msh, file_format="gmsh")
     toml = folder / "scene.toml"
@@ -168,7 +168,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
             torsion=True,
             use=contact_with,
         ),
-        "LocalBody": of(fc.LocalBody, body=flat, at=(0.5, 0.5, 0.0), window=0.4, shape=(8, 8), name="w"),
+        "LocalBody": of(fc.LocalBody, body=flat, at=(0.5, 0.5, 0.0), window=0.4, cells=(8, 8), name="w"),
         "WindowedBody": of(
             lambda first, second, name: fc.WindowedBody(first, second, name=name),
             first=windows[0],
@@ -484,7 +484,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
             fc.HalfSpace,
             material=soft,
             size=(3.0, 3.0),
-            shape=(8, 8),
+            cells=(8, 8),
             periodic=False,
             layers=(),
             against=None,

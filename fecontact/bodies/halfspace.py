@@ -22,6 +22,7 @@ from fecontact.common.checks import number_array, positive
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.common.renamed import renamed_argument
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.halfspace import kernels
 from fecontact.halfspace.compliance import SurfaceCompliance
@@ -60,8 +61,8 @@ class HalfSpace(SurfaceBody):
         None with layers: a rigid base.
     size : (float, float)
         Sides of the grid along x and y.
-    shape : (int, int)
-        Cells along x and y.
+    cells : (int, int)
+        Numbers of cells along x and y.
     periodic : bool
         Whether the surface repeats beyond the grid. Its approach is then relative to the mean plane of the surface.
     layers : sequence of Layer
@@ -97,7 +98,7 @@ class HalfSpace(SurfaceBody):
 
     >>> import fecontact as fc
     >>> steel = fc.Material(E=210e3, nu=0.3)
-    >>> half = fc.HalfSpace(steel, size=(0.6, 0.6), shape=(64, 64), against=steel)
+    >>> half = fc.HalfSpace(steel, size=(0.6, 0.6), cells=(64, 64), against=steel)
     >>> contact = half.press(fc.Sphere(10.0), force=100.0)
     >>> hertz = fc.hertz.spheres((10.0, float("inf")), (steel, steel), force=100.0)
     >>> abs(contact.approach / hertz.approach - 1) < 2e-4, abs(contact.max_pressure / hertz.p0 - 1) < 2e-3
@@ -122,7 +123,7 @@ class HalfSpace(SurfaceBody):
         self,
         material: Material | None,
         size: tuple[float, float] = (4.0, 4.0),
-        shape: tuple[int, int] = (256, 256),
+        cells: tuple[int, int] = (256, 256),
         periodic: bool = False,
         *,
         layers: Sequence[Layer] = (),
@@ -131,6 +132,7 @@ class HalfSpace(SurfaceBody):
         self_ratio: float = kernels.SELF_TERM_RATIO,
         arrays: str | None = None,
         name: str = "half-space",
+        shape: tuple[int, int] | None = None,
     ) -> None:
         for what, given in (("material", material), ("counter-body's material", against)):
             instance(f"the {what} of a half-space", given, (Material, type(None)))
@@ -141,7 +143,7 @@ class HalfSpace(SurfaceBody):
         fields = {
             "arrays": arrays,
             "material": material,
-            "grid": Grid(size, shape),
+            "grid": Grid(size, renamed_argument("HalfSpace", "shape", "cells", shape, cells)),
             "periodic": flag("periodic", periodic),
             "layers": tuple(layers),
             "against": against,
@@ -247,7 +249,7 @@ class HalfSpace(SurfaceBody):
         --------
         >>> import numpy as np
         >>> import fecontact as fc
-        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(1.0, 1.0), shape=(32, 32), periodic=True)
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(1.0, 1.0), cells=(32, 32), periodic=True)
         >>> waves = 0.01 * np.cos(2 * np.pi * half.grid.x)[:, None] * np.ones(32)
         >>> contact = half.press(waves, force=0.1)
         >>> contact.area_fraction, round(contact.force, 12)
@@ -256,7 +258,7 @@ class HalfSpace(SurfaceBody):
         A ball dragged by 0.6 of what friction holds sticks within a radius of 0.74 of the contact's:
 
         >>> plain = fc.Material(E=1.0, nu=0.0)
-        >>> half = fc.HalfSpace(plain, size=(3.0, 3.0), shape=(64, 64), against=plain)
+        >>> half = fc.HalfSpace(plain, size=(3.0, 3.0), cells=(64, 64), against=plain)
         >>> dragged = half.press(fc.surfaces.Paraboloid(1.0), force=2 / 3, friction=0.5, tangential=(0.2, 0.0))
         >>> round((dragged.stick_area / dragged.area) ** 0.5, 2), round(dragged.tangential[0], 9)
         (0.74, 0.2)
@@ -326,7 +328,7 @@ class HalfSpace(SurfaceBody):
 
         >>> import numpy as np
         >>> import fecontact as fc
-        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(64, 64))
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), cells=(64, 64))
         >>> curve = half.curve(fc.surfaces.Paraboloid(1.0), np.array([0.25, 0.5, 1.0]))
         >>> bool(np.abs(np.diff(np.log(curve.approach)) / np.diff(np.log(curve.force)) - 2 / 3).max() < 2e-3)
         True
@@ -393,7 +395,7 @@ class HalfSpace(SurfaceBody):
         --------
         >>> import fecontact as fc
         >>> plain = fc.Material(E=1.0, nu=0.0)
-        >>> half = fc.HalfSpace(plain, size=(3.0, 3.0), shape=(32, 32), against=plain)
+        >>> half = fc.HalfSpace(plain, size=(3.0, 3.0), cells=(32, 32), against=plain)
         >>> pull = [fc.PressStep(force=2 / 3, tangential=(q, 0.0)) for q in (0.0, 0.2, -0.2, 0.2)]
         >>> path = half.press_path(fc.surfaces.Paraboloid(1.0), pull, friction=0.5)
         >>> path.shift[:, 0].round(3)
@@ -431,7 +433,7 @@ class HalfSpace(SurfaceBody):
         Examples
         --------
         >>> import fecontact as fc
-        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(64, 64))
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), cells=(64, 64))
         >>> ball = half.press(fc.surfaces.Paraboloid(1.0), force=4 / 3)  # radius 1: 2 E* a
         >>> abs(half.stiffness(ball) / 2.0 - 1) < 0.01
         True

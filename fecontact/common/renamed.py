@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Container, Mapping
-from typing import Any
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 #: Former names of keys and columns.
 FORMER = {
@@ -77,6 +79,14 @@ def renamed_names(names: Mapping[str, Any], **former: str) -> Callable[[str], An
         return names[new]
 
     return value
+
+
+def renamed_argument(call: str, old: str, new: str, former: T | None, value: T) -> T:
+    """The value of an argument of a call, or the one that is given under its former name, with a warning."""
+    if former is None:
+        return value
+    warn(f"{call}({old}=) is now {call}({new}=); the old name will be removed.", stacklevel=4)
+    return former
 
 
 def redefined(new: str, meaning: str, former: str) -> None:

@@ -297,7 +297,7 @@ def tangential_compliance(body: SurfaceCompliance, box: Box, workers: int | None
     --------
     >>> import numpy as np
     >>> import fecontact as fc
-    >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(4.0, 4.0), shape=(4, 4))
+    >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(4.0, 4.0), cells=(4, 4))
     >>> compliance = tangential_compliance(half.compliance, (slice(0, 4), slice(0, 4)))
     >>> q = np.zeros((2, 4, 4))
     >>> q[0, 1, 2] = 1.0

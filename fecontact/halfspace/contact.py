@@ -181,7 +181,7 @@ class HalfSpaceContact(Drawn):
         Examples
         --------
         >>> import fecontact as fc
-        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(64, 64))
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), cells=(64, 64))
         >>> print(half.press(fc.surfaces.Paraboloid(1.0), force=4 / 3).error_estimate)
         pressure: about 0.9 % (peak 0.2 %, area 0.3 %), resolved by 44 faces across
         """
@@ -198,7 +198,7 @@ class HalfSpaceContact(Drawn):
         Examples
         --------
         >>> import fecontact as fc
-        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(24, 24))
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), cells=(24, 24))
         >>> ball = half.press(fc.surfaces.Paraboloid(1.0), force=4 / 3)
         >>> print(ball.response_error, "; true:", round(abs(ball.approach - 1), 4))
         approach about 0.1 % ; true: 0.0011
@@ -323,7 +323,7 @@ class HalfSpaceContact(Drawn):
         Examples
         --------
         >>> import fecontact as fc
-        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(3.0, 3.0), shape=(32, 32))
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(3.0, 3.0), cells=(32, 32))
         >>> contact = half.press(fc.Sphere(10.0), force=0.1)
         >>> contact.stress([[0.0, 0.0, -0.5]]).shape
         (1, 6)
@@ -572,7 +572,7 @@ class FrictionContact(HalfSpaceContact):
         Examples
         --------
         >>> import fecontact as fc
-        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(3.0, 3.0), shape=(32, 32))
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(3.0, 3.0), cells=(32, 32))
         >>> dragged = half.press(fc.Sphere(10.0), force=0.1, friction=0.3, tangential=(0.02, 0.0))
         >>> bool(dragged.stress([[0.0, 0.0, -0.1]])[0, 5] > 0)
         True

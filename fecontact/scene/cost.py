@@ -83,7 +83,7 @@ def _window(body: ElasticBody, contact: Contact, loading: Loading) -> str:
     own, other = contact.surfaces[::turn]
     partner = contact.bodies[::turn][1]
     surface = body.surface(own)
-    placed = window_at_touch(LocalBody(body, shape=(CELLS, CELLS)), surface, (body, partner), other, loading)
+    placed = window_at_touch(LocalBody(body, cells=(CELLS, CELLS)), surface, (body, partner), other, loading)
     sides = placed.window.grid.size
     k = np.argmin(np.linalg.norm(surface.points[surface.nodes] - placed.window.origin, axis=1))
     contact_sides = (sides[0] / WIDE, sides[1] / WIDE)

@@ -51,7 +51,7 @@ def errors(n: int, pressure: np.ndarray, approach: float = np.nan) -> str:
 def hertz(n: int, symmetry: bool, unit: float) -> str:
     """One row of ours."""
     began = time.process_time()
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(n, n))
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(n, n))
     contact = half.press(Paraboloid(1.0), force=4 / 3, symmetry=symmetry)
     seconds = time.process_time() - began
     s = contact.solver
@@ -91,7 +91,7 @@ def peer(name: str, run: Callable[[int, float], str], n: int, unit: float) -> st
 def rough(n: int) -> None:
     """Area against load of a periodic rough surface."""
     surface = self_affine((n, n), (1.0, 1.0), hurst=0.8, seed=1, rms_slope=0.1, longest=0.25, shortest=8 / n)
-    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(n, n), periodic=True)
+    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), cells=(n, n), periodic=True)
     print(f"\nrough surface {n} x {n}, periodic: load, area, slope, steps, sets, transforms of the grid, seconds")
     for load in (0.0005, 0.001, 0.003, 0.006, 0.015):
         contact = half.press(surface.z, force=load)

@@ -22,7 +22,7 @@ def judged(contact: fc.HalfSpaceContact, known: np.ndarray) -> Judged:
 
 
 def hertzian(n: int, radii: tuple[float, float], size: float) -> Judged:
-    half = fc.HalfSpace(UNIT, size=(size, size), shape=(n, n))
+    half = fc.HalfSpace(UNIT, size=(size, size), cells=(n, n))
     force = 4 / 30
     exact = hertz.ellipse((radii, (math.inf, math.inf)), (None, UNIT), force=force)
     x, y = np.meshgrid(half.grid.x, half.grid.y, indexing="ij")
@@ -31,7 +31,7 @@ def hertzian(n: int, radii: tuple[float, float], size: float) -> Judged:
 
 def in_a_scene(n: int) -> Judged:
     """A ball on a half-space that is a body of a scene."""
-    half = fc.HalfSpace(UNIT, size=(3.1, 3.1), shape=(n, n))
+    half = fc.HalfSpace(UNIT, size=(3.1, 3.1), cells=(n, n))
     ball = fc.RigidBody(Paraboloid(10.0))
     exact = hertz.spheres((10.0, math.inf), (None, UNIT), force=4 / 30)
     (contact,) = fc.Scene([half, ball], [fc.Contact(half, ball)]).solve(forces={ball: (0, 0, -4 / 30)}).contacts
@@ -42,7 +42,7 @@ def in_a_scene(n: int) -> Judged:
 
 def on_layer(n: int, thickness: float, nu: float) -> Judged:
     material = fc.Material(1.0, nu)
-    half = fc.HalfSpace(None, size=(3.0, 3.0), shape=(n, n), layers=[fc.Layer(material, thickness)])
+    half = fc.HalfSpace(None, size=(3.0, 3.0), cells=(n, n), layers=[fc.Layer(material, thickness)])
     exact = layer.paraboloid(radius=10.0, thickness=thickness, material=material, a=1.0)
     r = np.hypot(half.grid.x[:, None], half.grid.y[None, :])
     at = np.linspace(0, 1, 400)[:-1]
@@ -52,7 +52,7 @@ def on_layer(n: int, thickness: float, nu: float) -> Judged:
 
 def wavy(n: int, a: float, rows: int = 8) -> Judged:
     """Westergaard's wavy surface, a cylinder of period one, in contact up to the distance a from its crests."""
-    half = fc.HalfSpace(UNIT, size=(1.0, rows / n), shape=(n, rows), periodic=True)
+    half = fc.HalfSpace(UNIT, size=(1.0, rows / n), cells=(n, rows), periodic=True)
     x, s = half.grid.x, math.sin(math.pi * a) ** 2
     mean = math.pi * 0.01 * s
     contact = half.press(0.01 * (1 - np.cos(2 * np.pi * x))[:, None] * np.ones(rows), force=mean * rows / n)
@@ -64,14 +64,14 @@ def wavy(n: int, a: float, rows: int = 8) -> Judged:
 def fine_rough(fine: int, load: float) -> tuple[np.ndarray, np.ndarray]:
     """Heights of a rough surface, waves down to 1/24 of its size, and the pressure on a fine grid."""
     z = self_affine((fine, fine), (1.0, 1.0), hurst=0.8, seed=3, rms_slope=0.1, longest=0.25, shortest=1 / 24).z
-    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(fine, fine), periodic=True)
+    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), cells=(fine, fine), periodic=True)
     return z - z.min(), half.press(z - z.min(), force=load).pressure
 
 
 def rough(n: int, load: float, fine: int = 1024) -> Judged:
     """A rough surface; the truth by a much finer grid, the mean of the four cells round each centre."""
     z, pressure = fine_rough(fine, load)
-    half, k = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(n, n), periodic=True), fine // n
+    half, k = fc.HalfSpace(UNIT, size=(1.0, 1.0), cells=(n, n), periodic=True), fine // n
     middle = slice(k // 2 - 1, k // 2 + 1)
     heights, known = (v.reshape(n, k, n, k)[:, middle, :, middle].mean(axis=(1, 3)) for v in (z, pressure))
     return judged(half.press(heights, force=load), known)
@@ -79,7 +79,7 @@ def rough(n: int, load: float, fine: int = 1024) -> Judged:
 
 def punch(n: int, size: float) -> Judged:
     """A flat punch, away from its edge by more than the cells that the estimate leaves out."""
-    half = fc.HalfSpace(UNIT, size=(size, size), shape=(n, n))
+    half = fc.HalfSpace(UNIT, size=(size, size), cells=(n, n))
     contact = half.press(fc.surfaces.FlatPunch(radius=1.0), force=1.0)
     r = np.hypot(half.grid.x[:, None], half.grid.y[None, :])
     inside = r < 1 - 4 * size / n

@@ -224,13 +224,13 @@ def of_window(name: str, n: int, compared: str) -> Judged:
     mesh = merge(turned, 1e-9 * of.radius)
     body = fc.ElasticBody(mesh, SOFT, supports={of.fixed: "xyz"}, name="body")
     known = truth(name)
-    local = fc.LocalBody(body, at=(0.0, 0.0, of.height), window=2.4 * known.edge, shape=(n, n))
+    local = fc.LocalBody(body, at=(0.0, 0.0, of.height), window=2.4 * known.edge, cells=(n, n))
     return below_paraboloid(local, name, known, compared, None, 1.0)
 
 
 def on_half_space(n: int, compared: str, radii: tuple[float, float] = (10.0, 10.0), size: float = 3.1) -> Judged:
     """Hertz's contacts."""
-    half = fc.HalfSpace(UNIT, size=(size, size), shape=(n, n))
+    half = fc.HalfSpace(UNIT, size=(size, size), cells=(n, n))
     exact = hertz.ellipse((radii, (math.inf, math.inf)), (None, UNIT), force=4 / 30)
     load = {"approach": exact.approach} if compared == "force" else {"force": exact.force}
     x, y = np.meshgrid(half.grid.x, half.grid.y, indexing="ij")
@@ -256,7 +256,7 @@ def of_cells(
 def power(n: int, exponent: float, compared: str) -> Judged:
     """A rigid surface r^k / 100 pressed until the contact has a radius of one (Sneddon's integrals)."""
     exact = axisymmetric.indent(modulus=1.0, slope=lambda r: 0.01 * exponent * r ** (exponent - 1), a=1.0)
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(n, n))
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(n, n))
     r = np.hypot(half.grid.x[:, None], half.grid.y[None, :])
     load = {"approach": exact.approach} if compared == "force" else {"force": exact.force}
     known = np.where(r < 1, exact.pressure(np.minimum(r, 1 - 1e-9)), 0.0)
@@ -267,7 +267,7 @@ def power(n: int, exponent: float, compared: str) -> Judged:
 def on_layer(n: int, thickness: float, compared: str) -> Judged:
     """A bonded layer on a rigid base, by its integral equation."""
     exact = layer.paraboloid(radius=10.0, thickness=thickness, material=SOFT, a=1.0)
-    half = fc.HalfSpace(None, size=(3.0, 3.0), shape=(n, n), layers=[fc.Layer(SOFT, thickness)])
+    half = fc.HalfSpace(None, size=(3.0, 3.0), cells=(n, n), layers=[fc.Layer(SOFT, thickness)])
     r = np.hypot(half.grid.x[:, None], half.grid.y[None, :])
     load = {"approach": exact.approach} if compared == "force" else {"force": exact.force}
     at = np.linspace(0, 1, 400)[:-1]
@@ -279,7 +279,7 @@ def on_layer(n: int, thickness: float, compared: str) -> Judged:
 
 def dragged(n: int, share: float) -> Judged:
     """Two alike bodies with friction, the upper dragged by a share of what friction holds: pressures are Hertz's."""
-    half = fc.HalfSpace(UNIT, size=(3.1, 3.1), shape=(n, n), against=UNIT)
+    half = fc.HalfSpace(UNIT, size=(3.1, 3.1), cells=(n, n), against=UNIT)
     exact = hertz.spheres((10.0, math.inf), (UNIT, UNIT), force=2 / 30)
     pulled = (share * MU * exact.force, 0.0)
     contact = half.press(Paraboloid(10.0), force=exact.force, friction=MU, tangential=pulled)
@@ -289,7 +289,7 @@ def dragged(n: int, share: float) -> Judged:
 
 def in_a_scene(n: int, compared: str) -> Judged:
     """A half-space as a body of a scene."""
-    half = fc.HalfSpace(UNIT, size=(3.1, 3.1), shape=(n, n))
+    half = fc.HalfSpace(UNIT, size=(3.1, 3.1), cells=(n, n))
     ball = fc.RigidBody(Paraboloid(10.0))
     exact = hertz.spheres((10.0, math.inf), (UNIT, None), force=4 / 30)
     load = compared, exact.approach if compared == "force" else exact.force

@@ -22,7 +22,7 @@ def local_body(number: int, frame: Frame) -> Callable[[], Answer]:
     at = (*(size[:2] * rng.uniform(0.25, 0.75, 2)), size[2])
     # the place is one of the body's own axes, and its pose follows
     local = fc.LocalBody(
-        elastic, at=tuple(frame.length * np.array(at)), window=window * frame.length, shape=(32, 32), name="local"
+        elastic, at=tuple(frame.length * np.array(at)), window=window * frame.length, cells=(32, 32), name="local"
     )
     local = frame.placed(local)
     radius = float(10 ** rng.uniform(0.5, 1.5))

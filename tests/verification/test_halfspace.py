@@ -34,7 +34,7 @@ def test_hertz(n, most_l2, most_centre, most_approach, row):
     Source: Hertz. Tolerances are about 1.2 times what was found, which is what other half-space codes reach; the order
     is 1, for the edge of the pressure lies inside cells.
     """
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(n, n))
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(n, n))
     contact = half.press(Paraboloid(1.0), force=4 / 3)
     r = radius(half.grid)
     exact = 2 / np.pi * np.sqrt(np.maximum(1 - r**2, 0))
@@ -56,7 +56,7 @@ def test_flat_punch(n, row):
 
     Source: Boussinesq. The outline is a staircase of cells: its radius is uncertain by a fraction of a cell.
     """
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(n, n))
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(n, n))
     contact = half.press(FlatPunch(radius=1.0), force=2.0)
     r = radius(half.grid)
     inside = r < 0.8
@@ -73,7 +73,7 @@ def test_cone(n, row):
     Source: Sneddon. The pressure has a logarithm at the tip: its cell-wise error falls as the cell.
     """
     beta = 0.1
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(n, n))
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(n, n))
     contact = half.press(Cone(np.arctan(beta)), force=np.pi * beta / 2)
     r = radius(half.grid)
     exact = beta / 2 * np.arccosh(1 / np.minimum(r, 1.0))
@@ -90,7 +90,7 @@ def test_tilted_flat_punch(e, full, row):
     a staircase; beyond a/3 the punch lifts, asserted by its area. Statics is exact.
     """
     n = 256
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(n, n))
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(n, n))
     contact = half.press(FlatPunch(radius=1.0), force=2.0, load_point=(e, 0.0))
     r, x = radius(half.grid), half.grid.x[:, None] * np.ones(n)
     assert abs(contact.centre_of_pressure[0] - e) < 1e-12  # exact statics
@@ -112,7 +112,7 @@ def test_ellipse_ten_to_one(n, row):
     """
     hertz = fc.hertz.ellipse(((1.0, 36.536), (np.inf, np.inf)), (UNIT, None), force=0.05)
     a, b = max(hertz.a, hertz.b), min(hertz.a, hertz.b)
-    half = fc.HalfSpace(UNIT, size=(3 * a, 3 * b), shape=(n, n))
+    half = fc.HalfSpace(UNIT, size=(3 * a, 3 * b), cells=(n, n))
     contact = half.press(Paraboloid(36.536, 1.0), force=0.05)
     r2 = (half.grid.x[:, None] / a) ** 2 + (half.grid.y[None, :] / b) ** 2
     exact = hertz.p0 * np.sqrt(np.maximum(1 - r2, 0))
@@ -148,7 +148,7 @@ def test_ellipses(radii, row):
         ("approach", approach, hertz.approach),
     ):
         row(f"{case}, closed form", name, target, found, 5e-7)
-    half = fc.HalfSpace(solid, size=(3 * a, 3 * b), shape=(256, 256))
+    half = fc.HalfSpace(solid, size=(3 * a, 3 * b), cells=(256, 256))
     contact = half.press(Paraboloid(*radii), force=1000.0)
     row(f"{case}, 256 x 256 cells", "centre pressure", p0, contact.pressure[128, 128], 1e-4)
     row(f"{case}, 256 x 256 cells", "approach", approach, contact.approach, 1e-4)
@@ -160,7 +160,7 @@ def test_uniform_pressure_on_a_rectangle(row):
     Source: Love 1929, evaluated for the whole rectangle; cells are rectangles themselves, so that only rounding is
     left. A point load at the same place, far away: Boussinesq, off by the square of size over distance.
     """
-    half = fc.HalfSpace(UNIT, size=(8.0, 8.0), shape=(64, 64))
+    half = fc.HalfSpace(UNIT, size=(8.0, 8.0), cells=(64, 64))
     x, y = np.meshgrid(half.grid.x, half.grid.y, indexing="ij")
     loaded = (np.abs(x) < 0.5) & (np.abs(y) < 0.25)
     found = CellModel(half.compliance).product.apply(loaded.astype(float))
@@ -180,7 +180,7 @@ def test_westergaard(share, row):
     cell.
     """
     n, height = 256, 0.01
-    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(n, n), periodic=True)
+    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), cells=(n, n), periodic=True)
     x = half.grid.x
     p_star = np.pi * height
     contact = half.press(height * (1 - np.cos(2 * np.pi * x))[:, None] * np.ones(n), force=share * p_star)
@@ -215,7 +215,7 @@ def test_bonded_layer_under_a_paraboloid(nu, ratio, row):
     """
     force, delta, p0 = LAYER[nu, ratio]
     material = fc.Material(E=1 - nu**2, nu=nu)
-    half = fc.HalfSpace(None, size=(2.6, 2.6), shape=(128, 128), layers=[fc.Layer(material, 1 / ratio)])
+    half = fc.HalfSpace(None, size=(2.6, 2.6), cells=(128, 128), layers=[fc.Layer(material, 1 / ratio)])
     contact = half.press(Paraboloid(1.0), force=force)
     case = f"layer, nu = {nu}, a/b = {ratio}"
     # 49 cells per contact radius: 3e-5 in the approach, 2e-4 in the pressure were found; asked is 1e-3
@@ -233,7 +233,7 @@ def test_soft_layer_on_a_half_space_lies_between():
     stiff, soft = fc.Material(10.0, 0.3), fc.Material(1.0, 0.3)
     force, approaches = 0.5, []
     for layers, base in (([], soft), ([fc.Layer(soft, 1.0)], stiff), ([fc.Layer(soft, 0.2)], stiff), ([], stiff)):
-        half = fc.HalfSpace(base, size=(3.0, 3.0), shape=(64, 64), layers=layers)
+        half = fc.HalfSpace(base, size=(3.0, 3.0), cells=(64, 64), layers=layers)
         approaches.append(half.press(Paraboloid(1.0), force=force).approach)
     assert approaches == sorted(approaches, reverse=True)
 
@@ -256,7 +256,7 @@ def test_report_half_space_by_wolfe(cell, pressure, ratio, most_l2, most_area, r
     hertz = fc.hertz.spheres((25.0, 25.0), (REPORT, REPORT), force=454.0)
     n = 2 * int(np.ceil(1.15 * hertz.a / cell))
     half = fc.HalfSpace(
-        REPORT, size=(n * cell, n * cell), shape=(n, n), against=REPORT, pressure=pressure, self_ratio=ratio
+        REPORT, size=(n * cell, n * cell), cells=(n, n), against=REPORT, pressure=pressure, self_ratio=ratio
     )
     r = radius(half.grid)
     numbers = np.arange(n * n).reshape(n, n)
@@ -289,7 +289,7 @@ def test_rough_surface_area_against_load(row):
     2.51 (Bush, Gibson and Thomas); the same seed gives the same surface.
     """
     rough = self_affine((256, 256), (1.0, 1.0), hurst=0.8, seed=1, rms_slope=0.1, longest=0.25, shortest=8 / 256)
-    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(256, 256), periodic=True)
+    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), cells=(256, 256), periodic=True)
     for load in (0.0005, 0.001, 0.003, 0.01):
         contact = half.press(rough.z, force=load)
         slope = contact.area_fraction * rough.rms_slope / load  # A E* sqrt(<|grad h|^2>)/P

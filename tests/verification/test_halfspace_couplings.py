@@ -37,7 +37,7 @@ def test_ball_on_a_half_space(coupling, cells, most_l2, most_peak, row):
     Source: Hertz. 1.2 times what was found; between finite elements two balls of this fineness err by 1.9 % in L2.
     """
     hertz = fc.hertz.spheres((RADIUS, np.inf), (MATERIAL, MATERIAL), force=FORCE)
-    half = fc.HalfSpace(MATERIAL, size=(3 * hertz.a, 3 * hertz.a), shape=(cells, cells))
+    half = fc.HalfSpace(MATERIAL, size=(3 * hertz.a, 3 * hertz.a), cells=(cells, cells))
     body = ball(hertz.a)
     result = fc.Scene([half, body], [fc.Contact(half, body, coupling=coupling)]).solve(forces={body: [0, 0, -FORCE]})
     (contact,) = result.contacts

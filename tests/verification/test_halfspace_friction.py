@@ -40,7 +40,7 @@ def test_mindlin(n, most_l2, most_stick, row):
     order in the tractions, second order in the shift. The time is that of one thread, in seconds.
     """
     exact = friction.mindlin(hertz(PLAIN), MU, tangential=0.6 * MU * hertz(PLAIN).force)
-    half = fc.HalfSpace(PLAIN, size=(2.2, 2.2), shape=(n, n), against=PLAIN)
+    half = fc.HalfSpace(PLAIN, size=(2.2, 2.2), cells=(n, n), against=PLAIN)
     began = time.process_time()
     found = half.press(BALL, force=exact.force, friction=MU, tangential=(exact.tangential, 0.0))
     seconds = time.process_time() - began
@@ -60,7 +60,7 @@ def test_classical_solution_with_poissons_ratio(row):
     Source: none; the tractions here are certified, the figures are differences from Cattaneo and Mindlin.
     """
     exact = friction.mindlin(hertz(STEEL), MU, tangential=0.6 * MU * hertz(STEEL).force)
-    half = fc.HalfSpace(STEEL, size=(2.2, 2.2), shape=(256, 256), against=STEEL)
+    half = fc.HalfSpace(STEEL, size=(2.2, 2.2), cells=(256, 256), against=STEEL)
     found = half.press(BALL, force=exact.force, friction=MU, tangential=(exact.tangential, 0.0))
     case, known = "ball, nu = 0.3, 256 x 256 cells", exact.traction(radius(half.grid))
     difference = np.hypot(found.traction[0] - known, found.traction[1])
@@ -84,7 +84,7 @@ def test_fretting_cycle(row):
     Source: Mindlin & Deresiewicz 1953.
     """
     exact = friction.mindlin(hertz(PLAIN), MU, tangential=0.8 * MU * hertz(PLAIN).force)
-    half = fc.HalfSpace(PLAIN, size=(2.2, 2.2), shape=(128, 128), against=PLAIN)
+    half = fc.HalfSpace(PLAIN, size=(2.2, 2.2), cells=(128, 128), against=PLAIN)
     shares = (1.0, 0.0, -1.0, 0.0, 1.0)
     steps = [fc.PressStep(force=exact.force, tangential=(s * exact.tangential, 0.0)) for s in shares]
     path = half.press_path(BALL, steps, friction=MU)
@@ -102,7 +102,7 @@ def test_torsion(row):
     """
     ball = hertz(STEEL)
     exact = friction.lubkin(ball, MU, torque=0.6 * 3 * math.pi / 16 * MU * ball.force)
-    half = fc.HalfSpace(STEEL, size=(2.2, 2.2), shape=(128, 128), against=STEEL)
+    half = fc.HalfSpace(STEEL, size=(2.2, 2.2), cells=(128, 128), against=STEEL)
     path = half.press_path(BALL, [fc.PressStep(force=ball.force, torque=exact.torque)], friction=MU)
     x, y, r = half.grid.x[:, None], half.grid.y[None, :], radius(half.grid)
     around = exact.traction(r) / r
@@ -121,7 +121,7 @@ def test_stick_under_a_flat_punch(nu, mu, row):
     incompressible bodies with little friction here, where it is small.
     """
     material = fc.Material(E=1.0, nu=nu)
-    half = fc.HalfSpace(material, size=(2.4, 2.4), shape=(128, 128))
+    half = fc.HalfSpace(material, size=(2.4, 2.4), cells=(128, 128))
     found = half.press(FlatPunch(radius=1.0), force=1.0, friction=mu)
     exact = friction.stick_ratio(mu, friction.dundurs(material))
     row(f"flat punch, nu = {nu}, mu = {mu}", "stick radius", exact, math.sqrt(found.stick_area / found.area), 1e-2)
@@ -134,7 +134,7 @@ def test_stick_is_the_same_for_all_indenters(row):
     Source: Spence 1968: the same for all indenters whose profile is a power of the radius. The error is that of 16
     steps, of first order.
     """
-    half, mu = fc.HalfSpace(STEEL, size=(2.4, 2.4), shape=(48, 48)), 0.15
+    half, mu = fc.HalfSpace(STEEL, size=(2.4, 2.4), cells=(48, 48)), 0.15
     flat = half.press(FlatPunch(radius=1.0), force=1.0, friction=mu)
     most = 4 * STEEL.plane_strain_modulus / (3 * RADIUS)
     steps = [fc.PressStep(force=float(most * s**3)) for s in np.linspace(0, 1, 17)[1:]]
@@ -224,7 +224,7 @@ def test_a_ball_rolls(row):
     found = []
     for n in (12, 24):
         cell = 2.0 / n
-        half = fc.HalfSpace(material, size=(6.5, 2.5), shape=(round(6.5 / cell), round(2.5 / cell)), against=material)
+        half = fc.HalfSpace(material, size=(6.5, 2.5), cells=(round(6.5 / cell), round(2.5 / cell)), against=material)
         way = cell * (np.arange(2 * n + 1) - n)
         steps = [fc.PressStep(force=load, position=(way[0], 0.0))]
         steps += [fc.PressStep(force=load, tangential=(share * MU * load, 0.0), position=(x, 0.0)) for x in way]

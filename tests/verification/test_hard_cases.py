@@ -132,7 +132,7 @@ def test_torus_on_a_half_space(load, most, row):
     """
     ring, tube, n = 1.0, 0.25, 512
     unit = fc.Material(E=1.0, nu=0.0)
-    contact = fc.HalfSpace(unit, size=(3.0, 3.0), shape=(n, n)).press(Torus(ring=ring, tube=tube), force=load)
+    contact = fc.HalfSpace(unit, size=(3.0, 3.0), cells=(n, n)).press(Torus(ring=ring, tube=tube), force=load)
     q = load / (2 * np.pi * ring)
     a = np.sqrt(4 * q * tube / np.pi)
     case = f"torus, a/R = {a:.3f}"
@@ -163,7 +163,7 @@ def test_punch_with_a_rounded_edge(n, row):
     flat = 0.6
     unit = fc.Material(E=1.0, nu=0.0)
     exact = axisymmetric.indent(modulus=1.0, slope=lambda r: np.maximum(r - flat, 0), breaks=(flat,), a=1.0)
-    half = fc.HalfSpace(unit, size=(3.0, 3.0), shape=(n, n))
+    half = fc.HalfSpace(unit, size=(3.0, 3.0), cells=(n, n))
     r = np.hypot(half.grid.x[:, None], half.grid.y[None, :])
     contact = half.press(np.maximum(r - flat, 0) ** 2 / 2, force=exact.force)
     target = np.zeros_like(r)

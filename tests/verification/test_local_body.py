@@ -32,7 +32,7 @@ def test_bonded_layer(ratio, nu, row):
     """
     material = fc.Material(E=1.0, nu=nu)
     exact = layers.paraboloid(radius=1.0, thickness=1.0, material=material, a=ratio)
-    local = fc.LocalBody(quarter_of_a_layer(material), at=(0, 0, 1), window=2.3 * exact.a, shape=(512, 512))
+    local = fc.LocalBody(quarter_of_a_layer(material), at=(0, 0, 1), window=2.3 * exact.a, cells=(512, 512))
     ball = fc.RigidBody(Paraboloid(1.0), pose=fc.Pose(translation=(0, 0, 1)))
     scene = fc.Scene([local, ball], [fc.Contact(local, ball)])
     result = scene.solve(forces={ball: (0, 0, -exact.force / 4)}, finite_motion=False)
@@ -67,7 +67,7 @@ def test_half_sphere_on_a_plane(ratio, row):
     mesh = fc.shapes.quarter_sphere(1.0, contact_radius=1 / 6, level=Level(2, 2, 0.4, 0.4, 2.0))
     supports = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
     body = fc.ElasticBody(mesh, material, contact="cap", geometry=fc.Sphere(1.0), supports=supports)
-    local = fc.LocalBody(body, at=(0, 0, 0), window=2.3 * ratio, shape=(256, 256))
+    local = fc.LocalBody(body, at=(0, 0, 0), window=2.3 * ratio, cells=(256, 256))
     floor = fc.RigidBody(fc.Plane())
     scene = fc.Scene([local, floor], [fc.Contact(local, floor)])
     result = scene.solve(forces={local: (0, 0, -force / 4)}, finite_motion=False)

@@ -48,7 +48,7 @@ def test_parts_of_the_kernel(missing, nu, row, monkeypatch):
     supports = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
     body = fc.ElasticBody(mesh, material, contact="cap", geometry=fc.Sphere(1.0), supports=supports)
     _without(missing, monkeypatch)
-    local = fc.LocalBody(body, at=(0, 0, 0), window=2.3 * RATIO, shape=(128, 128))
+    local = fc.LocalBody(body, at=(0, 0, 0), window=2.3 * RATIO, cells=(128, 128))
     floor = fc.RigidBody(fc.Plane())
     scene = fc.Scene([local, floor], [fc.Contact(local, floor)])
     result = scene.solve(forces={local: (0, 0, -force / 4)}, finite_motion=False)
@@ -89,7 +89,7 @@ def test_unequal_curvatures(row):
         mesh = fc.shapes.quarter_sphere(1.0, contact_radius=ring, level=level)
         supports = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
         body = fc.ElasticBody(mesh.drawn_at(mesh.points * [1.6, 1.0, 1.0]), material, contact="cap", supports=supports)
-        local = fc.LocalBody(body, at=(0, 0, 0), window=(0.75, 0.5), shape=(144, 96))
+        local = fc.LocalBody(body, at=(0, 0, 0), window=(0.75, 0.5), cells=(144, 96))
         floor = fc.RigidBody(fc.Plane())
         scene = fc.Scene([local, floor], [fc.Contact(local, floor)])
         result = scene.solve(forces={local: (0, 0, -force / 4)}, finite_motion=False)

@@ -33,7 +33,7 @@ def test_unequal_spheres_as_half_spaces(row):
     """
     case, n = CASES["unequal"], 128
     exact = case.hertz
-    half = fc.HalfSpace(case.material, size=(3 * exact.a,) * 2, shape=(n, n), against=case.material)
+    half = fc.HalfSpace(case.material, size=(3 * exact.a,) * 2, cells=(n, n), against=case.material)
     # the relative curvature: a paraboloid of both
     shape = Paraboloid(1 / sum(1 / r for r in case.radii))
     found = half.press(shape, force=case.force)

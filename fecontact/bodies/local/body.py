@@ -49,6 +49,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.common.renamed import renamed_argument
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.fem.model import Model
@@ -477,8 +478,8 @@ class LocalBody(MeshedWindows):
         Middle of the window, on the body's surface, in its axes. Without it: where the bodies touch first.
     window : float or (float, float), optional
         Sides of the window. Without it: from the load by Hertz's formulas, then fitted to the contact that is found.
-    shape : (int, int)
-        Cells along the sides.
+    cells : (int, int)
+        Numbers of cells along the sides.
     name : str, optional
         The body's unless given.
 
@@ -499,7 +500,7 @@ class LocalBody(MeshedWindows):
     >>> import fecontact as fc
     >>> mesh = fc.shapes.block((4.0, 4.0, 2.0), (4, 4, 3))
     >>> block = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), supports={"bottom": "xyz"})
-    >>> local = fc.LocalBody(block, at=(2.0, 2.0, 2.0), window=1.0, shape=(32, 32))
+    >>> local = fc.LocalBody(block, at=(2.0, 2.0, 2.0), window=1.0, cells=(32, 32))
     >>> ball = fc.RigidBody(fc.Sphere(10.0), pose=fc.Pose(translation=(2.0, 2.0, 2.0)))
     >>> scene = fc.Scene([local, ball], [fc.Contact(local, ball)])
     >>> result = scene.solve(forces={ball: (0.0, 0.0, -0.005)})
@@ -521,12 +522,14 @@ class LocalBody(MeshedWindows):
         body: ElasticBody,
         at: ArrayLike | None = None,
         window: float | tuple[float, float] | None = None,
-        shape: tuple[int, int] = (128, 128),
+        cells: tuple[int, int] = (128, 128),
         name: str | None = None,
+        *,
+        shape: tuple[int, int] | None = None,
     ) -> None:
         if not isinstance(body, ElasticBody) or body.dimension != "space":
             raise InputError(f"A local body is made of an ElasticBody in space; found {body!r}.", code="no-elastic")
-        wish = WindowRequest.of(at, window, shape)
+        wish = WindowRequest.of(at, window, renamed_argument("LocalBody", "shape", "cells", shape, cells))
         placed = None if wish.at is None or wish.sides is None else place_window(body, wish.at, wish.sides, wish.shape)
         fields = {
             "body": body,

@@ -329,7 +329,7 @@ def _local(problem: Problem, setting: Any, options: Options) -> Measured:
         body = ElasticBody(mesh, problem.data["material"], supports=supports, name="layer", backend=backend)
         at = (0.0, 0.0, h)
         other = RigidBody(Paraboloid(problem.data["radii"][0]), pose=Pose(translation=at), name="indenter")
-    local = LocalBody(body, at=at, shape=(setting, setting))
+    local = LocalBody(body, at=at, cells=(setting, setting))
     pushed = local if problem.name == "hertz" else other
     result = Scene([local, other], [Contact(local, other)]).solve(forces={pushed: (0.0, 0.0, -problem.force / 4)})
     contact = result.contacts[0]

@@ -56,7 +56,7 @@ def test_uniform_compression_on_a_plane():
 def test_masters_of_all_kinds(other):
     upper = block((2, 2, 1), contact="bottom", supports={"top": "xyz"}, name="upper").placed((0.0, 0.0, 1.0))
     if other == "halfspace":
-        lower = fc.HalfSpace(STEEL, size=(4.0, 4.0), shape=(17, 17))
+        lower = fc.HalfSpace(STEEL, size=(4.0, 4.0), cells=(17, 17))
         upper = upper.placed((-0.5, -0.5, -1.0))
     elif other == "ancf":
         lower = block((3, 3, 2), contact="top", supports={"bottom": "xyz"}, name="lower")

@@ -51,7 +51,7 @@ def test_half_spaces(more, options, write):
     found = fc.read_scene(write(MATERIAL + BALL + HALF + more + PRESSED)).solve()
     if options.pop("layers", False):
         options["layers"] = [fc.Layer(fc.Material(E=10.0, nu=0.3), 0.2, "frictionless")]
-    half = fc.HalfSpace(SOFT, size=(1.2, 1.2), shape=(24, 24), **options)
+    half = fc.HalfSpace(SOFT, size=(1.2, 1.2), cells=(24, 24), **options)
     ball = fc.RigidBody(fc.Sphere(2.0))
     same = fc.Scene([half, ball], [fc.Contact(half, ball)]).solve(motions={ball: {"z": -0.05}})
     assert abs(found.contacts[0].force[2] / same.contacts[0].force[2] - 1) < 1e-12

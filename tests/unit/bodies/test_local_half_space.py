@@ -97,11 +97,11 @@ def test_a_half_space_is_a_large_block() -> None:
     mesh = fc.shapes.block((12.0, 12.0, 12.0), (4, 4, 5))
     supports = {"bottom": "xyz", "x_min": "x", "y_min": "y"}
     body = fc.ElasticBody(mesh.drawn_at(mesh.points - [0, 0, 12.0]), OTHER, supports=supports, name="block")
-    block, load = fc.LocalBody(body, shape=(32, 32)), {local: (0, 0, -0.075)}
+    block, load = fc.LocalBody(body, cells=(32, 32)), {local: (0, 0, -0.075)}
     half, large = (pressed(local, other, load).contacts[0] for other in (fc.HalfSpace(OTHER), block))
     assert np.linalg.norm(half.pressure - large.pressure) < 1e-3 * np.linalg.norm(half.pressure)
     # by itself the window is found too; the half-space's own grid does not reach there
-    free = fc.LocalBody(quarter, shape=(32, 32))
+    free = fc.LocalBody(quarter, cells=(32, 32))
     small = fc.HalfSpace(OTHER, (0.2, 0.2), (4, 4)).placed((5.0, 5.0, 0.0))
     found = pressed(free, small, {free: (0, 0, -0.075)})
     assert found.contacts[0].max_pressure == pytest.approx(half.max_pressure, rel=2e-3)

@@ -14,7 +14,7 @@ def _pressed(divisions):
     mesh = fc.shapes.block((6.0, 3.0, 2.0), divisions)
     block = fc.ElasticBody(mesh, SOLID, supports={"bottom": "xyz"})
     top = (3.0, 1.5, 2.0)
-    local = fc.LocalBody(block, at=top, window=(4.0, 0.4), shape=(160, 32))
+    local = fc.LocalBody(block, at=top, window=(4.0, 0.4), cells=(160, 32))
     roller = fc.RigidBody(Paraboloid(200.0, 1.0), pose=fc.Pose(translation=top))
     scene = fc.Scene([local, roller], [fc.Contact(local, roller)])
     result = scene.solve(forces={roller: (0.0, 0.0, -FORCE)}, finite_motion=False)

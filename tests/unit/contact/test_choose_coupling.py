@@ -33,7 +33,7 @@ def blocks(upper: int, lower: int, **options: str) -> Callable[[], tuple[fc.Scen
 
 def on_cells() -> tuple[fc.Scene, fc.ElasticBody]:
     above = block(2, "upper", "bottom").placed((-0.5, -0.5, 0.0))
-    half = fc.HalfSpace(SOLID, size=(2.0, 2.0), shape=(12, 12))
+    half = fc.HalfSpace(SOLID, size=(2.0, 2.0), cells=(12, 12))
     return fc.Scene([above, half], [fc.Contact(half, above)]), above
 
 

@@ -44,7 +44,7 @@ def test_other_kinds_of_surfaces_that_look_the_same_way_are_refused(kind):
         mesh = fc.sections.rectangle((1.0, 1.0), (2, 2))
         one, other = fc.PlaneBody(mesh, SOLID, "top", {"bottom": "xz"}), FLOOR
     else:
-        one, other = fc.HalfSpace(SOLID, size=(1.0, 1.0), shape=(4, 4)), FLOOR
+        one, other = fc.HalfSpace(SOLID, size=(1.0, 1.0), cells=(4, 4)), FLOOR
     with refused(fc.InputError, "not-facing", "are 0"):
         fc.Scene([one, other], [fc.Contact(one, other)]).solve(motions={one: {"z": -0.01}})
 

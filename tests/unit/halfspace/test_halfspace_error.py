@@ -19,7 +19,7 @@ FORCE = 4 / 30  # radius 1 under a paraboloid of radius 10
 
 
 def ball(n, side=3.0, **options):
-    return fc.HalfSpace(UNIT, size=(side, side), shape=(n, n)).press(Paraboloid(10.0), force=FORCE, **options)
+    return fc.HalfSpace(UNIT, size=(side, side), cells=(n, n)).press(Paraboloid(10.0), force=FORCE, **options)
 
 
 def error_of_ball(contact):
@@ -37,7 +37,7 @@ def test_error_at_a_straight_edge_wherever_it_lies_in_its_cell(where):
     """
     n, ny = 128, 8
     a = (28 + where) / n
-    half = fc.HalfSpace(UNIT, size=(1.0, ny / n), shape=(n, ny), periodic=True)
+    half = fc.HalfSpace(UNIT, size=(1.0, ny / n), cells=(n, ny), periodic=True)
     wave = 0.01 * (1 - np.cos(2 * np.pi * half.grid.x))[:, None] * np.ones(ny)
     mean = np.pi * 0.01 * math.sin(np.pi * a) ** 2
     contact = half.press(wave, force=mean * ny / n)
@@ -51,7 +51,7 @@ def test_error_at_a_straight_edge_wherever_it_lies_in_its_cell(where):
 @pytest.mark.parametrize("pressure", ["uniform", "bilinear", "point"])
 @pytest.mark.parametrize("n", [48, 96, 160])
 def test_error_of_a_ball(n, pressure):
-    half = fc.HalfSpace(UNIT, size=(3.37, 3.37), shape=(n, n), pressure=pressure)
+    half = fc.HalfSpace(UNIT, size=(3.37, 3.37), cells=(n, n), pressure=pressure)
     contact = half.press(Paraboloid(10.0), force=FORCE)
     assert 0.8 <= contact.error_estimate.pressure / error_of_ball(contact) <= 2
 
@@ -76,7 +76,7 @@ def test_peak_and_area():
 @pytest.mark.parametrize("n", [16, 24, 33])
 def test_error_of_what_is_not_given(n):
     """Of the approach under a force and of the force at an approach, 3/2 of it by Hertz."""
-    half = fc.HalfSpace(UNIT, size=(3.1, 3.1), shape=(n, n))
+    half = fc.HalfSpace(UNIT, size=(3.1, 3.1), cells=(n, n))
     pushed, moved = half.press(Paraboloid(10.0), force=FORCE), half.press(Paraboloid(10.0), approach=0.1)
     assert 1 <= pushed.response_error.approach / abs(pushed.approach / 0.1 - 1) <= 4
     assert 1 <= moved.response_error.force / abs(moved.force / FORCE - 1) <= 4
@@ -88,7 +88,7 @@ def test_error_of_what_is_not_given(n):
 def test_error_of_the_approach_on_a_thin_layer():
     """Cells of a layer are right in their centres, not in their sum."""
     exact = layer.paraboloid(radius=10.0, thickness=0.2, material=SOFT, a=1.0)
-    half = fc.HalfSpace(None, size=(3.0, 3.0), shape=(48, 48), layers=[fc.Layer(SOFT, 0.2)])
+    half = fc.HalfSpace(None, size=(3.0, 3.0), cells=(48, 48), layers=[fc.Layer(SOFT, 0.2)])
     contact = half.press(Paraboloid(10.0), force=exact.force)
     assert 0.8 <= contact.response_error.approach / abs(contact.approach / exact.approach - 1) <= 4
 
@@ -96,7 +96,7 @@ def test_error_of_the_approach_on_a_thin_layer():
 def test_estimate_depends_on_no_unit_and_no_symmetry():
     one = ball(64).error_estimate
     whole = ball(64, symmetry=False).error_estimate
-    half = fc.HalfSpace(fc.Material(E=210e9, nu=0.0), size=(3e-3, 3e-3), shape=(64, 64))
+    half = fc.HalfSpace(fc.Material(E=210e9, nu=0.0), size=(3e-3, 3e-3), cells=(64, 64))
     scaled = half.press(Paraboloid(10e-3), force=FORCE * 210e9 * 1e-6).error_estimate
     for other in (whole, scaled):
         # the coarser grid is solved to 1e-3
@@ -106,7 +106,7 @@ def test_estimate_depends_on_no_unit_and_no_symmetry():
 
 def test_full_contact_of_a_periodic_surface_has_no_error():
     """The compliance of a periodic half-space is exact for a wave given at the centres."""
-    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(32, 32), periodic=True)
+    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), cells=(32, 32), periodic=True)
     estimate = half.press(0.001 * np.cos(2 * np.pi * half.grid.x)[:, None] * np.ones(32), force=0.1).error_estimate
     assert estimate.pressure < 1e-9
     assert estimate.faces_across == 32
@@ -123,7 +123,7 @@ def test_coarse_grids_are_warned_of_and_fine_ones_are_not():
 def powers(n, cells, a=1.0):
     """A rigid surface r^n / 100 pressed until the contact has a radius of one, and its closed form."""
     exact = axisymmetric.indent(modulus=1.0, slope=lambda r: 0.01 * n * r ** (n - 1), a=a)
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(cells, cells))
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(cells, cells))
     r = np.hypot(half.grid.x[:, None], half.grid.y[None, :])
     return half.press(0.01 * r**n, force=exact.force), exact
 
@@ -162,7 +162,7 @@ def test_the_tip_of_a_cone_is_a_logarithm(cells):
 
 def test_the_ridge_of_a_wedge_is_a_logarithm():
     """Source: a kink of a rigid profile, whose pressure on a half-plane is a logarithm (Johnson 1985, section 5.2)."""
-    half = fc.HalfSpace(UNIT, size=(1.0, 8 / 64), shape=(64, 8), periodic=True)
+    half = fc.HalfSpace(UNIT, size=(1.0, 8 / 64), cells=(64, 8), periodic=True)
     wedge = 0.01 * np.abs(half.grid.x)[:, None] * np.ones(8)
     peak = half.press(wedge, force=2e-4).error_estimate.unbounded
     assert peak.exponent == 0
@@ -170,7 +170,7 @@ def test_the_ridge_of_a_wedge_is_a_logarithm():
 
 
 def test_below_three_cells_across_peak_and_area_carry_no_figure():
-    contact = fc.HalfSpace(UNIT, size=(8.0, 8.0), shape=(8, 8)).press(Paraboloid(10.0), force=FORCE)
+    contact = fc.HalfSpace(UNIT, size=(8.0, 8.0), cells=(8, 8)).press(Paraboloid(10.0), force=FORCE)
     estimate = contact.error_estimate
     assert estimate.faces_across < 3
     assert "(peak and area not resolved), " in str(contact)
@@ -181,7 +181,7 @@ def test_below_three_cells_across_peak_and_area_carry_no_figure():
 
 
 def test_reasons_for_no_estimate():
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(16, 16), pressure="point")
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(16, 16), pressure="point")
     assert "point forces" in str(half.press(Paraboloid(10.0), force=FORCE).error_estimate)
     nothing = grid_error_estimate(
         np.zeros((4, 4)), None, (slice(4), slice(4)), EdgeCells(*np.zeros((5, 0)), np.zeros((2, 0), int))
@@ -211,7 +211,7 @@ def test_indentations_tell_their_error():
 
 
 def test_the_estimate_costs_less_than_a_tenth():
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(512, 512))
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(512, 512))
     start = time.process_time()
     contact = half.press(Paraboloid(10.0), force=FORCE, symmetry=False)
     solved = time.process_time()

@@ -13,7 +13,7 @@ CORK = fc.Material(E=1.0, nu=0.0)
 
 @pytest.fixture(scope="module")
 def half():
-    return fc.HalfSpace(CORK, size=(3.0, 3.0), shape=(32, 32), against=CORK)
+    return fc.HalfSpace(CORK, size=(3.0, 3.0), cells=(32, 32), against=CORK)
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,7 @@ POINTS = np.column_stack(
 
 
 def ball(material=UNIT, n=32, side=3.0, **options):
-    half = fc.HalfSpace(material, size=(side, side), shape=(n, n), **options)
+    half = fc.HalfSpace(material, size=(side, side), cells=(n, n), **options)
     return half, half.press(Paraboloid(1.0), force=2.0)
 
 
@@ -65,7 +65,7 @@ def test_a_frictionless_interface_has_no_shear():
 
 
 def test_one_wave_in_full_contact():
-    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(32, 32), periodic=True)
+    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), cells=(32, 32), periodic=True)
     k = 2 * np.pi
     contact = half.press((-0.01 * np.cos(k * half.grid.x))[:, None] * np.ones(32), force=5.0)
     amplitude = 0.01 * k * UNIT.plane_strain_modulus / 2
@@ -87,7 +87,7 @@ def test_one_wave_in_full_contact():
 
 def test_a_long_period_is_a_free_surface():
     _, free = ball(n=128, side=12.0)
-    half = fc.HalfSpace(UNIT, size=(12.0, 12.0), shape=(128, 128), periodic=True)
+    half = fc.HalfSpace(UNIT, size=(12.0, 12.0), cells=(128, 128), periodic=True)
     periodic = half.press(Paraboloid(1.0), force=2.0)
     deep = POINTS[POINTS[:, 2] < -0.05]
     # the neighbours and the mean, of order force/side^2
@@ -97,7 +97,7 @@ def test_a_long_period_is_a_free_surface():
 @pytest.mark.parametrize("force", [0.001, 0.01, 0.1])
 def test_stiffness_is_the_slope_of_force_over_approach(force):
     rough = self_affine((64, 64), (1.0, 1.0), hurst=0.8, rms_slope=0.1, seed=1, longest=0.25)
-    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(64, 64), periodic=True)
+    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), cells=(64, 64), periodic=True)
     at = [half.press(rough.z, force=force * f, tolerance=1e-10) for f in (1.0, 1.0001)]
     slope = 1e-4 * force / (at[1].approach - at[0].approach)
     # a cell that joins in between changes the slope by its share of the contact
@@ -105,27 +105,27 @@ def test_stiffness_is_the_slope_of_force_over_approach(force):
 
 
 def test_full_contact_of_a_periodic_surface_is_stiff():
-    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(8, 8), periodic=True)
+    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), cells=(8, 8), periodic=True)
     assert half.stiffness(half.press(np.zeros((8, 8)), force=1.0)) == np.inf
 
 
 @pytest.mark.parametrize("n", [64, 96, 128, 200])
 def test_edge_fitted_area_of_a_ball(n):
-    half = fc.HalfSpace(fc.Material(1.0, 0.0), size=(3.05, 3.05), shape=(n, n))
+    half = fc.HalfSpace(fc.Material(1.0, 0.0), size=(3.05, 3.05), cells=(n, n))
     contact = half.press(Paraboloid(1.0), force=4 / 3)
     # counting cells errs by up to 1/n (1.3e-2 at 64); the fitted edge by less than half of that
     assert abs(contact.figures["area"] / np.pi - 1) < 0.5 / n
 
 
 def test_the_edge_of_a_flat_punch_is_known():
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(64, 64))
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(64, 64))
     contact = half.press(FlatPunch(radius=1.0), force=2.0)
     assert contact.figures["area"] == contact.area
 
 
 def crowded(n=30, side=0.3, layers=(), size_y=None):
     """Pressures on cells whose edges are no round numbers in binary."""
-    half = fc.HalfSpace(UNIT, size=(side, size_y or side), shape=(n, n), layers=layers)
+    half = fc.HalfSpace(UNIT, size=(side, size_y or side), cells=(n, n), layers=layers)
     return half, half.press(Paraboloid(side), approach=side / 40)
 
 
@@ -188,7 +188,7 @@ def test_the_distance_at_which_shear_at_a_corner_is_taken(shape):
     t = (np.arange(400) + 0.5) / 400 * 2 - 1
     mean = np.log(np.hypot(a * t[:, None], b * t[None, :])).mean()
     assert abs(np.log(mean_distance(a, b)) - mean) < 1e-4
-    half = fc.HalfSpace(UNIT, size=(8 * a, 8 * b), shape=(4, 4))
+    half = fc.HalfSpace(UNIT, size=(8 * a, 8 * b), cells=(4, 4))
     contact = half.press(np.pad(np.zeros((2, 2)), 1, constant_values=np.inf), approach=0.01 * a)
     alone = replace(contact, pressure=np.pad([[1.0]], ((1, 2), (1, 2))))  # one cell, its corner at the origin
     r = mean_distance(a, b) / 2**0.5
@@ -236,7 +236,7 @@ def test_an_interface_is_where_the_thicknesses_add_up_to():
 
 
 def test_periodic_stress_at_corners_of_cells_is_that_of_its_neighbourhood():
-    half = fc.HalfSpace(UNIT, size=(0.3, 0.3), shape=(30, 30), periodic=True, layers=LAYERS[1])
+    half = fc.HalfSpace(UNIT, size=(0.3, 0.3), cells=(30, 30), periodic=True, layers=LAYERS[1])
     waves = 1e-3 * np.cos(2 * np.pi * half.grid.x / 0.3)
     contact = half.press(waves[:, None] + waves, force=2e-4)
     points = np.array([[0.0, 0.0, 0.0], [0.15, 0.15, 0.0], [0.01, 0.15, 0.0], [0.01, 0.01, -0.02]])
@@ -248,7 +248,7 @@ def test_periodic_stress_at_corners_of_cells_is_that_of_its_neighbourhood():
 @pytest.mark.parametrize("along", [(1.0, 0.0), (0.6, -0.8)])
 def test_a_sliding_ball_against_hamilton(along):
     """Surface stresses by tractions q0 sqrt(1 - r^2/a^2) on a circle (Hamilton 1983; strains: Johnson eq. 3.91)."""
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(64, 64), against=UNIT)
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(64, 64), against=UNIT)
     mu, e = 0.3, np.array(along)
     sliding = half.press(Paraboloid(1.0), force=2.0, friction=mu, shift=tuple(2.0 * e))
     smooth = half.press(Paraboloid(1.0), force=2.0)
@@ -269,7 +269,7 @@ def test_a_sliding_ball_against_hamilton(along):
 
 
 def test_tractions_are_carried_through_every_depth():
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(8, 8), against=UNIT)
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(8, 8), against=UNIT)
     dragged = half.press(Paraboloid(1.0), force=2.0, friction=0.3, tangential=(0.3, 0.2))
     x = np.linspace(-8, 8, 33)
     X, Y = np.meshgrid(x, x, indexing="ij")

@@ -27,7 +27,7 @@ def reference(half, z, **load):
 @pytest.mark.parametrize("load", [{"force": 0.4}, {"approach": 0.3}])
 @pytest.mark.parametrize("pressure", ["uniform", "bilinear", "point"])
 def test_same_as_the_dense_solver(load, pressure):
-    half = fc.HalfSpace(UNIT, size=(3.0, 2.4), shape=(21, 16), pressure=pressure)
+    half = fc.HalfSpace(UNIT, size=(3.0, 2.4), cells=(21, 16), pressure=pressure)
     x, y = half.grid.x[:, None], half.grid.y[None, :]
     z = (x - 0.2) ** 2 / 2 + y**2 + 0.02 * np.cos(7 * x) * np.cos(5 * y)
     contact = half.press(z, **load, tolerance=1e-11)
@@ -37,7 +37,7 @@ def test_same_as_the_dense_solver(load, pressure):
 
 
 def test_a_cell_that_coarser_grids_do_not_see_touches():
-    half = fc.HalfSpace(UNIT, size=(3.0, 2.4), shape=(40, 32))
+    half = fc.HalfSpace(UNIT, size=(3.0, 2.4), cells=(40, 32))
     x, y = half.grid.x[:, None], half.grid.y[None, :]
     z = ((x + 0.7) ** 2 + y**2) / 2
     z[33, 25] = -0.02  # its block of four is higher than the ball: coarser grids touch the ball alone
@@ -75,7 +75,7 @@ def test_rough_presses_are_certified(seed):
 
 
 def test_symmetry_changes_nothing():
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(64, 64))
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(64, 64))
     quarter = half.press(Paraboloid(1.0), force=4 / 3, tolerance=1e-10)
     whole = half.press(Paraboloid(1.0), force=4 / 3, tolerance=1e-10, symmetry=False)
     assert quarter.solver.symmetric == (True, True)
@@ -86,8 +86,8 @@ def test_symmetry_changes_nothing():
 
 
 def test_units_and_scale():
-    mm = fc.HalfSpace(fc.Material(210e3, 0.3), size=(0.6, 0.6), shape=(48, 48)).press(Paraboloid(10.0), force=100.0)
-    m = fc.HalfSpace(fc.Material(210e9, 0.3), size=(0.6e-3, 0.6e-3), shape=(48, 48)).press(
+    mm = fc.HalfSpace(fc.Material(210e3, 0.3), size=(0.6, 0.6), cells=(48, 48)).press(Paraboloid(10.0), force=100.0)
+    m = fc.HalfSpace(fc.Material(210e9, 0.3), size=(0.6e-3, 0.6e-3), cells=(48, 48)).press(
         Paraboloid(10e-3), force=100.0
     )
     assert np.abs(m.pressure / 1e6 - mm.pressure).max() < 1e-7 * mm.max_pressure  # two runs at tolerance 1e-8
@@ -96,7 +96,7 @@ def test_units_and_scale():
 
 def test_two_elastic_bodies_by_one_half_space():
     steel, rubber = fc.Material(210e3, 0.3), fc.Material(5.0, 0.45)
-    both = fc.HalfSpace(steel, size=(8.0, 8.0), shape=(48, 48), against=rubber).press(Paraboloid(10.0), force=5.0)
+    both = fc.HalfSpace(steel, size=(8.0, 8.0), cells=(48, 48), against=rubber).press(Paraboloid(10.0), force=5.0)
     hertz = fc.hertz.spheres((10.0, np.inf), (steel, rubber), force=5.0)
     assert abs(both.approach / hertz.approach - 1) < 5e-4  # 16 cells per contact radius
     assert abs(both.moment_radius() / hertz.a - 1) < 2e-3
@@ -104,7 +104,7 @@ def test_two_elastic_bodies_by_one_half_space():
 
 @pytest.mark.parametrize("point", [(0.15, 0.0), (0.0, 0.2), (0.1, -0.15)])
 def test_free_tilt_balances_the_moment(point):
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(48, 48))
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(48, 48))
     contact = half.press(FlatPunch(radius=1.0), force=2.0, load_point=point)
     assert np.abs(np.array(contact.centre_of_pressure) - point).max() < 1e-12  # exact statics
     assert abs(contact.force / 2.0 - 1) < 1e-12
@@ -114,13 +114,13 @@ def test_free_tilt_balances_the_moment(point):
 
 def test_tilt_of_a_flat_punch_is_the_known_one():
     # rocking of a rigid disc, P e = (4/3) E* a^3 tilt (Borowicka 1943); full contact while e < a/3
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(192, 192))
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(192, 192))
     contact = half.press(FlatPunch(radius=1.0), force=2.0, load_point=(0.2, 0.0))
     assert abs(-contact.tilt[0] / (3 * 2.0 * 0.2 / 4) - 1) < 0.01  # outline of the punch to a cell, third power
 
 
 def test_periodic_mean_plane_and_full_contact():
-    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(64, 64), periodic=True)
+    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), cells=(64, 64), periodic=True)
     x = half.grid.x
     z = 0.01 * (1 - np.cos(2 * np.pi * x))[:, None] * np.ones(64)
     p_star = np.pi * 0.01
@@ -134,7 +134,7 @@ def test_periodic_mean_plane_and_full_contact():
 
 
 def test_cells_without_surface_carry_nothing():
-    half = fc.HalfSpace(UNIT, size=(2.0, 2.0), shape=(40, 40))
+    half = fc.HalfSpace(UNIT, size=(2.0, 2.0), cells=(40, 40))
     z = np.full((40, 40), np.inf)
     z[5:12, 8:30] = 0.0
     contact = half.press(z, force=1.0)
@@ -144,7 +144,7 @@ def test_cells_without_surface_carry_nothing():
 
 
 def test_no_contact():
-    half = fc.HalfSpace(UNIT, size=(2.0, 2.0), shape=(16, 16))
+    half = fc.HalfSpace(UNIT, size=(2.0, 2.0), cells=(16, 16))
     contact = half.press(Paraboloid(1.0), approach=-0.1)
     assert contact.status == "no-contact"
     assert contact.force == 0.0
@@ -154,14 +154,14 @@ def test_no_contact():
 
 def test_rough_surface_repeats_and_grows_with_load():
     rough = self_affine((64, 64), (1.0, 1.0), hurst=0.8, seed=3, rms_slope=0.1)
-    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(64, 64), periodic=True)
+    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), cells=(64, 64), periodic=True)
     fractions = [half.press(rough.z, force=f).area_fraction for f in (0.002, 0.005, 0.01)]
     assert fractions == sorted(fractions)
     assert fractions[-1] == half.press(rough.z, force=0.01).area_fraction
 
 
 def test_stress_under_a_sphere():
-    half = fc.HalfSpace(fc.Material(1.0, 0.3), size=(3.0, 3.0), shape=(64, 64))
+    half = fc.HalfSpace(fc.Material(1.0, 0.3), size=(3.0, 3.0), cells=(64, 64))
     force = 4 / 3 * half.compliance.modulus
     contact = half.press(Paraboloid(1.0), force=force)
     hertz = fc.hertz.spheres((1.0, np.inf), (fc.Material(1.0, 0.3), None), force=force)
@@ -176,7 +176,7 @@ def test_stress_under_a_sphere():
 def test_transforms_do_not_grow_with_the_grid():
     counts, steps = [], []
     for n in (64, 128, 256):
-        half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(n, n))
+        half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(n, n))
         report = half.press(Paraboloid(1.0), force=4 / 3, symmetry=False).solver
         counts.append(report.transforms)
         steps.append(report.nit)
@@ -187,12 +187,12 @@ def test_transforms_do_not_grow_with_the_grid():
 def test_operator_and_matrix_agree():
     import scipy.sparse as sp
 
-    half = fc.HalfSpace(UNIT, size=(1.0, 2.0), shape=(6, 8))
+    half = fc.HalfSpace(UNIT, size=(1.0, 2.0), cells=(6, 8))
     cells = np.array([3, 17, 17, 40])
     rows = sp.csr_matrix((np.ones(4), (np.arange(4), cells)), shape=(4, 48))
     operator = GridCompliance(CellModel(half.compliance), cells)
     assert np.abs(operator @ np.eye(4) - CellModel(half.compliance).dense(rows)).max() < 1e-14
-    periodic = fc.HalfSpace(UNIT, size=(1.0, 2.0), shape=(6, 8), periodic=True)
+    periodic = fc.HalfSpace(UNIT, size=(1.0, 2.0), cells=(6, 8), periodic=True)
     wave = np.random.default_rng(0).random((6, 8))
     S = CellModel(periodic.compliance).dense(sp.identity(48, format="csr"))
     u = CellModel(periodic.compliance).product.apply(wave / periodic.grid.area)
@@ -217,23 +217,23 @@ def test_operator_and_matrix_agree():
     ],
 )
 def test_bad_loads_and_heights(surface, load, message):
-    half = fc.HalfSpace(UNIT, size=(2.5, 2.5), shape=(32, 32))
+    half = fc.HalfSpace(UNIT, size=(2.5, 2.5), cells=(32, 32))
     with refused(InputError, *message):
         half.press(surface, **load)
 
 
 def test_the_size_named_is_enough():
-    half = fc.HalfSpace(UNIT, size=(2.0, 2.0), shape=(64, 64))
+    half = fc.HalfSpace(UNIT, size=(2.0, 2.0), cells=(64, 64))
     with refused(InputError, "grid-too-small") as caught:
         half.press(Paraboloid(1.0), force=4 / 3 * 1.2)
     needed = float(str(caught.value).split("about ")[1].split(" ")[0])
-    fc.HalfSpace(UNIT, size=(needed, needed), shape=(64, 64)).press(Paraboloid(1.0), force=4 / 3 * 1.2)
+    fc.HalfSpace(UNIT, size=(needed, needed), cells=(64, 64)).press(Paraboloid(1.0), force=4 / 3 * 1.2)
 
 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"shape": (33, 32), "periodic": True}, ("odd-cells", "(33, 32)")),
+        ({"cells": (33, 32), "periodic": True}, ("odd-cells", "(33, 32)")),
         ({"pressure": "cubic"}, ("unknown-name", "pressure")),
         ({"pressure": "point", "periodic": True}, ("pressure-not-available",)),
         ({"material": None}, ("input", "rigid")),
@@ -246,7 +246,7 @@ def test_bad_half_spaces(options, message):
 
 @pytest.mark.parametrize("layers", [[], [fc.Layer(UNIT, 0.1)]])
 def test_periodic_approach_beyond_the_mean_plane_is_refused_before_the_solve(layers, monkeypatch):
-    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), shape=(32, 32), periodic=True, layers=layers)
+    half = fc.HalfSpace(UNIT, size=(1.0, 1.0), cells=(32, 32), periodic=True, layers=layers)
     z = 0.01 * (1 - np.cos(2 * np.pi * half.grid.x))[:, None] * np.ones(32)
     assert half.press(z, approach=0.0099).residuals.within(1e-8)
     # full contact needs p* = pi E* amplitude / wavelength in the mean (Westergaard 1939), and no more at the mean plane
@@ -276,7 +276,7 @@ def test_bodies_beyond_the_mean_plane_of_a_period_are_refused():
 
 
 def test_print_and_describe():
-    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), shape=(32, 32))
+    half = fc.HalfSpace(UNIT, size=(3.0, 3.0), cells=(32, 32))
     contact = half.press(Paraboloid(1.0), force=0.5)
     assert "32 x 32 cells (quarter modelled): solved" in str(contact)
     assert half.describe() == "half-space: free half-space, 32 x 32 cells"
@@ -285,7 +285,7 @@ def test_print_and_describe():
 @pytest.mark.parametrize("depth", [1e-8, 1e-5, 1e-3])
 def test_a_ball_between_the_cells_is_warned_of(depth):
     """R 2 between four cells: Hertz's 4/3 E* sqrt(R) d^1.5, of which the formula of the overlap gives 0.94."""
-    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(2.0, 2.0), shape=(16, 16))
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(2.0, 2.0), cells=(16, 16))
     contact = half.press(fc.Sphere(2.0), approach=depth)
     (text,) = contact.warnings
     assert contact.force == 0
@@ -296,7 +296,15 @@ def test_a_ball_between_the_cells_is_warned_of(depth):
 
 
 def test_shapes_that_cells_see_are_not_warned_of():
-    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(64, 64))
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), cells=(64, 64))
     for shape in (fc.Sphere(2.0), fc.surfaces.FlatPunch(radius=0.5), fc.surfaces.Cone(0.1)):
         assert not half.press(shape, force=0.05).between
     assert not half.press(fc.Sphere(2.0), approach=-1e-8).between
+
+
+def test_cells_by_their_former_name_warn():
+    block = fc.ElasticBody(fc.shapes.block((2.0, 2.0, 1.0), (2, 2, 1)), UNIT, supports={"bottom": "xyz"})
+    with pytest.warns(DeprecationWarning, match=r"HalfSpace\(cells=\)"):
+        assert fc.HalfSpace(UNIT, shape=(4, 6)).grid.shape == (4, 6)
+    with pytest.warns(DeprecationWarning, match=r"LocalBody\(cells=\)"):
+        assert fc.LocalBody(block, (1.0, 1.0, 1.0), 0.4, shape=(4, 6)).window.shape == (4, 6)

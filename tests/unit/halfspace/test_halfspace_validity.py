@@ -21,14 +21,14 @@ STRAINS, STEEP = "Strains are not small", "The counter-surface is steep where it
 @pytest.mark.parametrize(("over", "told"), [(0.25, []), (0.35, [STRAINS]), (1.7, [STRAINS, STEEP])])
 def test_a_ball_beyond_small_strains_is_warned_of(over, told):
     # approach over half-width is a/R, and the rms slope of a paraboloid in its contact a/(sqrt(2) R)
-    half = fc.HalfSpace(STEEL, size=(3 * over, 3 * over), shape=(32, 32))
+    half = fc.HalfSpace(STEEL, size=(3 * over, 3 * over), cells=(32, 32))
     contact = half.press(Paraboloid(1.0), approach=over**2)
     assert words(contact) == told
     assert all(text in str(contact) and text in contact.summary()["warnings"] for text in contact.warnings)
 
 
 def test_a_punch_is_warned_of_by_its_strain():
-    half = fc.HalfSpace(SOFT, size=(3.0, 3.0), shape=(32, 32))
+    half = fc.HalfSpace(SOFT, size=(3.0, 3.0), cells=(32, 32))
     for depth, told in ((0.2, []), (0.4, [STRAINS])):
         assert words(half.press(FlatPunch(radius=1.0), approach=depth)) == told
 
@@ -63,7 +63,7 @@ def test_heights_in_nanometres_beside_millimetres_are_warned_of(periodic, tmp_pa
 
 
 def test_paths_tell_their_warnings():
-    half = fc.HalfSpace(SOFT, size=(3.0, 3.0), shape=(32, 32), against=SOFT)
+    half = fc.HalfSpace(SOFT, size=(3.0, 3.0), cells=(32, 32), against=SOFT)
     steps = [fc.PressStep(force=f, tangential=(0.0, 0.0)) for f in (0.001, 0.6, 0.6)]
     path = half.press_path(Paraboloid(1.0), steps, friction=0.5)
     told = [text for text in path.warnings if STRAINS in text]
@@ -75,7 +75,7 @@ def test_paths_tell_their_warnings():
 
 @pytest.mark.parametrize(("over", "told"), [(0.25, []), (0.35, [STRAINS]), (1.7, [STRAINS, STEEP])])
 def test_a_scene_warns_as_the_half_space_alone_does(over, told):
-    half = fc.HalfSpace(STEEL, size=(3 * over, 3 * over), shape=(32, 32), name="half")
+    half = fc.HalfSpace(STEEL, size=(3 * over, 3 * over), cells=(32, 32), name="half")
     alone = [text for text in half.press(Paraboloid(1.0), approach=over**2).warnings if "cells across" not in text]
     ball = fc.RigidBody(Paraboloid(1.0), name="ball").placed((0.0, 0.0, 2.0))
     raised = half.placed((0.0, 0.0, 2.0))

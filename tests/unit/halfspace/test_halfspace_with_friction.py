@@ -376,7 +376,7 @@ def test_points_and_twisted_periods_are_refused():
 
 
 def test_a_step_without_solution_is_cut_in_halves_and_its_work_is_that_of_all_parts(monkeypatch) -> None:
-    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(16, 16))
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), cells=(16, 16))
     ball, mu = fc.surfaces.Paraboloid(1.0), 0.5
     steps = [fc.PressStep(force=0.5), fc.PressStep(force=0.3, shift=(0.2, 0.0))]
     solve, longest = friction_path.press_step, 0.15
@@ -405,7 +405,7 @@ def test_a_step_without_solution_is_cut_in_halves_and_its_work_is_that_of_all_pa
 
 @pytest.mark.parametrize("against", [None, fc.Material(E=3.0, nu=0.1)])  # the second is coupled
 def test_an_interrupted_path_goes_on_as_if_it_had_not_been(against, tmp_path, monkeypatch) -> None:
-    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(3.0, 3.0), shape=(12, 12), against=against)
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(3.0, 3.0), cells=(12, 12), against=against)
     ball, file = fc.surfaces.Paraboloid(1.0), tmp_path / "path.jsonl"
     steps = [fc.PressStep(force=0.3, shift=(x, 0.0)) for x in (0.0, 0.1, -0.05)]
     solve, calls = friction_path.press_step, []
@@ -435,7 +435,7 @@ def test_an_interrupted_path_goes_on_as_if_it_had_not_been(against, tmp_path, mo
 
 
 def test_a_row_that_is_no_solution_is_refused(tmp_path, monkeypatch) -> None:
-    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(3.0, 3.0), shape=(12, 12))
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(3.0, 3.0), cells=(12, 12))
     ball, file = fc.surfaces.Paraboloid(1.0), tmp_path / "path.jsonl"
     steps = [fc.PressStep(force=0.3, tangential=(0.05, 0.0))]
     kept = friction_path._FrictionSteps.end
@@ -456,7 +456,7 @@ def test_a_row_that_is_no_solution_is_refused(tmp_path, monkeypatch) -> None:
     ],
 )
 def test_half_way_loads_go_on_from_what_the_last_contact_bears(first, second, middle) -> None:
-    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(16, 16))
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), cells=(16, 16))
     last = half.press_path(fc.surfaces.Paraboloid(1.0), [fc.PressStep(**first)], 0.5).last
     begin = friction_path._start(np.zeros((1, 1)), fc.PressStep(**second), last, None)
     found = friction_path._between(begin, friction_path._end(fc.PressStep(**second)), 0.5)

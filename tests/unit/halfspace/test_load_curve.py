@@ -17,7 +17,7 @@ FORCES = np.geomspace(0.001, 0.012, 5)
 @pytest.fixture(scope="module")
 def curve():
     """A paraboloid of radius 1 on E* = 1, whose contact is Hertz's; given in no order."""
-    half = fc.HalfSpace(SOFT, size=(2.2 * LENGTH, 2.2 * LENGTH), shape=(64, 64))
+    half = fc.HalfSpace(SOFT, size=(2.2 * LENGTH, 2.2 * LENGTH), cells=(64, 64))
     return half, half.curve(fc.surfaces.Paraboloid(1.0), FORCES[[2, 0, 4, 1, 3]])
 
 
@@ -55,7 +55,7 @@ def test_an_interrupted_curve_goes_on(curve, tmp_path, monkeypatch):
 
 def test_a_tilting_surface_and_warnings_of_coarse_loads(monkeypatch):
     monkeypatch.setattr("fecontact.halfspace.contact.MAX_ERROR", 0.06)  # between the two estimates
-    half = fc.HalfSpace(SOFT, size=(3 * LENGTH, 3 * LENGTH), shape=(16, 16))
+    half = fc.HalfSpace(SOFT, size=(3 * LENGTH, 3 * LENGTH), cells=(16, 16))
     found = half.curve(fc.surfaces.Paraboloid(1.0), [0.0002, 0.002], load_point=(0.05 * LENGTH, 0.0))
     assert len(found) == 2
     assert len(found.warnings) == 1

@@ -46,7 +46,7 @@ def ball_on_section(depth: float) -> ContactResult:
 
 
 def ball_on_cells(depth: float) -> ContactResult:
-    half = fc.HalfSpace(SOFT, size=(2.0, 2.0), shape=(16, 16))
+    half = fc.HalfSpace(SOFT, size=(2.0, 2.0), cells=(16, 16))
     return pressed(half, rigid(fc.Sphere(2.0), (0.0, 0.0, 0.0)), depth)
 
 

@@ -209,7 +209,7 @@ def test_missing_pyvista_is_named_with_the_remedy(result, monkeypatch):
 
 
 def test_a_scene_without_meshed_bodies_says_what_can_be_drawn():
-    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(1.0, 1.0), shape=(16, 16))
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(1.0, 1.0), cells=(16, 16))
     ball = fc.RigidBody(fc.Sphere(1.0)).placed((0.0, 0.0, 1.0))
     result = fc.Scene([half, ball], [fc.Contact(half, ball)]).solve(motions={ball: {"z": -0.01}})
     with refused(fc.InputError, "nothing-to-draw"):

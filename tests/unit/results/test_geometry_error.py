@@ -16,7 +16,7 @@ SOLID = fc.Material(E=1000.0, nu=0.3)
 def test_the_pressure_of_chords_is_that_of_a_half_space():
     """Source: a half-space pressed by rows of parabolas, by transforms. The grid has 256 cells to a parabola."""
     n, angle = 256, 1e-3
-    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(1.0, 8 / n), shape=(n, 8), periodic=True)
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(1.0, 8 / n), cells=(n, 8), periodic=True)
     chords = angle / 2 * half.grid.x[:, None] ** 2 * np.ones(8)
     contact = half.press(chords, force=0.01 * 8 / n)
     assert contact.active.all()

@@ -49,7 +49,7 @@ def section(**options: Any) -> tuple[fc.Scene, fc.RigidBody]:
 
 
 def half_space(**options: Any) -> tuple[fc.Scene, fc.RigidBody]:
-    half = fc.HalfSpace(RUBBER, size=(1.0, 1.0), shape=(24, 24), name="block").placed((0.0, 0.0, 1.0))
+    half = fc.HalfSpace(RUBBER, size=(1.0, 1.0), cells=(24, 24), name="block").placed((0.0, 0.0, 1.0))
     return ball_on(half, **options)
 
 
@@ -214,7 +214,7 @@ def test_every_door_shows_the_same_number(kind: str, mu: float, tmp_path: Path) 
 @pytest.mark.parametrize("mu", [None, 0.3])
 def test_a_half_space_alone_shows_the_same_number_at_every_door(mu: float | None, tmp_path: Path) -> None:
     """Object, print, summary, JSON, curve, path and picture; the mean times the area is the force."""
-    half = fc.HalfSpace(RUBBER, size=(1.0, 1.0), shape=(24, 24))
+    half = fc.HalfSpace(RUBBER, size=(1.0, 1.0), cells=(24, 24))
     ball = fc.surfaces.Paraboloid(1.0)
     if mu is None:
         contact = half.press(ball, force=0.015)
@@ -254,7 +254,7 @@ def test_a_half_space_alone_shows_the_same_number_at_every_door(mu: float | None
 
 def test_a_half_space_in_a_scene_is_the_one_alone() -> None:
     """The same pressures have the same area and, but for the coarser grid that a scene has not, the same estimate."""
-    half = fc.HalfSpace(RUBBER, size=(1.0, 1.0), shape=(48, 48), name="half")
+    half = fc.HalfSpace(RUBBER, size=(1.0, 1.0), cells=(48, 48), name="half")
     surface = fc.surfaces.Paraboloid(1.0)
     alone = half.press(surface, approach=0.05)
     bowl = fc.RigidBody(surface, name="bowl")

@@ -98,7 +98,7 @@ def test_a_notebook_shows_table_and_map(result):
 
 
 def test_every_object_is_one_short_line(result):
-    half = fc.HalfSpace(CORK, size=(4.0, 4.0), shape=(16, 16))
+    half = fc.HalfSpace(CORK, size=(4.0, 4.0), cells=(16, 16))
     pressed = half.press(fc.Sphere(10.0), force=0.01)
     contact = result.contacts[0]
     seen = [

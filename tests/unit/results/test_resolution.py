@@ -157,7 +157,7 @@ def test_the_cause_of_the_error_is_named():
 def test_solving_to_an_accuracy_is_advised_where_there_are_elements_to_divide():
     (text,) = coarse_pressures(ball(-1.0))
     assert "or solve with accuracy=0.05" in text
-    half = fc.HalfSpace(SOLID, size=(1.0, 1.0), shape=(24, 24))
+    half = fc.HalfSpace(SOLID, size=(1.0, 1.0), cells=(24, 24))
     indenter = fc.RigidBody(fc.Sphere(10.0)).placed((0, 0, 0))
     result = fc.Scene([half, indenter], [fc.Contact(half, indenter)]).solve(forces={indenter: (0, 0, -0.05)})
     (text,) = coarse_pressures(result)

@@ -143,7 +143,7 @@ def test_sections_too():
 def test_grids_of_half_spaces_and_measured_maps():
     """A ball whose contact is wider than the grid; a map that ends within the contact; both wide enough."""
     for size, warned in ((0.5, True), (3.0, False)):
-        half = fc.HalfSpace(STEEL, size=(size, size), shape=(12, 12))
+        half = fc.HalfSpace(STEEL, size=(size, size), cells=(12, 12))
         ball = fc.RigidBody(fc.Sphere(4.0))
         result = fc.Scene([half, ball], [fc.Contact(half, ball)]).solve(motions={ball: {"z": -0.06}})
         assert bool(rim_warnings(result)) is warned

@@ -217,7 +217,7 @@ def test_an_accuracy_is_met_away_from_the_edge():
 @pytest.mark.parametrize("n", [32, 64, 128])
 def test_a_flat_punch_on_a_half_space(n):
     """Source: Sneddon 1965, away from the edge by the two cells that do not count."""
-    half = fc.HalfSpace(fc.Material(1.0, 0.0), size=(2.7, 2.7), shape=(n, n))
+    half = fc.HalfSpace(fc.Material(1.0, 0.0), size=(2.7, 2.7), cells=(n, n))
     contact = half.press(FlatPunch(radius=1.0), force=1.0)
     estimate = contact.error_estimate
     assert estimate.unbounded.exponent == 0.5

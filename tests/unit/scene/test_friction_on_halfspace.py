@@ -13,7 +13,7 @@ MU, FORCE, PULLS = 0.3, 0.2, ((0.03, 0.02), (-0.01, 0.03))
 
 
 def half_space(**options):
-    return fc.HalfSpace(PLAIN, size=(1.6, 1.6), shape=(12, 12), **options)
+    return fc.HalfSpace(PLAIN, size=(1.6, 1.6), cells=(12, 12), **options)
 
 
 def ball_on(half, pose=None):
@@ -57,7 +57,7 @@ def test_periodic_surfaces_drag_each_other():
 def test_a_ball_in_partial_slip_is_mindlins():
     """Cattaneo and Mindlin, exact for nu = 0: the shift under a tangential force."""
     plain = fc.Material(1.0, 0.0)
-    half = fc.HalfSpace(plain, size=(1.6, 1.6), shape=(20, 20), against=plain)
+    half = fc.HalfSpace(plain, size=(1.6, 1.6), cells=(20, 20), against=plain)
     ball = fc.RigidBody(Paraboloid(1.0), name="ball")
     hertz = fc.hertz.spheres((1.0, np.inf), (plain, plain), force=2 / 3 * 0.6**3)
     force, pull = hertz.force, 0.5 * MU * hertz.force
@@ -69,7 +69,7 @@ def test_a_ball_in_partial_slip_is_mindlins():
 
 
 def test_a_stiff_elastic_block_drags_the_half_space_as_a_rigid_one():
-    half = fc.HalfSpace(PLAIN, size=(3.0, 3.0), shape=(12, 12))
+    half = fc.HalfSpace(PLAIN, size=(3.0, 3.0), cells=(12, 12))
     mesh = fc.shapes.block((1.5, 1.5, 0.5), (3, 3, 1))
     stiff = fc.ElasticBody(mesh, fc.Material(1e8, 0.3), "bottom", {"top": "xyz"}, name="block")
     stiff = stiff.placed(translation=(-0.75, -0.75, 0.0))

@@ -15,7 +15,7 @@ STEEL = fc.Material(210e3, 0.3)
 
 
 def half_space(n=64, size=0.6, **options):
-    return fc.HalfSpace(STEEL, size=(size, size), shape=(n, n), **options)
+    return fc.HalfSpace(STEEL, size=(size, size), cells=(n, n), **options)
 
 
 def test_ball_on_a_half_space():
@@ -59,7 +59,7 @@ def test_whole_scene_moved_and_turned():
 
 
 def test_two_balls_share_the_cells():
-    half = fc.HalfSpace(STEEL, size=(3.0, 1.5), shape=(96, 48))
+    half = fc.HalfSpace(STEEL, size=(3.0, 1.5), cells=(96, 48))
     one = fc.RigidBody(fc.Sphere(10.0), name="one").placed((-0.7, 0.0, 0.0))
     two = fc.RigidBody(fc.Sphere(5.0), name="two").placed((0.7, 0.0, 0.001))
     scene = fc.Scene([half, one, two], [fc.Contact(one, half), fc.Contact(two, half)])
@@ -73,7 +73,7 @@ def test_finite_elements_on_a_half_space():
     block = fc.shapes.block((1.0, 1.0, 0.5), (4, 4, 2))
     body = fc.ElasticBody(block, fc.Material(1.0, 0.0), "bottom", {"top": "xyz"}, name="block")
     body = body.placed(translation=(-0.5, -0.5, 0.0))
-    half = fc.HalfSpace(fc.Material(1.0, 0.0), size=(2.0, 2.0), shape=(8, 8))
+    half = fc.HalfSpace(fc.Material(1.0, 0.0), size=(2.0, 2.0), cells=(8, 8))
     result = fc.Scene([body, half], [fc.Contact(body, half)]).solve(forces={body: (0, 0, -0.01)})
     contact = result.contacts[0]
     assert abs(abs(contact.force[2]) - 0.01) < 1e-12
@@ -130,7 +130,7 @@ def test_bad_layers():
 @pytest.mark.parametrize("shape", [Paraboloid(1.0), fc.surfaces.Cone(0.2), fc.surfaces.FlatPunch(0.4)], ids=repr)
 @pytest.mark.parametrize("load", ["force", "approach"])
 def test_a_contact_on_cells_has_one_estimate_and_one_area(shape, load):
-    half = fc.HalfSpace(fc.Material(1.0, 0.3), size=(2.0, 2.0), shape=(32, 32))
+    half = fc.HalfSpace(fc.Material(1.0, 0.3), size=(2.0, 2.0), cells=(32, 32))
     body = fc.RigidBody(shape, name="shape")
     scene = fc.Scene([half, body], [fc.Contact(half, body)])
     alone = half.press(shape, **{load: 0.1}, tolerance=1e-10)

@@ -17,7 +17,7 @@ FORCE = (0.0, 0.0, -0.01)
 def local_block(supports=None, **given) -> fc.LocalBody:
     mesh = fc.shapes.block((6.0, 4.0, 2.0), (6, 4, 3))
     body = fc.ElasticBody(mesh, SOLID, supports={"bottom": "xyz"} if supports is None else supports, name="block")
-    return fc.LocalBody(body, shape=(24, 24), **given)
+    return fc.LocalBody(body, cells=(24, 24), **given)
 
 
 def ball_at(x: float) -> fc.RigidBody:

@@ -244,7 +244,7 @@ def test_an_axis_oblique_to_a_plane_of_symmetry_is_refused() -> None:
 
 
 def test_half_spaces_and_bricks_have_one_coefficient() -> None:
-    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), shape=(8, 8))
+    half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), cells=(8, 8))
     with refused(fc.InputError, "friction-isotropic", "(0.1, 0.3)"):
         half.press(fc.surfaces.Paraboloid(1.0), force=0.1, friction=MU, tangential=(0.01, 0.0))
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")

@@ -90,7 +90,7 @@ def test_a_limit_of_unknowns_ends_with_the_best_answer():
 
 
 def test_what_cannot_be_divided_says_so():
-    half = fc.HalfSpace(STEEL, size=(2.0, 2.0), shape=(32, 32))
+    half = fc.HalfSpace(STEEL, size=(2.0, 2.0), cells=(32, 32))
     ball = fc.RigidBody(Paraboloid(RADIUS))
     result = fc.Scene([half, ball], [fc.Contact(half, ball)]).solve(forces={ball: (0, 0, -4 * FORCE)}, accuracy=1e-4)
     assert not result.convergence.met
@@ -117,7 +117,7 @@ def test_an_error_of_the_force_that_is_not_estimated_is_not_met(kind):
     body = fc.AncfBody(mesh, material, "top", held, name="soft")
     if kind == "window":
         body = fc.LocalBody(
-            fc.ElasticBody(mesh, material, supports=held), at=(0.0, 0.0, 0.0), window=0.7, shape=(8, 8), name="soft"
+            fc.ElasticBody(mesh, material, supports=held), at=(0.0, 0.0, 0.0), window=0.7, cells=(8, 8), name="soft"
         )
     given = {"motions": {ball: {"z": -0.03}}, "accuracy": {"force": 0.05}}
     told = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(**given).convergence

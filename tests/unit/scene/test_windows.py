@@ -29,7 +29,7 @@ def pressed(local, other, force=0.1, **options):
 @pytest.mark.by_day("0.5")
 @pytest.mark.parametrize("gap", [0.0, 0.5])
 def test_the_window_is_where_the_bodies_touch_and_fits_the_contact(gap: float) -> None:
-    local, other = fc.LocalBody(block(), shape=(32, 32)), ball(at=(3.3, 4.2, 4.0 + gap))
+    local, other = fc.LocalBody(block(), cells=(32, 32)), ball(at=(3.3, 4.2, 4.0 + gap))
     result = pressed(local, other)
     placed = result.solved(local)
     assert np.abs(placed.window.origin - [3.3, 4.2, 4.0]).max() < 1e-6
@@ -43,14 +43,14 @@ def test_the_window_is_where_the_bodies_touch_and_fits_the_contact(gap: float) -
 
 def test_an_ellipse_gets_a_window_of_two_sides() -> None:
     other = fc.RigidBody(fc.surfaces.Ellipsoid((9.0, 3.0, 3.0)), pose=fc.Pose(translation=(4.1, 4.2, 4.0)))
-    local = fc.LocalBody(block(), shape=(32, 32))
+    local = fc.LocalBody(block(), cells=(32, 32))
     window = pressed(local, other).solved(local).window
     assert 1.5 < window.grid.size[0] / window.grid.size[1] < 5.0
 
 
 def test_the_window_follows_a_prescribed_motion() -> None:
     """The load is an approach, and the ball moves aside before it touches."""
-    local, other = fc.LocalBody(block(), shape=(32, 32)), ball(at=(3.0, 4.0, 4.2))
+    local, other = fc.LocalBody(block(), cells=(32, 32)), ball(at=(3.0, 4.0, 4.2))
     result = pressed(local, other, forces=None, motions={other: {"x": 0.5, "z": -0.25}}, finite_motion=False)
     assert np.abs(result.solved(local).window.origin - [3.5, 4.0, 4.0]).max() < 1e-6
     assert result.contacts[0].active.any()
@@ -58,7 +58,7 @@ def test_the_window_follows_a_prescribed_motion() -> None:
 
 def test_a_window_of_which_one_thing_is_given_keeps_it() -> None:
     for given in ({"at": (3.3, 4.2, 4.0)}, {"window": 1.5}):
-        local = fc.LocalBody(block(), shape=(32, 32), **given)
+        local = fc.LocalBody(block(), cells=(32, 32), **given)
         window = pressed(local, ball()).solved(local).window
         assert np.abs(window.origin - [3.3, 4.2, 4.0]).max() < 1e-6
         assert ("window" not in given) or window.grid.size == (1.5, 1.5)
@@ -76,7 +76,7 @@ def test_refusals(case: str) -> None:
     if "motions" in options:
         options = {**options, "motions": {other: {"z": -0.5}}}
     with refused(fc.InputError, *message):
-        pressed(fc.LocalBody(block(), shape=(32, 32)), other, **options)
+        pressed(fc.LocalBody(block(), cells=(32, 32)), other, **options)
 
 
 def test_without_a_scene_there_is_no_window() -> None:
@@ -137,7 +137,7 @@ OVER = fc.rotation_about((1, 1, 0), np.pi)
 def test_two_equal_bodies_meet_as_one_meets_a_plane(given: dict, cells: int) -> None:
     """By symmetry: each has half the approach; few cells are a matrix, many an operator."""
     body = quarter_ball()
-    lower = fc.LocalBody(body, shape=(cells, cells), **given)
+    lower = fc.LocalBody(body, cells=(cells, cells), **given)
     upper = lower.placed(rotation=OVER, name="upper")
     floor = fc.RigidBody(fc.Plane())
     both = fc.Scene([lower, upper], [fc.Contact(lower, upper)])
@@ -163,7 +163,7 @@ def test_a_window_is_placed_at_the_corner_of_two_planes_of_symmetry() -> None:
     """Their faces are no part of the surface: its normal there is that of the top, and the contact a circle."""
     mesh = fc.shapes.block((4.0, 4.0, 4.0), (4, 4, 4))
     body = fc.ElasticBody(mesh, SOLID, supports={"bottom": "xyz", "x_min": "x", "y_min": "y"}, name="quarter")
-    local, other = fc.LocalBody(body, (0, 0, 4.0), shape=(32, 32)), ball(at=(0, 0, 4.0))
+    local, other = fc.LocalBody(body, (0, 0, 4.0), cells=(32, 32)), ball(at=(0, 0, 4.0))
     result = fc.Scene([local, other], [fc.Contact(local, other)]).solve(
         forces={other: (0, 0, -1e-3)}, finite_motion=False
     )

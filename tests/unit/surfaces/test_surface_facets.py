@@ -59,7 +59,7 @@ def test_the_lowest_of_two_sheets_counts():
 
 def test_a_half_space_under_an_stl_ball(stl):
     steel = fc.Material(E=1.0, nu=0.0)
-    half = fc.HalfSpace(steel, size=(1.2, 1.2), shape=(40, 40))
+    half = fc.HalfSpace(steel, size=(1.2, 1.2), cells=(40, 40))
     facets = half.press(fc.RigidBody.from_stl(stl).shape, approach=0.1)
     ball = half.press(fc.Sphere(RADIUS), approach=0.1)
     # facets of a fifteenth of the contact's diameter
