@@ -2,15 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from fecontact.common.arrays import Array
 
 
+class _InSymmetryPlane:
+    """Components at points of a plane of symmetry: the first in it, that across it, the second in it, the shear."""
+
+    @property
+    def max_shear(self) -> Array:
+        """Largest shear stress at each point, over all planes."""
+        first, third, second, shear = self._components
+        radius = np.hypot((first - second) / 2, shear)
+        # Distance of the third principal stress from the centre of the other two, formed without cancellation.
+        offset = np.abs((third - first) + (third - second)) / 2
+        return np.asarray(np.maximum(radius, (radius + offset) / 2))
+
+    @property
+    def von_mises(self) -> Array:
+        """Equivalent stress of von Mises at each point."""
+        first, third, second, shear = self._components
+        squares = (first - third) ** 2 + (third - second) ** 2 + (second - first) ** 2
+        return np.asarray(np.sqrt(squares / 2 + 3 * shear**2))
+
+    @property
+    def _components(self) -> list[Array]:
+        return [getattr(self, field.name) for field in fields(self)]  # type: ignore[arg-type]
+
+
 @dataclass(frozen=True, eq=False)
-class AxisymmetricStress:
+class AxisymmetricStress(_InSymmetryPlane):
     """Stress in cylindrical coordinates (r, theta, z), tension positive, z into the body.
 
     Parameters
@@ -29,19 +53,9 @@ class AxisymmetricStress:
     zz: Array
     rz: Array
 
-    @property
-    def max_shear(self) -> Array:
-        """Largest shear stress at each point, over all planes."""
-        return _max_shear(self.rr, self.zz, self.rz, self.tt)
-
-    @property
-    def von_mises(self) -> Array:
-        """Equivalent stress of von Mises at each point."""
-        return _von_mises(self.rr, self.tt, self.zz, self.rz)
-
 
 @dataclass(frozen=True, eq=False)
-class SymmetryPlaneStress:
+class SymmetryPlaneStress(_InSymmetryPlane):
     """Stress in a plane of symmetry y = 0, where xy and yz vanish; tension positive, z into the body.
 
     Parameters
@@ -59,26 +73,3 @@ class SymmetryPlaneStress:
     yy: Array
     zz: Array
     xz: Array
-
-    @property
-    def max_shear(self) -> Array:
-        """Largest shear stress at each point, over all planes."""
-        return _max_shear(self.xx, self.zz, self.xz, self.yy)
-
-    @property
-    def von_mises(self) -> Array:
-        """Equivalent stress of von Mises at each point."""
-        return _von_mises(self.xx, self.yy, self.zz, self.xz)
-
-
-def _max_shear(first: Array, second: Array, shear: Array, third: Array) -> Array:
-    """Half the difference of the largest and smallest principal stress, where `third` is one of the three."""
-    radius = np.hypot((first - second) / 2, shear)
-    # Distance of the third principal stress from the centre of the other two, formed without cancellation.
-    offset = np.abs((third - first) + (third - second)) / 2
-    return np.asarray(np.maximum(radius, (radius + offset) / 2))
-
-
-def _von_mises(first: Array, second: Array, third: Array, shear: Array) -> Array:
-    squares = (first - second) ** 2 + (second - third) ** 2 + (third - first) ** 2
-    return np.asarray(np.sqrt(squares / 2 + 3 * shear**2))

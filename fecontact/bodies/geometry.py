@@ -89,13 +89,13 @@ def recovered(
     before = [nodes_off_centre(mesh, name, _rounding(mesh)) for name in fresh if mesh.cell_type == "hex20"]
     settled = np.concatenate([np.zeros(0, np.int64), *before])
     where, drawn = placed(out, {name: what for name, what in due.items() if name not in rough}, settled)
-    told = [note for name in sorted(rough) if (note := _left_alone(name, due[name])) not in mesh.notes]
+    notes = [note for name in sorted(rough) if (note := _left_alone(name, due[name])) not in mesh.notes]
     if not any(note.endswith(TURNED_OFF) for note in mesh.notes):
-        told += _notes(out, where, due, drawn)
+        notes += _notes(out, where, due, drawn)
     kept: dict[str, Geometry] = {
         name: "plain" if name in rough else {**fresh, **given}.get(name, "plain") for name in names
     }
-    return replace(where, notes=(*where.notes, *told)), kept
+    return replace(where, notes=(*where.notes, *notes)), kept
 
 
 def _share(placement: Placement) -> float:

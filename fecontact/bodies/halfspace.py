@@ -29,12 +29,11 @@ from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.fft import array_module
 from fecontact.halfspace.friction import CERTIFIED, PressStep
-from fecontact.halfspace.grid import Grid
+from fecontact.halfspace.grid import Grid, GridSurface, grid_surface
 from fecontact.halfspace.layered import Layer
 from fecontact.halfspace.operator import CellModel, Part, coarse_pressure
 from fecontact.halfspace.path import FrictionPath, LoadCurve, solve_curve, solve_path
 from fecontact.halfspace.pressing import Load, check_settings, press
-from fecontact.halfspace.surface import GridSurface, grid_surface
 from fecontact.halfspace.validity import overlap_between_cells
 from fecontact.solvers import ContactProblem
 from fecontact.surfaces.rigid.heightmap import HeightMap
@@ -283,8 +282,8 @@ class HalfSpace(SurfaceBody):
         if (heights := heights_of(surface)) is None or isinstance(surface, HeightMap):
             return contact
         x, y = position
-        told = overlap_between_cells(contact, lambda s, t: heights(s - x, t - y), self.compliance.modulus)
-        return replace(contact, between=told) if told else contact
+        warning = overlap_between_cells(contact, lambda s, t: heights(s - x, t - y), self.compliance.modulus)
+        return replace(contact, between=warning) if warning else contact
 
     def curve(
         self,
@@ -495,8 +494,10 @@ class HalfSpace(SurfaceBody):
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance along rows: a matrix, or an operator for many rows of one cell each."""
         with timer("condense"):
-            rubbed = _along_surface(rows)
-            compliance = self._cells.in_space(rows) if rubbed else self._cells.along(_along(rows, self.facets.normal))
+            with_friction = _along_surface(rows)
+            compliance = (
+                self._cells.in_space(rows) if with_friction else self._cells.along(_along(rows, self.facets.normal))
+            )
             return Reduced(compliance, np.zeros(rows.shape[0]))
 
     def coarse_pressure(self, cells: IntArray, problem: ContactProblem) -> tuple[Array | None, Part]:

@@ -18,7 +18,7 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.layer import ElasticLayer
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.halfspace.surface import GridSurface
+from fecontact.halfspace.grid import GridSurface
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.pick import neighbouring_sides
 from fecontact.mesh.section_mesh import SectionMesh, line_shapes

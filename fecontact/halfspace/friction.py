@@ -43,7 +43,7 @@ PER_TURN = 0.03
 """Tolerance of the first turn; of others, relative to what the turn before left."""
 
 CERTIFIED = 1e-10
-"""Tolerance of the certificate unless another is given; a quarter dearer than 1e-8."""
+"""Tolerance of the certificate unless another is given; it costs a quarter more than 1e-8."""
 
 SLIDING = 1 - 1e-9
 """Share of the limit of friction from which a contact is taken to slide as a whole."""

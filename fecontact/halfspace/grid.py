@@ -1,8 +1,6 @@
-"""Rectangular grids of equal cells on the surface of a half-space.
+"""Rectangular grids of equal cells on the surface of a half-space, and that surface in a scene.
 
-Mirror symmetry of a problem about the middle of its grid: detection, reduction and expansion.
-
-Sums over blocks of cells.
+Mirror symmetry of a problem about the middle of its grid: detection, reduction and expansion. Sums of blocks of cells.
 """
 
 from __future__ import annotations
@@ -12,11 +10,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array, Mask
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import array_of, positives
 from fecontact.common.errors import InputError, shown
+from fecontact.surfaces.facet_surface import FacetSurface, Projection
 
 #: Cells of a grid, beyond which one field fills 8 GB.
 MAX_CELLS = 10**9
@@ -164,3 +164,103 @@ def block_means(values: NDArray, axes: Sequence[int] = (0, 1)) -> Array:
     """Means over blocks of 2 x 2 cells (mx, my, ...), or of 2 along one axis; at an odd end of the cells there are."""
     count = np.ones(values.shape[: len(axes)]).reshape(*values.shape[: len(axes)], *(1,) * (values.ndim - len(axes)))
     return np.asarray(block_sums(values, axes) / block_sums(count, axes))
+
+
+ON_CELL = 1e-8
+"""Distance from the middle of a cell, in cells, that is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class GridSurface(FacetSurface):
+    """The plane z = 0 with cell centres as nodes and quadrilaterals between them as facets.
+
+    Parameters
+    ----------
+    grid : Grid
+    start : int
+        Number of the first cell among the points.
+    periodic : bool
+        Whether it repeats itself.
+    point_forces : bool
+        Whether the pressure of a cell is a force at its centre.
+    """
+
+    grid: Grid | None = None
+    start: int = 0
+    periodic: bool = False
+    point_forces: bool = False
+
+    @property
+    def is_window(self) -> bool:
+        """Whether the cells are those of a part of a surface."""
+        return False
+
+    @property
+    def cells(self) -> Grid:
+        """The grid."""
+        assert self.grid is not None
+        return self.grid
+
+    @property
+    def cell_area(self) -> float:
+        """Area of a cell."""
+        return self.cells.area
+
+    @property
+    def axes(self) -> tuple[Array, Array]:
+        """Coordinates of the cells along x and y."""
+        return self.cells.x, self.cells.y
+
+    @property
+    def normal(self) -> Array:
+        """Outward normal (3,) of the plane, along which the cells are displaced."""
+        return np.array([0.0, 0.0, 1.0])
+
+    @property
+    def is_divisible(self) -> bool:
+        """False: all cells are paired at once."""
+        return False
+
+    def project(self, points: Array, n_near: int = 3) -> Projection:
+        """Projection along z of points (n, 3), with bilinear weights, which preserve the moment of a force."""
+        index, local, outside = [], [], np.zeros(len(points), bool)
+        for axis, (x, side) in enumerate(zip(self.axes, self.cells.cell, strict=True)):
+            place = (points[:, axis] - x[0]) / side
+            outside |= (place < -ON_CELL) | (place > len(x) - 1 + ON_CELL)
+            first = np.clip(np.floor(place), 0, len(x) - 2).astype(np.int64)
+            index.append(first)
+            within = np.clip(place - first, 0.0, 1.0)
+            # a point on a cell's middle is that cell's alone
+            local.append(np.where(np.abs(within - np.round(within)) < ON_CELL, np.round(within), within))
+        ny = len(self.axes[1])
+        facet = index[0] * (ny - 1) + index[1]
+        s, t = local
+        weights = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=1)
+        indptr = np.arange(0, weights.size + 1, 4)
+        corners = between_cells(len(self.axes[0]), ny)[facet] + self.start
+        matrix = sp.csr_matrix((weights.ravel(), corners.ravel(), indptr), (len(points), len(self.points)))
+        matrix.eliminate_zeros()
+        normals = np.tile([0.0, 0.0, 1.0], (len(points), 1))
+        projection = points * np.array([1.0, 1.0, 0.0])
+        return Projection(projection, normals, points[:, 2].copy(), outside, matrix, facet, np.stack(local, axis=1))
+
+
+def grid_surface(grid: Grid, name: str, periodic: bool = False, point_forces: bool = False) -> GridSurface:
+    """The surface of a half-space with the given grid."""
+    nx, ny = grid.shape
+    points = np.zeros((grid.n_cells, 3))
+    points[:, 0] = np.repeat(grid.x, ny)
+    points[:, 1] = np.tile(grid.y, nx)
+    return GridSurface(points, between_cells(nx, ny), name, grid=grid, periodic=periodic, point_forces=point_forces)
+
+
+def between_cells(nx: int, ny: int) -> IntArray:
+    """Quadrilaterals (n, 4) between the centres of nx times ny cells, numbered row by row.
+
+    Examples
+    --------
+    >>> between_cells(2, 2).tolist()
+    [[0, 2, 3, 1]]
+    """
+    corner = (np.arange(nx - 1)[:, None] * ny + np.arange(ny - 1)).ravel()
+    return np.stack([corner, corner + ny, corner + ny + 1, corner + 1], axis=1)

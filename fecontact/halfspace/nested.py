@@ -31,9 +31,18 @@ import scipy.fft
 
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.threads import each
-from fecontact.halfspace.fft import ROUGHNESS, Convolution, Tally, kernel_spectrum, padded, strips
+from fecontact.halfspace.fft import (
+    ROUGHNESS,
+    Convolution,
+    Corrected,
+    Product,
+    Tally,
+    Term,
+    kernel_spectrum,
+    padded,
+    strips,
+)
 from fecontact.halfspace.grid import Even, block_sums
-from fecontact.halfspace.smooth import Corrected, Product, Term
 
 PER_ROUND = 0.2
 """Factor by which the gaps on the set shrink before the set is updated."""

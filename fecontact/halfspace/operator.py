@@ -18,11 +18,10 @@ from fecontact.halfspace.compliance import (
     check_thickness,
     tangential_compliance,
 )
-from fecontact.halfspace.fft import Convolution, Tally, kernel_spectrum, padded
+from fecontact.halfspace.fft import Convolution, Corrected, Product, Tally, Term, kernel_spectrum, padded
 from fecontact.halfspace.friction import FIRST_TURN, MAX_STAGGERED, PER_TURN, SLIDING, Friction
 from fecontact.halfspace.grid import Even, even_axes, part_of, unfold
 from fecontact.halfspace.nested import GridIterate, GridLevel, solve_coarser, solve_nested
-from fecontact.halfspace.smooth import Corrected, Product, Term
 from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
 from fecontact.solvers import ContactProblem, Solution, Status
 from fecontact.solvers.coulomb import friction_limit, sizes

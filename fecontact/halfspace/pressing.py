@@ -17,10 +17,9 @@ from fecontact.common.errors import InputError, SolverError
 from fecontact.common.threads import each
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import HalfSpaceContact, SolverReport
-from fecontact.halfspace.fft import Tally, padded, strips
+from fecontact.halfspace.fft import Product, Tally, padded, strips
 from fecontact.halfspace.grid import Even, Grid, even_axes, part_of, unfold
 from fecontact.halfspace.nested import GridLevel, compliance, solve_level, solve_nested
-from fecontact.halfspace.smooth import Product
 from fecontact.solvers import ContactProblem, Residuals
 
 #: Least tolerance of a certificate: rounding of the transforms alone leaves some 1e-15.

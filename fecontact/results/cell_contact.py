@@ -10,8 +10,8 @@ import numpy as np
 from fecontact.bodies.halfspace import HalfSpace
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.error_estimate import ErrorEstimate
+from fecontact.halfspace.grid import GridSurface
 from fecontact.halfspace.grid_error import MIN_SHARE, EdgeCells, cells_error_estimate, edge_area, edge_cells
-from fecontact.halfspace.surface import GridSurface
 from fecontact.results.error_estimate import AT_KINKS
 from fecontact.surfaces.facet_surface import Surface, has_cells
 

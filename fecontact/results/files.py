@@ -23,7 +23,7 @@ from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, replacing, save_json, write_collection
 from fecontact.common.material import von_mises
 from fecontact.contact.interface import Interface
-from fecontact.halfspace.surface import GridSurface
+from fecontact.halfspace.grid import GridSurface
 from fecontact.mesh.formats.generic import teach_meshio
 from fecontact.results.contact_fields import ContactFields
 from fecontact.surfaces.facet_surface import has_cells, with_nodes

@@ -50,8 +50,8 @@ from fecontact.fem.factor import Factor, factorise
 from fecontact.fem.model import Model
 from fecontact.fem.stiffness import Batch, batches
 from fecontact.fem.support import fix_null_space
+from fecontact.halfspace.fft import SmoothTerm
 from fecontact.halfspace.layered import Layer, point_difference
-from fecontact.halfspace.smooth import SmoothTerm
 from fecontact.mesh.element import FACES
 from fecontact.mesh.facets import cells_at_faces, face_keys, facet_integrals
 from fecontact.mesh.mesh import Mesh

@@ -20,10 +20,9 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.halfspace.grid import Even, Grid, part_of
+from fecontact.halfspace.fft import InclinedTerm
+from fecontact.halfspace.grid import Even, Grid, GridSurface, between_cells, part_of
 from fecontact.halfspace.operator import CellModel
-from fecontact.halfspace.smooth import InclinedTerm
-from fecontact.halfspace.surface import GridSurface, between_cells
 from fecontact.mesh.facets import sides_of
 from fecontact.mesh.mesh import Mesh
 from fecontact.surfaces.facet_surface import Projection

@@ -29,7 +29,7 @@ from fecontact.common.compact_repr import compact_repr
 from fecontact.contact.coupling.mortar_basis import own_samples
 from fecontact.contact.coupling.segments import segment_samples
 from fecontact.contact.search_region import SearchRegion, bounds_of, flattened
-from fecontact.halfspace.surface import GridSurface
+from fecontact.halfspace.grid import GridSurface
 from fecontact.mesh.facets import distinct_columns, facet_centres, facet_nodes
 from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface, facets_of, with_nodes
 from fecontact.surfaces.nodal_weights import components_along, contact_weights, facet_weights

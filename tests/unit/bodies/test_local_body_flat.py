@@ -9,7 +9,7 @@ import fecontact as fc
 from fecontact.bodies.local.remainder import _divided, remainder
 from fecontact.bodies.local.window import coefficients, interpolation, nodes
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.halfspace.smooth import SmoothTerm
+from fecontact.halfspace.fft import SmoothTerm
 
 SOLID = fc.Material(E=2.0, nu=0.3)
 SIDES = np.array([4.0, 4.0, 2.0])

@@ -3,7 +3,7 @@ import pytest
 
 from fecontact import Material
 from fecontact.analytic import curved_kernel
-from fecontact.halfspace.smooth import InclinedTerm
+from fecontact.halfspace.fft import InclinedTerm
 
 RUBBER = Material(2.0, 0.45)
 CELL = (0.02, 0.03)

@@ -8,7 +8,7 @@ import fecontact as fc
 from fecontact import InputError
 from fecontact.bodies.layer import foundation_modulus
 from fecontact.contact.coupling.nodal import straight_above
-from fecontact.halfspace.surface import grid_surface
+from fecontact.halfspace.grid import grid_surface
 from fecontact.surfaces import Paraboloid
 
 STEEL = fc.Material(210e3, 0.3)
