@@ -130,40 +130,40 @@ class MeshedWindows(Body):
         return self.body.mesh
 
     @property
-    def windows(self) -> Sequence[LocalBody]:
+    def _windows(self) -> Sequence[LocalBody]:
         """Its parts, with one factor of the stiffness."""
         return self.parts
 
     @property
-    def placed_windows(self) -> tuple[Window, ...]:
+    def _placed_windows(self) -> tuple[Window, ...]:
         """The windows of its parts; none before they are placed."""
         return tuple(part.given for part in self.parts if part.given is not None)
 
     @property
-    def across(self) -> Mapping[tuple[int, int], Array]:
+    def _across(self) -> Mapping[tuple[int, int], Array]:
         """Displacements into the body (k_i, k_j) at the nodes of window i by unit forces at those of another, j."""
         return {}
 
     @cached_property
-    def starts(self) -> tuple[int, ...]:
+    def _starts(self) -> tuple[int, ...]:
         """Number of each window's first cell; last the number of all cells."""
-        return tuple(int(n) for n in np.cumsum([0, *(len(window.cells) for window in self.placed_windows)]))
+        return tuple(int(n) for n in np.cumsum([0, *(len(window.cells) for window in self._placed_windows)]))
 
     @property
-    def n_cells(self) -> int:
+    def _n_cells(self) -> int:
         """Number of modelled cells of all windows."""
-        return self.starts[-1]
+        return self._starts[-1]
 
     @cached_property
     def _points(self) -> Array:
         """Cells and points of the mesh, all that is displaced."""
-        return np.concatenate([*(window.cells for window in self.placed_windows), self.body.model.mesh.points])
+        return np.concatenate([*(window.cells for window in self._placed_windows), self.body.model.mesh.points])
 
     @cached_property
     def _surfaces(self) -> dict[str, WindowSurface]:
         return {
             name: window_surface(window, self._points, name, start)
-            for name, window, start in zip(self.contact, self.placed_windows, self.starts, strict=False)
+            for name, window, start in zip(self.contact, self._placed_windows, self._starts, strict=False)
         }
 
     @cached_property
@@ -174,18 +174,18 @@ class MeshedWindows(Body):
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance along rows: a matrix, or an operator for many rows."""
         with timer("factorise"):
-            for part in self.windows:
+            for part in self._windows:
                 part.remainder  # noqa: B018 - made here, once
-            self.across  # noqa: B018 - made here, once
+            self._across  # noqa: B018 - made here, once
         with timer("condense"):
             normals, nodal = self._split(rows)
             response = np.zeros(rows.shape[0])
             if loads is not None and loads.any():
-                u = self.windows[0].factored.solve(self.on_mesh(loads)[:, None])
+                u = self._windows[0].factored.solve(self._on_mesh(loads)[:, None])
                 response = self._by_mesh(normals, nodal, u)[:, 0]
             pressed = [i for i, normal in enumerate(normals) if normal.nnz]
             if nodal.nnz == 0 and len(pressed) == 1:
-                return Reduced(self.windows[pressed[0]].cell_model.along(normals[pressed[0]]), response)
+                return Reduced(self._windows[pressed[0]]._cell_model.along(normals[pressed[0]]), response)
             if nodal.nnz == 0 and rows.shape[0] > DENSE_LIMIT:
                 cells = _cells_of(normals)
                 kind = WindowsCompliance if cells is None else partial(SolvingWindows, cells=cells)
@@ -195,17 +195,17 @@ class MeshedWindows(Body):
     def _split(self, rows: sp.csr_matrix) -> tuple[list[sp.csr_matrix], sp.csr_matrix]:
         """Parts (n, cells of a window) along the outward normals, and (n, body.n_dofs), of rows (n, n_dofs)."""
         normals = []
-        for window, start in zip(self.placed_windows, self.starts, strict=False):
+        for window, start in zip(self._placed_windows, self._starts, strict=False):
             outward = sp.kron(sp.eye_array(len(window.cells)), window.normal[:, None], format="csr")
             normals.append(sp.csr_matrix(rows[:, 3 * start : 3 * (start + len(window.cells))] @ outward))
-        nodal = sp.csr_matrix(rows[:, 3 * self.n_cells :])
+        nodal = sp.csr_matrix(rows[:, 3 * self._n_cells :])
         for each in (*normals, nodal):
             each.eliminate_zeros()
         return normals, nodal
 
     def _by_mesh(self, normals: Sequence[sp.csr_matrix], nodal: sp.csr_matrix, u: Array) -> Array:
         """Displacements (n, k) along rows by smooth ones (body.n_dofs, k)."""
-        own = [normal @ part.smooth_outward(u) for normal, part in zip(normals, self.windows, strict=True)]
+        own = [normal @ part._smooth_outward(u) for normal, part in zip(normals, self._windows, strict=True)]
         return np.asarray(sum(own) + nodal @ u)
 
     def _dense(self, normals: Sequence[sp.csr_matrix], nodal: sp.csr_matrix) -> Array:
@@ -213,61 +213,61 @@ class MeshedWindows(Body):
         n = nodal.shape[0]
         S = np.zeros((n, n))
         ends = []
-        for normal, part in zip(normals, self.windows, strict=True):
+        for normal, part in zip(normals, self._windows, strict=True):
             rows = np.flatnonzero(np.diff(normal.indptr))
-            S[np.ix_(rows, rows)] += part.cell_model.dense(normal[rows])
+            S[np.ix_(rows, rows)] += part._cell_model.dense(normal[rows])
             ends.append(normal @ part.remainder.term.matrix)
-        for (i, j), core in self.across.items():
+        for (i, j), core in self._across.items():
             S += ends[i] @ core @ ends[j].T
         if nodal.nnz:
             # springs and the like are fastened to few nodes
-            u = self.windows[0].factored.solve(nodal.T.toarray())
+            u = self._windows[0].factored.solve(nodal.T.toarray())
             beside = self._by_mesh(normals, sp.csr_matrix(nodal.shape), u)
             S += beside + beside.T + nodal @ u
         return np.asarray((S + S.T) / 2)
 
-    def pressed(self, pressures: Sequence[Array]) -> list[Array]:
+    def _pressed(self, pressures: Sequence[Array]) -> list[Array]:
         """Displacements (nx, ny) into the body of all windows by pressures (nx, ny) on them."""
-        terms = [part.remainder.term for part in self.windows]
+        terms = [part.remainder.term for part in self._windows]
         forces = [term.gathered(p) for term, p in zip(terms, pressures, strict=True)]
         out = []
-        for i, (part, term, p) in enumerate(zip(self.windows, terms, pressures, strict=True)):
-            own = part.cell_model.product.apply(p) if p.any() else np.zeros_like(p)
-            others = [core @ forces[b] for (a, b), core in self.across.items() if a == i]
+        for i, (part, term, p) in enumerate(zip(self._windows, terms, pressures, strict=True)):
+            own = part._cell_model.product.apply(p) if p.any() else np.zeros_like(p)
+            others = [core @ forces[b] for (a, b), core in self._across.items() if a == i]
             out.append(own + term.spread(np.sum(others, axis=0)) if others else own)
         return out
 
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
         """Elastic displacements (n_dofs,) under forces along rows and loads."""
         normals, nodal = self._split(rows)
-        f = np.asarray(nodal.T @ forces if loads is None else nodal.T @ forces + self.on_mesh(loads))
-        u = self.windows[0].factored.solve(f[:, None]) if f.any() else np.zeros((len(f), 1))
-        cells = [part.smooth_outward(u)[:, 0] for part in self.windows]
-        pressures = self.pressures(normals, forces)
+        f = np.asarray(nodal.T @ forces if loads is None else nodal.T @ forces + self._on_mesh(loads))
+        u = self._windows[0].factored.solve(f[:, None]) if f.any() else np.zeros((len(f), 1))
+        cells = [part._smooth_outward(u)[:, 0] for part in self._windows]
+        pressures = self._pressures(normals, forces)
         if any(p.any() for p in pressures):
-            cells = [own - moved.ravel() for own, moved in zip(cells, self.pressed(pressures), strict=True)]
-            for part, p in zip(self.windows, pressures, strict=True):
+            cells = [own - moved.ravel() for own, moved in zip(cells, self._pressed(pressures), strict=True)]
+            for part, p in zip(self._windows, pressures, strict=True):
                 u[:, 0] += part.remainder.fields @ part.remainder.term.gathered(p)
-                u[:, 0] += part.nodal_fields.displacement(p).ravel()
-        normal = [window.normal for window in self.placed_windows]
+                u[:, 0] += part._nodal_fields.displacement(p).ravel()
+        normal = [window.normal for window in self._placed_windows]
         return np.concatenate([*((own[:, None] * n).ravel() for own, n in zip(cells, normal, strict=True)), u[:, 0]])
 
-    def loaded_windows(self, rows: sp.csr_matrix, forces: Array) -> list[tuple[Remainder, Array]]:
+    def _loaded_windows(self, rows: sp.csr_matrix, forces: Array) -> list[tuple[Remainder, Array]]:
         """Its windows, and the pressures (nx, ny) on them by forces along rows."""
-        found = (part.remainder for part in self.windows)
-        return list(zip(found, self.pressures(self._split(rows)[0], forces), strict=True))
+        found = (part.remainder for part in self._windows)
+        return list(zip(found, self._pressures(self._split(rows)[0], forces), strict=True))
 
-    def pressures(self, normals: Sequence[sp.csr_matrix], forces: Array) -> list[Array]:
+    def _pressures(self, normals: Sequence[sp.csr_matrix], forces: Array) -> list[Array]:
         """Pressures (nx, ny) on its windows by forces along rows, whose parts along outward normals are given."""
         return [
             -np.asarray(normal.T @ forces).reshape(window.shape) / window.grid.area
-            for window, normal in zip(self.placed_windows, normals, strict=True)
+            for window, normal in zip(self._placed_windows, normals, strict=True)
         ]
 
     @property
     def n_dofs(self) -> int:
         """Three for each cell, then three for each node of the mesh."""
-        return 3 * self.n_cells + self.body.n_dofs
+        return 3 * self._n_cells + self.body.n_dofs
 
     @property
     def matrix_free(self) -> bool:
@@ -277,41 +277,41 @@ class MeshedWindows(Body):
     @cached_property
     def weighted_modes(self) -> Array:
         """Nodal forces (n_dofs, 6) of unit accelerations in the rigid motions about the reference point: M R."""
-        return self.of_mesh(self.body.weighted_modes)
+        return self._of_mesh(self.body.weighted_modes)
 
-    def of_mesh(self, values: Array) -> Array:
+    def _of_mesh(self, values: Array) -> Array:
         """Values (n_dofs, ...) of the mesh's (body.n_dofs, ...), zero at the cells."""
-        return np.concatenate([np.zeros((3 * self.n_cells, *values.shape[1:])), values])
+        return np.concatenate([np.zeros((3 * self._n_cells, *values.shape[1:])), values])
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
         """One row (1, n_dofs) for the displacement at a point along a direction, see `ElasticBody.attachment`."""
         row = self.body.attachment(point, direction)
-        return sp.csr_matrix(sp.hstack([sp.csr_matrix((1, 3 * self.n_cells)), row]))
+        return sp.csr_matrix(sp.hstack([sp.csr_matrix((1, 3 * self._n_cells)), row]))
 
     def boundary_force(self, name: str, force: Array) -> Array:
         """Nodal forces (n_dofs,) of a resultant (3,) in its axes, as a uniform traction on a boundary."""
-        return self.of_mesh(self.body.boundary_force(name, force))
+        return self._of_mesh(self.body.boundary_force(name, force))
 
     def boundary_traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
         """Nodal forces (n_dofs,) of ``field(points, outward normals) -> (n, 3)``, all in its axes."""
-        return self.of_mesh(self.body.boundary_traction(name, field))
+        return self._of_mesh(self.body.boundary_traction(name, field))
 
     def point_force(self, point: Array, force: Array) -> Array:
         """Nodal forces (n_dofs,) of a force (3,) at a point (3,), both in its axes."""
-        return self.of_mesh(self.body.point_force(point, force))
+        return self._of_mesh(self.body.point_force(point, force))
 
     def body_force(self, gravity: Array) -> Array:
         """Nodal forces (n_dofs,) of gravity (3,) in its axes."""
-        return self.of_mesh(self.body.body_force(gravity))
+        return self._of_mesh(self.body.body_force(gravity))
 
-    def on_mesh(self, loads: Array) -> Array:
+    def _on_mesh(self, loads: Array) -> Array:
         """Loads (body.n_dofs,) on the mesh; the cells carry contact forces only."""
-        return loads[3 * self.n_cells :]
+        return loads[3 * self._n_cells :]
 
     def inner_fields(self, displacement: Array, rows: sp.csr_matrix, forces: Array) -> InnerFields:
         """Fields inside: those of half-spaces under the pressures on the windows, and of the elements beside them."""
-        beside = BelowWindows(self.loaded_windows(rows, forces))
-        u = self.on_mesh(displacement) - beside.displacement(self.mesh.points).ravel()
+        beside = BelowWindows(self._loaded_windows(rows, forces))
+        u = self._on_mesh(displacement) - beside.displacement(self.mesh.points).ravel()
         return InnerFields(self.body.model, u, beside)
 
     def energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
@@ -320,11 +320,11 @@ class MeshedWindows(Body):
 
     def outside(self, displacement: Array) -> Outside:
         """Its outer surface, displaced by (n_dofs,)."""
-        return self.body.outside(self.on_mesh(displacement))
+        return self.body.outside(self._on_mesh(displacement))
 
     def at_points(self, displacement: Array) -> Array:
         """Displacements (n_points, 3) of its mesh's points by generalised ones (n_dofs,)."""
-        return self.body.at_points(self.on_mesh(displacement))
+        return self.body.at_points(self._on_mesh(displacement))
 
 
 class WindowsCompliance(LinearOperator):
@@ -343,8 +343,8 @@ class WindowsCompliance(LinearOperator):
         self.body, self.normals = body, normals
 
     def _matvec(self, x: Array) -> Array:
-        pressures = self.body.pressures(self.normals, np.ravel(x))
-        moved = self.body.pressed(pressures)
+        pressures = self.body._pressures(self.normals, np.ravel(x))
+        moved = self.body._pressed(pressures)
         return np.asarray(-sum(normal @ u.ravel() for normal, u in zip(self.normals, moved, strict=True)))
 
     def _adjoint(self) -> WindowsCompliance:
@@ -370,14 +370,17 @@ class SolvingWindows(WindowsCompliance):
 
     def solve_contact(self, problem: ContactProblem, tolerance: float) -> Outcome:
         """Solve a problem with this compliance, in its own units, see `halfspace.nested`."""
-        n = self.body.n_cells
+        n = self.body._n_cells
         allowed, g = np.zeros((1, n), bool), np.zeros((1, n))
         allowed[0, self.cells], g[0, self.cells] = True, problem.g
         scale = np.abs(problem.B).max(axis=1, initial=0.0)
         scale[scale == 0] = 1.0
         rows = np.zeros((problem.m, 1, n))
         rows[:, 0, self.cells] = problem.B / scale[:, None]
-        product, inverse = Products(self._displacements), Products(_inverse([w.cell_model for w in self.body.windows]))
+        product, inverse = (
+            Products(self._displacements),
+            Products(_inverse([w._cell_model for w in self.body._windows])),
+        )
         start = allowed if problem.m else allowed & (g < 0)
         at = solve_on_grid(
             GridProblem(product, product, inverse, g, allowed, rows, problem.F / scale),  # type: ignore[arg-type]
@@ -392,10 +395,10 @@ class SolvingWindows(WindowsCompliance):
 
     def _displacements(self, forces: Array) -> Array:
         """Displacements (n_cells,) into the body of all cells by forces on them."""
-        parts = self.body.windows
-        each = np.split(forces, self.body.starts[1:-1])
+        parts = self.body._windows
+        each = np.split(forces, self.body._starts[1:-1])
         p = [f.reshape(part.window.shape) / part.window.grid.area for f, part in zip(each, parts, strict=True)]
-        return np.concatenate([u.ravel() for u in self.body.pressed(p)])
+        return np.concatenate([u.ravel() for u in self.body._pressed(p)])
 
 
 def _cells_of(normals: Sequence[sp.csr_matrix]) -> IntArray | None:
@@ -546,9 +549,9 @@ class LocalBody(MeshedWindows):
 
     def _with(self, window: Window) -> LocalBody:
         other = copy.copy(self)
-        for name in ("_surface", "_surfaces", "_points", "starts", "cell_model", "rigid_modes", "weighted_modes"):
+        for name in ("_surface", "_surfaces", "_points", "_starts", "_cell_model", "rigid_modes", "weighted_modes"):
             vars(other).pop(name, None)
-        for key, value in {"given": window, "shared": {"known": self.known}}.items():
+        for key, value in {"given": window, "shared": {"known": self._known}}.items():
             object.__setattr__(other, key, value)
         return other
 
@@ -604,7 +607,7 @@ class LocalBody(MeshedWindows):
         return cast(Material, self.shared["material"])
 
     @property
-    def known(self) -> WindowCache:
+    def _known(self) -> WindowCache:
         """What its windows have in common."""
         return cast(WindowCache, self.shared.setdefault("known", WindowCache()))
 
@@ -612,28 +615,28 @@ class LocalBody(MeshedWindows):
     def factored(self) -> Factored:
         """Its stiffness; the same object in every pose."""
         if "factored" not in self.shared:
-            self.shared["factored"] = self.known.factored(self.body.model, self.window)
+            self.shared["factored"] = self._known.factored(self.body.model, self.window)
         return cast(Factored, self.shared["factored"])
 
     @property
     def remainder(self) -> Remainder:
         """What its compliance is beside a half-space's; the same object in every pose."""
         if "remainder" not in self.shared:
-            found = self.known.remainder(self.factored, self.window, self.material)
+            found = self._known.remainder(self.factored, self.window, self.material)
             if found.defect > MAX_DEFECT:
-                found = self.known.on_divided_mesh(self.body, found, self.name)
+                found = self._known.on_divided_mesh(self.body, found, self.name)
             self.shared["remainder"] = found
         return cast(Remainder, self.shared["remainder"])
 
     @property
-    def nodal_fields(self) -> NodalFields:
+    def _nodal_fields(self) -> NodalFields:
         """Half-spaces' displacements of the mesh's nodes; the same object in every pose."""
         if "nodal" not in self.shared:
             self.shared["nodal"] = NodalFields.of(self.remainder, self.mesh.points)
         return cast(NodalFields, self.shared["nodal"])
 
     @cached_property
-    def cell_model(self) -> CellModel:
+    def _cell_model(self) -> CellModel:
         """Compliance among the cells of the window."""
         along_x, along_y = principal(self.window)
         bent = (Bend(self.material, (float(along_x), float(along_y))),) if along_x or along_y else ()
@@ -663,7 +666,7 @@ class LocalBody(MeshedWindows):
             )
         return self._surface
 
-    def smooth_outward(self, u: Array) -> Array:
+    def _smooth_outward(self, u: Array) -> Array:
         """Displacements (n_cells, k) of the cells along the outward normal by smooth ones (body.n_dofs, k)."""
         found, term = self.remainder, self.remainder.term
         nodes = surface_weights(self.body.model.mesh, self.window, found.points)
@@ -747,7 +750,7 @@ class WindowedBody(MeshedWindows):
         return tuple(f"window {i}" for i in range(1, len(self.parts) + 1))
 
     @property
-    def windows(self) -> tuple[LocalBody, ...]:
+    def _windows(self) -> tuple[LocalBody, ...]:
         """The parts, with one factor of the stiffness; the same objects in every pose."""
         if "windows" not in self.shared:
             origins = np.array([part.window.origin for part in self.parts])
@@ -756,20 +759,20 @@ class WindowedBody(MeshedWindows):
         return cast(tuple[LocalBody, ...], self.shared["windows"])
 
     @property
-    def across(self) -> dict[tuple[int, int], Array]:
+    def _across(self) -> dict[tuple[int, int], Array]:
         """Displacements into the body (k_i, k_j) at the nodes of window i by unit forces at those of another, j."""
-        return self._across[0]
+        return self._coupled[0]
 
     @property
-    def _across(self) -> tuple[dict[tuple[int, int], Array], float]:
+    def _coupled(self) -> tuple[dict[tuple[int, int], Array], float]:
         if "across" not in self.shared:
-            self.shared["across"] = _across(self.windows, self.name)
+            self.shared["across"] = _across(self._windows, self.name)
         return cast(tuple[dict[tuple[int, int], Array], float], self.shared["across"])
 
     @property
     def defect(self) -> float:
         """Largest violation of Betti's theorem within and between windows, see `Remainder.defect`."""
-        return max(self._across[1], *(part.remainder.defect for part in self.windows))
+        return max(self._coupled[1], *(part.remainder.defect for part in self._windows))
 
     def surface(self, name: str) -> WindowSurface:
         """One of its windows."""
@@ -807,7 +810,7 @@ def _check(parts: Sequence[LocalBody]) -> None:
 def _with_factor(part: LocalBody, factored: Factored) -> LocalBody:
     """A copy of a local body with another factor of its stiffness."""
     other = copy.copy(part)
-    vars(other).pop("cell_model", None)
+    vars(other).pop("_cell_model", None)
     object.__setattr__(other, "shared", {"factored": factored})
     return other
 

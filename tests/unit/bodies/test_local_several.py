@@ -39,7 +39,7 @@ def _pressed(body, names, forces=(0.004, 0.001)):
 
 def _every_cell(both):
     """Rows for the displacements of all cells into the body."""
-    n = both.n_cells
+    n = both._n_cells
     rows = sp.kron(sp.eye_array(n), np.array([[0.0, 0.0, -1.0]]), format="csr")
     return sp.csr_matrix(sp.hstack([rows, sp.csr_matrix((n, both.n_dofs - 3 * n))]))
 
@@ -65,7 +65,7 @@ def test_two_windows_are_as_one_over_both():
 
 def test_operator_is_the_matrix(monkeypatch):
     both = _windowed(_block(), cells=6)
-    n, rows = both.n_cells, _every_cell(both)
+    n, rows = both._n_cells, _every_cell(both)
     dense = both.reduce(rows, None, Stopwatch()).compliance
     monkeypatch.setattr(local_body, "DENSE_LIMIT", 10)
     operator = both.reduce(rows, None, Stopwatch()).compliance
@@ -97,7 +97,7 @@ def test_displacements_are_those_of_the_compliance():
     np.testing.assert_allclose(rows @ u, S @ forces, rtol=0, atol=1e-12 * np.abs(S @ forces).max())
     u = u.reshape(-1, 3)
     points = np.concatenate([*(part.window.cells for part in both.parts), both.body.model.mesh.points])
-    (node,) = both.n_cells + np.flatnonzero((np.abs(points[both.n_cells :] - [1.5, 1.0, 1.0]) < 1e-9).all(axis=1))
+    (node,) = both._n_cells + np.flatnonzero((np.abs(points[both._n_cells :] - [1.5, 1.0, 1.0]) < 1e-9).all(axis=1))
     cell = np.argmin(np.linalg.norm(points[:169] - [1.5, 1.0, 1.0], axis=1))
     assert np.linalg.norm(points[cell] - points[node]) < 1e-9
     assert u[node, 2] == pytest.approx(u[cell, 2], rel=1e-3)  # one by the nodes' loads, one by interpolation
@@ -110,9 +110,9 @@ def test_windows_on_different_faces_see_each_other_alike():
         fc.LocalBody(cube, (1.0, 1.0, 2.0), 0.5, (8, 8)), fc.LocalBody(cube, (2.0, 1.0, 1.0), 0.5, (8, 8))
     )
     assert 0 < both.defect < 5e-3
-    core = both.across[0, 1]
-    assert core.shape == both.across[1, 0].T.shape
-    np.testing.assert_array_equal(core, both.across[1, 0].T)
+    core = both._across[0, 1]
+    assert core.shape == both._across[1, 0].T.shape
+    np.testing.assert_array_equal(core, both._across[1, 0].T)
     # pressed on top it bulges at the side: outward there, against the load
     assert core.mean() < 0
 
@@ -123,7 +123,7 @@ def test_a_floating_body_has_one_hold_for_all_windows():
     at = ((2.0, 1.0, 1.0), (2.0, 1.0, 0.0))
     both = fc.WindowedBody(*(fc.LocalBody(free, place, 0.5, (10, 10)) for place in at))
     assert both.free_motions.shape == (6, 6)
-    assert both.windows[0].factored is both.windows[1].factored
+    assert both._windows[0].factored is both._windows[1].factored
     assert both.defect < 5e-3
 
 

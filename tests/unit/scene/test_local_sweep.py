@@ -91,4 +91,4 @@ def test_displacements_of_nodes_are_the_fields_there() -> None:
     p = np.random.default_rng(0).uniform(size=(24, 24))
     points = local.body.model.mesh.points
     expected = BelowWindows([(local.remainder, p)]).displacement(points)
-    np.testing.assert_allclose(local.nodal_fields.displacement(p), expected, atol=1e-13 * np.abs(expected).max())
+    np.testing.assert_allclose(local._nodal_fields.displacement(p), expected, atol=1e-13 * np.abs(expected).max())
