@@ -231,9 +231,9 @@ def stress_components(
     for more in shares[1:]:
         xx, yy, xy, along = (one + other for one, other in zip((xx, yy, xy, along), more, strict=True))
     lateral, axial = (1 - 2 * nu) * deep, 3 * along * (inverse * inverse * inverse * inverse * inverse * deep)
-    parts = (lateral * xx - axial * x * x, lateral * yy - axial * y * y, -axial * z * z)
-    parts += (lateral * xy - axial * x * y, -axial * y * z, -axial * x * z)
-    return np.stack(parts, axis=-1) / (2 * np.pi)
+    normal = [lateral * xx - axial * x * x, lateral * yy - axial * y * y, -axial * z * z]
+    shears = [lateral * xy - axial * x * y, -axial * y * z, -axial * x * z]
+    return np.asarray(np.stack([*normal, *shears], axis=-1) / (2 * np.pi))
 
 
 def _by_shear(a: Array, b: Array, Q: Array | float, s: Array, inverse: Array) -> tuple[Array, Array, Array, Array]:
