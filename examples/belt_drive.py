@@ -50,7 +50,7 @@ def main(n: int = 24, turns: int = 12, out: Path | None = None) -> dict[str, flo
     m = n // 3
     band = belt(n, m)
     joints = Joints([band])
-    closed = joints.free([joints.flat(), joints.rigid((0, 0), (0, -1))])
+    closed = [joints.flat(), joints.rigid((0, 0), (0, -1))]
     driver, driven = [len(band.cells) - 1, *range(n + 1)], range(n + m - 1, 2 * n + m + 1)
     a = Assembly(
         [band],

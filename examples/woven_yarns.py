@@ -49,7 +49,7 @@ def main(n: int = 3, elements: int = 4, steps: int = 8, out: Path | None = None)
     touches = [
         fc.Contact(yarns[k].side(RADIUS), yarns[n + j].side(RADIUS), friction=MU) for k in range(n) for j in range(n)
     ]
-    a = Assembly(yarns, joints.free([*held, *ends]), touches)
+    a = Assembly(yarns, [*held, *ends], touches)
     motion = joints.motion([*held, *ends], [None] * len(held) + [[STRAIN * n * PITCH]] * n)
     path = equilibrium(lambda level: Stage(a, motion=level * motion), steps=steps)
     if not path.success:

@@ -76,7 +76,7 @@ def cable_on_posts(number: int, frame: Frame) -> Callable[[], Answer]:
     mu, sink = float(rng.choice([0.0, 0.2])), float(rng.uniform(0.02, 0.2)) * span * unit * frame.deeper
     joints = Joints([cable])
     held = [joints.flat(), joints.pinned((0, 0), np.eye(3)[:2]), joints.pinned((0, -1), [0.0, 1.0, 0.0])]
-    a = Assembly([cable], joints.free(held), [fc.Contact(cable.side(), post, friction=mu) for post in posts])
+    a = Assembly([cable], held, [fc.Contact(cable.side(), post, friction=mu) for post in posts])
     motion = joints.motion(held, [None, (0.0, -sink), (-sink,)])
 
     def run() -> Answer:

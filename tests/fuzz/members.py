@@ -21,7 +21,7 @@ def members_touching(number: int, frame: Frame) -> Callable[[], Answer]:
     structures, held, contacts, motion = makers[number % 3](rng, frame)
     joints = Joints(structures)
     rows = [getattr(joints, kind)(*given) for kind, *given in held]
-    a = Assembly(structures, joints.free(rows), contacts)
+    a = Assembly(structures, rows, contacts)
     given = joints.motion(rows, [frame.vector(m, frame.length) if m is not None else None for m in motion])
 
     def run() -> Answer:

@@ -17,8 +17,8 @@ def test_elastica(n, most, row):
     Source: L. M. Campanelli, M. Berzeri & A. A. Shabana, J. Mech. Des. 122 (2000), table 2, whose errors are 1.8 and
     3.2 degrees; the exact solution of the same strain measure.
     """
-    beam, free = cantilever(n)
-    states = follow(beam, free)
+    beam, held = cantilever(n)
+    states = follow(beam, held)
     angles, last = [math.degrees(beam.angles(s.q)[-1]) for s in states], beam.positions(states[-1].q)[-1]
     exact = [elastica(load * CRITICAL, 1.0, EI, EA) for load in LOADS]
     for load, found, known in zip(LOADS, angles, exact, strict=True):
@@ -32,8 +32,8 @@ def test_elastica(n, most, row):
 
 def test_elastica_of_an_axis_a_thousand_times_as_stiff(row):
     """The inextensible limit; stretch must not lock bending."""
-    beam, free = cantilever(20, stiffer=1000.0)
-    found = math.degrees(beam.angles(follow(beam, free, LOADS[:5])[-1].q)[-1])
+    beam, held = cantilever(20, stiffer=1000.0)
+    found = math.degrees(beam.angles(follow(beam, held, LOADS[:5])[-1].q)[-1])
     known = math.degrees(elastica(LOADS[4] * CRITICAL, 1.0, EI).angle)
     row("elastica, 20 elements, EA x 1000", "error of the tip's angle, degrees", 0.0, abs(found - known), 0.01)
 
@@ -47,8 +47,8 @@ def test_elastica_by_corotational_beams(procedure, most, row):
     """
     exact = np.degrees([elastica(load * CRITICAL, 1.0, EI, EA).angle for load in LOADS])
     for n, limit in zip((10, 20), most, strict=True):
-        beam, free = corotational(n, procedure)
-        angles = np.degrees([beam.angles(s.q)[-1] for s in follow(beam, free)])
+        beam, held = corotational(n, procedure)
+        angles = np.degrees([beam.angles(s.q)[-1] for s in follow(beam, held)])
         error = float(np.abs(angles - exact).max())
         row(f"elastica, {n} corotational beams, {procedure}", "error of the angle, degrees", 0.0, error, limit)
 

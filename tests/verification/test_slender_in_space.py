@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from exact_rod import cantilever
 from refusals import refused
@@ -25,7 +24,7 @@ def clamped_beam(bar, force, steps=1):
     held = [joints.pinned((0, 0)), joints.guided((0, 0), 2), joints.guided((0, 0), 3)]
     f = np.zeros(bar.vectors.shape)
     f[-1, 0] = force
-    assembly = Assembly([bar], joints.free(held))
+    assembly = Assembly([bar], held)
     path = equilibrium(lambda level: Stage(assembly, level * f.ravel()), steps=steps)
     assert path.success
     return [(bar.positions(state.q)[-1], bar.gradients(state.q)[-1].T) for state in path.states if state.level > 0]
@@ -159,7 +158,7 @@ def test_strip_under_an_end_force(make, most, row):
     held += [joints.guided((0, k), 3) for k in ends if make is thick_plate]
     f = np.zeros(sheet.vectors.shape)
     f[last, 0, up] = 4.0 / len(last)
-    assembly = Assembly([sheet], joints.free(held))
+    assembly = Assembly([sheet], held)
     path = equilibrium(lambda level: Stage(assembly, level * f.ravel()), steps=3)
     assert path.success
     tip, case = sheet.positions(path.last.q)[-1] / 10, f"{sheet.name}, end force, 8 elements"
@@ -230,7 +229,7 @@ def test_free_flight_of_a_spinning_bar(row):
     momentum = np.array([along * spin, 0.0, across * tilt])
     rate, axis = np.linalg.norm(momentum) / across, momentum / np.linalg.norm(momentum)
     v = np.cross((spin, 0.0, tilt), bar.vectors).ravel()
-    free = Assembly([bar], sp.identity(bar.n_dofs, format="csr"))
+    free = Assembly([bar])
     until = np.pi / rate
     motion = move(free, until=until, step=until / 120, scheme=GeneralisedAlpha(0.8), velocity=v, every=1)
     assert motion.success

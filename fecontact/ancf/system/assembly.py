@@ -17,7 +17,7 @@ from fecontact.ancf.bricks.solid import AncfSolid
 from fecontact.ancf.bricks.tangents import Places, has_pattern, with_data
 from fecontact.ancf.bricks.viscosity import ViscousStep, relaxed, viscous_step
 from fecontact.ancf.system.hubs import Hubs
-from fecontact.ancf.system.joints import affine_modes, hold
+from fecontact.ancf.system.joints import Joints, affine_modes, free_directions
 from fecontact.ancf.system.member import Member
 from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps, MovingSide, RigidMaster
 from fecontact.ancf.system.newton import DEPENDENT
@@ -59,7 +59,12 @@ class Constants:
     """What depends on members and supports only, so that it is computed once for all poses of rigid bodies."""
 
     solids: Sequence[Member]
-    free: sp.csr_matrix
+    supports: Sequence[sp.csr_matrix]
+
+    @cached_property
+    def free(self) -> sp.csr_matrix:
+        """Orthonormal directions (n_dofs, n_free) that supports and joints leave free."""
+        return free_directions(self.supports, self.starts[-1])
 
     @cached_property
     def starts(self) -> tuple[int, ...]:
@@ -144,8 +149,9 @@ class Assembly:
     ----------
     solids : sequence of Member
         Solids of bricks, or structures of slender elements.
-    free : (n_dofs, n_free) csr_matrix
-        Orthonormal directions of the coordinates that the supports leave free.
+    supports : sequence of (k, n_dofs) csr_matrix
+        Supports and joints, rows of coordinates that keep their initial values or have those of a prescribed motion:
+        from `Joints`.
     contacts : sequence of Contact
         The slave is a side of a member, the master a rigid body or a side of another: ``solid.side("top")``,
         ``cable.side(offset)``.
@@ -160,13 +166,19 @@ class Assembly:
     """
 
     solids: Sequence[Member]
-    free: sp.csr_matrix
+    supports: Sequence[sp.csr_matrix] = ()
     contacts: Sequence[Contact] = ()
     rigid: Sequence[int] = ()
 
     touches = renamed("touches", "constraints")
 
     def __post_init__(self) -> None:
+        if sp.issparse(self.supports) or any(C.shape[1] != self.n_dofs for C in self.supports):
+            raise InputError(
+                f"The supports and joints of an assembly are a list of those that Joints makes, with {self.n_dofs} "
+                "columns each, not the directions that they leave free.",
+                code="supports",
+            )
         for k in self.rigid:
             space = getattr(self.solids[k], "space", None) if 0 <= k < len(self.solids) else None
             if space is None:
@@ -242,8 +254,8 @@ class Assembly:
         held = [{}] * len(solids) if supports is None else list(supports)
         if len(held) != len(solids):
             raise InputError(f"supports must be given for each of the {len(solids)} solids; found {len(held)}.")
-        free = sp.block_diag([hold(s.space, h).free for s, h in zip(solids, held, strict=True)], format="csr")
-        return cls(tuple(solids), sp.csr_matrix(free), tuple(contacts))
+        joints = Joints(solids)
+        return cls(tuple(solids), [joints.held(k, given) for k, given in enumerate(held) if given], tuple(contacts))
 
     def with_rigid(self, *bodies: RigidBody) -> Assembly:
         """The same assembly with other poses of the rigid bodies, one for each contact with a rigid body.
@@ -267,7 +279,12 @@ class Assembly:
     @cached_property
     def constants(self) -> Constants:
         """What depends on members and supports only."""
-        return Constants(self.solids, self.free)
+        return Constants(self.solids, self.supports)
+
+    @property
+    def free(self) -> sp.csr_matrix:
+        """Orthonormal directions (n_dofs, n_free) of the coordinates that supports and joints leave free."""
+        return self.constants.free
 
     @cached_property
     def hubs(self) -> Hubs | None:

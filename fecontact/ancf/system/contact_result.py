@@ -108,7 +108,8 @@ class WithContacts:
     constraints : tuple of ContactConstraints
     """
 
-    constraints: tuple[ContactConstraints, ...]
+    if TYPE_CHECKING:
+        constraints: tuple[ContactConstraints, ...]
 
     @property
     @abstractmethod

@@ -240,7 +240,7 @@ def move(
         varying = [_acting(given(k * step)) for k in SAMPLED] if callable(assembly) else ()
         prints = {
             "the bodies (meshes, materials, laws)": fingerprint(a.solids),
-            "the supports": fingerprint(a.free, *a.rigid),
+            "the supports": fingerprint(*a.supports, *a.rigid),
             "the contacts": fingerprint([t.pair for t in a.constraints]),
             "the loads (gravity, forces, stages)": fingerprint(
                 np.zeros(3) if gravity is None else gravity, forces, varying

@@ -31,6 +31,7 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
+from scipy.sparse.csgraph import connected_components
 
 from fecontact.ancf.bricks.space import AncfSpace
 from fecontact.common.arrays import Array, IntArray
@@ -404,26 +405,33 @@ class Joints:
         return out
 
     def free(self, conditions: Sequence[sp.csr_matrix]) -> sp.csr_matrix:
-        """Orthonormal directions (n_dofs, n_free) that fulfil all conditions.
+        """Orthonormal directions (n_dofs, n_free) that fulfil all conditions."""
+        return free_directions(conditions, sum(s.n_dofs for s in self.structures))
 
-        Conditions on single coordinates are eliminated as they are, others by the null space of their rows, which are
-        few.
-        """
-        rows = sp.vstack(conditions, format="csr")
-        rows.eliminate_zeros()
-        n = rows.shape[1]
-        single = np.diff(rows.indptr) == 1
-        held = np.unique(rows[np.flatnonzero(single)].indices)
-        loose = np.setdiff1d(np.arange(n), held)
-        rest = rows[np.flatnonzero(~single)][:, loose]
-        touched = np.unique(rest.indices)
-        others = np.setdiff1d(np.arange(len(loose)), touched)
-        basis = null_space(rest[:, touched].toarray())
-        ends = sp.csc_matrix((np.ones(len(others)), (loose[others], np.arange(len(others)))), shape=(n, len(others)))
-        tied = sp.lil_matrix((n, basis.shape[1]))
-        if len(touched):
-            tied[loose[touched]] = basis
-        return sp.csr_matrix(sp.hstack([ends, tied.tocsc()]))
+
+def free_directions(conditions: Sequence[sp.csr_matrix], n: int) -> sp.csr_matrix:
+    """Orthonormal directions (n, n_free) that fulfil all conditions, rows (k, n).
+
+    Single coordinates are eliminated as they are, others by the null spaces of rows that have some in common.
+    """
+    rows = sp.vstack([sp.csr_matrix((0, n)), *conditions], format="csr")
+    rows.eliminate_zeros()
+    single = np.diff(rows.indptr) == 1
+    loose = np.setdiff1d(np.arange(n), rows[np.flatnonzero(single)].indices)
+    rest = rows[np.flatnonzero(~single)][:, loose].tocsc()
+    touched = np.diff(rest.indptr) > 0
+    _, label = connected_components(abs(rest.T) @ abs(rest), directed=False)
+    parts = [np.flatnonzero(touched & (label == k)) for k in np.unique(label[touched])]
+    each = [rest[:, part] for part in parts]
+    bases = [_null_space(own[np.unique(own.indices)].toarray()) for own in each]
+    columns = np.concatenate([np.flatnonzero(~touched), *parts])
+    order = sp.csr_matrix((np.ones(len(loose)), (loose[columns], np.arange(len(loose)))), shape=(n, len(loose)))
+    return sp.csr_matrix(order @ sp.block_diag([sp.eye_array(int((~touched).sum())), *bases], format="csr"))
+
+
+def _null_space(rows: Array) -> Array:
+    """Orthonormal null space (n, k) of rows (m, n), dependent ones among them."""
+    return np.asarray(scipy.linalg.null_space(rows, rcond=1e-10))
 
 
 def _vectors(member: Any, k: int, where: Any) -> Sequence[sp.csr_matrix]:
@@ -452,10 +460,3 @@ def _affine(space: AncfSpace, about: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
             A = np.outer(e, np.eye(3)[column])
             out.append(space.affine(A, -A @ origin))
     return np.stack(out, axis=1)
-
-
-def null_space(rows: Array) -> Array:
-    """Orthonormal null space (n, k) of rows (m, n), dependent ones among them."""
-    if rows.shape[1] == 0 or rows.shape[0] == 0:
-        return np.eye(rows.shape[1])
-    return np.asarray(scipy.linalg.null_space(rows, rcond=1e-10))

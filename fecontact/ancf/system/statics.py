@@ -23,6 +23,7 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import lsmr
 from tqdm import tqdm
 
 from fecontact.ancf.bricks.laws import InvertedError
@@ -83,8 +84,7 @@ class State(WithContacts):
         Multipliers of the rigid hubs, see `hubs`.
     overlaps : tuple of float
         Of each contact that carries nothing, as its mean gaps are open: how deep points of it overlap.
-    constraints : tuple of ContactConstraints
-        The contacts of its assembly.
+    assembly : Assembly
 
     Examples
     --------
@@ -111,7 +111,21 @@ class State(WithContacts):
     friction: FrictionEnd
     stresses: Array = field(default_factory=lambda: np.zeros(0))
     overlaps: tuple[float, ...] = ()
-    constraints: tuple[ContactConstraints, ...] = field(default=(), repr=False)
+    assembly: Assembly = field(kw_only=True, repr=False)
+
+    @property
+    def constraints(self) -> tuple[ContactConstraints, ...]:  # type: ignore[override]
+        """The contacts of its assembly."""
+        return self.assembly.constraints
+
+    def reaction(self, k: int) -> Array:
+        """Forces along the rows of the assembly's k-th support or joint: what it bears.
+
+        Of those that hold the same coordinates, the smallest that do.
+        """
+        supports = self.assembly.supports
+        found = lsmr(sp.vstack(supports).T, self.reactions, atol=1e-14, btol=1e-14, conlim=0)[0]
+        return np.split(found, np.cumsum([C.shape[0] for C in supports])[:-1])[k]
 
     @property
     def _on_contacts(self) -> tuple[Array, Sequence[Sequence[Array]]]:
@@ -410,7 +424,7 @@ class Iterate:
         return State(
             level, self.q, each, tuple(a.split(conditions.gap)), -a.held(self.rest), a.energy(self.q), nit,
             self.slip.end(a.constraints, self.q, self.forces, self.tangential, self.residuals), self.stresses,
-            tuple(depth if depth > tolerance * a.size else 0.0 for depth in depths), a.constraints,
+            tuple(depth if depth > tolerance * a.size else 0.0 for depth in depths), assembly=a,
         )  # fmt: skip
 
 

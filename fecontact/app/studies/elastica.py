@@ -38,21 +38,23 @@ PAPER = {
 }
 
 
-def cantilever(n: int, measure: str = "turn", stiffer: float = 1.0) -> tuple[Structure, sp.csr_matrix]:
-    """The paper's beam, clamped, and its free directions; its axis may be stiffer by a factor."""
+def cantilever(n: int, measure: str = "turn", stiffer: float = 1.0) -> tuple[Structure, list[sp.csr_matrix]]:
+    """The paper's beam, clamped, and its conditions; its axis may be stiffer by a factor."""
     beam = line(straight((0, 0, 0), (1, 0, 0), n), EA=stiffer * EA, EI=EI, measure=measure)
     joints = Joints([beam])
-    return beam, joints.free([joints.flat(), joints.clamped((0, 0))])
+    return beam, [joints.flat(), joints.clamped((0, 0))]
 
 
-def corotational(n: int, procedure: str) -> tuple[CorotationalBeam, sp.csr_matrix]:
+def corotational(n: int, procedure: str) -> tuple[CorotationalBeam, list[sp.csr_matrix]]:
     """The same beam, clamped, by a corotational procedure."""
     beam = CorotationalBeam(straight((0, 0, 0), (1, 0, 0), n), EA=EA, EI=EI, procedure=procedure)
     joints = Joints([beam])
-    return beam, joints.free([joints.clamped((0, 0))])
+    return beam, [joints.clamped((0, 0))]
 
 
-def follow(beam: Structure | CorotationalBeam, free: sp.csr_matrix, loads: Sequence[float] = LOADS) -> list[State]:
+def follow(
+    beam: Structure | CorotationalBeam, conditions: Sequence[sp.csr_matrix], loads: Sequence[float] = LOADS
+) -> list[State]:
     """Equilibria under increasing loads, each from the one before.
 
     A force across, which vanishes as the first load rises, starts the bending; with 0.3 of that load the bar bends on
@@ -63,7 +65,7 @@ def follow(beam: Structure | CorotationalBeam, free: sp.csr_matrix, loads: Seque
     SolverError
         If an equilibrium is not found.
     """
-    assembly = Assembly([beam], free)
+    assembly = Assembly([beam], conditions)
     found: list[State] = []
     for load in loads:
 
@@ -82,16 +84,16 @@ def follow(beam: Structure | CorotationalBeam, free: sp.csr_matrix, loads: Seque
 def solve(n: int, measure: str) -> Study:
     """The nine loads, beside the closed form, both corotational procedures and the paper's tables."""
     began = time.perf_counter()
-    beam, free = cantilever(n, measure)
-    states = follow(beam, free)
+    beam, conditions = cantilever(n, measure)
+    states = follow(beam, conditions)
     seconds = time.perf_counter() - began
     found = [math.degrees(beam.angles(s.q)[-1]) for s in states]
     known = [math.degrees(elastica(load * CRITICAL, 1.0, EI, EA).angle) for load in LOADS]
     cases = {f"{load:.3f} Pcr": both for load, both in zip(LOADS, zip(found, known, strict=True), strict=True)}
     beside, remarks = {}, {}
     for procedure in ("modern", "1986"):
-        other, others_free = corotational(n, procedure)
-        bent = follow(other, others_free)
+        other, others_held = corotational(n, procedure)
+        bent = follow(other, others_held)
         beside[f"corotational, {procedure}"] = tuple(math.degrees(other.angles(s.q)[-1]) for s in bent)
         turned = max(float(np.abs(other.local_turns(s.q)).max()) for s in bent)
         remarks[f"largest turn in an element, corotational, {procedure}"] = math.degrees(turned)

@@ -192,7 +192,7 @@ def drive(n: int, step: float, until: float, stiffer: float = 1.0, corotational:
     conditions = [joints.pinned((0, first[k]), np.eye(3)[:2]) for k in (0, 2)]
     # pins in the plane: slots along z; the crank's end on the coupler's start, both bars' ends on each other
     conditions += [joints.slot((0, a), (0, b), (0, 0, 1)) for a, b in ((last[0], first[1]), (last[1], last[2]))]
-    assembly = Assembly([bars], joints.free(conditions if corotational else [*conditions, joints.flat()]))
+    assembly = Assembly([bars], conditions if corotational else [*conditions, joints.flat()])
     forces = np.zeros(assembly.n_dofs)
     if corotational:
         forces[2] = MOMENT

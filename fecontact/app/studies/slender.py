@@ -63,12 +63,12 @@ def run(name: str, options: Mapping[str, Any]) -> Study:
     return _RUN[name](n, options)
 
 
-def pendulum(n: int, measure: str = "turn") -> tuple[Structure, sp.csr_matrix]:
-    """The paper's falling bar, pinned at one end, and its free directions."""
+def pendulum(n: int, measure: str = "turn") -> tuple[Structure, list[sp.csr_matrix]]:
+    """The paper's falling bar, pinned at one end, and its conditions."""
     rigidity = {"EA": 0.7e6 * 1.8e-3, "EI": 0.7e6 * 1.215e-8}
     beam = line(straight((0, 0, 0), (LENGTH, 0, 0), n), **rigidity, mass=5540 * 1.8e-3, measure=measure)
     joints = Joints([beam])
-    return beam, joints.free([joints.flat(), joints.pinned((0, 0))])
+    return beam, [joints.flat(), joints.pinned((0, 0))]
 
 
 def _axis(beam: Structure, q: Array) -> Array:
@@ -81,10 +81,10 @@ def _elastica(n: int, options: Mapping[str, Any]) -> Study:
 
 def _circle(n: int, options: Mapping[str, Any]) -> Study:
     began = time.perf_counter()
-    beam, free = elastica.cantilever(n, options.get("measure") or "turn")
+    beam, conditions = elastica.cantilever(n, options.get("measure") or "turn")
 
     def stage(level: float) -> Stage:
-        return Stage(Assembly([beam.turned(((-1, level * 2 * math.pi * elastica.EI),))], free))
+        return Stage(Assembly([beam.turned(((-1, level * 2 * math.pi * elastica.EI),))], conditions))
 
     path = equilibrium(stage, steps=8)
     if not path.success:
@@ -101,8 +101,8 @@ def _pendulum(n: int, options: Mapping[str, Any]) -> Study:
     if gravity not in FALLING:
         raise InputError(f"Fine solutions are known for gravity {' and '.join(map(str, FALLING))}; found {gravity!r}.")
     step = STEPS[gravity] if step is None else step
-    beam, free = pendulum(n, options.get("measure") or "turn")
-    assembly = Assembly([beam], free)
+    beam, conditions = pendulum(n, options.get("measure") or "turn")
+    assembly = Assembly([beam], conditions)
     motion = move(assembly, until=0.4, step=step, gravity=(0, -gravity, 0), scheme=EnergyMomentum(), every=1)
     if not motion.success:
         raise SolverError(f"The pendulum did not fall to the end. {motion.message}")

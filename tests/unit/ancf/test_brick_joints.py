@@ -71,7 +71,7 @@ def test_a_stiff_bar_on_a_hinge_is_the_physical_pendulum():
     stick = bar((length, side, side), (2, 1, 1), E=1e6)
     joints = Joints([stick])
     hinge = joints.pinned((0, [(0.0, 0.0, side / 2), (0.0, side, side / 2)]))
-    a = Assembly([stick], joints.free([hinge]))
+    a = Assembly([stick], [hinge])
     motion = move(a, until=until, step=0.01, scheme=EnergyMomentum(), gravity=(0, 0, -9.81), every=1)
     tip = np.array([stick.space.points_at(q, np.array([1]), np.array([[1.0, 0.5, 0.5]]))[0] for q in motion.frames])
     angle = np.unwrap(np.arctan2(side / 2 - tip[:, 2], tip[:, 0]))
@@ -88,7 +88,7 @@ def test_a_stiff_bar_on_a_hinge_is_the_physical_pendulum():
 def test_two_bars_in_flight_keep_momentum_energy_and_the_joint():
     one, other = bar((1.0, 0.2, 0.2), (1, 1, 1), 100.0), bar((1.0, 0.2, 0.2), (1, 1, 1), 100.0, (1.0, 0.0, 0.0))
     joints, x = Joints([one, other]), (1.0, 0.1, 0.1)
-    a = Assembly([one, other], joints.free([joints.revolute((0, x), (1, x), 2)]))
+    a = Assembly([one, other], [joints.revolute((0, x), (1, x), 2)])
     spin = one.space.affine(np.array([[0.0, 0, -1], [0, 0, 0], [1, 0, 0]]), (0.0, 0.0, -1.0))
     velocity = np.concatenate([spin, -other.space.affine(np.array([[0.0, 0, -1], [0, 0, 0], [1, 0, 0]]), (0, 0, -1.0))])
     motion = move(a, until=0.5, step=0.02, scheme=EnergyMomentum(), velocity=velocity, every=1)
@@ -107,8 +107,8 @@ def with_hub():
     """A cantilever of length 10 and side 1 whose end is carried by a hub, half a length beyond it."""
     beam, hub = bar((10.0, 1.0, 1.0), (4, 1, 1), E=1e3), bar((1.0, 1.0, 1.0), (1, 1, 1), E=1e6, at=(15.0, 0.0, 0.0))
     joints = Joints([beam, hub])
-    free = joints.free([joints.held(0, {"x_min": "xyz"}), joints.affine(1), joints.follows(0, "x_max", 1)])
-    return Assembly([beam, hub], free)
+    conditions = [joints.held(0, {"x_min": "xyz"}), joints.affine(1), joints.follows(0, "x_max", 1)]
+    return Assembly([beam, hub], conditions)
 
 
 def test_moments_and_offset_forces_on_a_hub_bend_a_beam(with_hub):
@@ -136,7 +136,7 @@ def test_a_hub_is_driven(with_hub):
     fixed = [joints.held(0, {"x_min": "xyz"}), joints.affine(1), joints.follows(0, "x_max", 1)]
     driven = [joints.guided((1, (15.5, 0.5, 0.5)), k) for k in (1, 2, 3)]
     motion = joints.motion([*fixed, *driven], [None] * 3 + [*(fc.rotation_about((0, 1, 0), turn) - np.eye(3)).T])
-    a = Assembly(with_hub.solids, joints.free([*fixed, *driven]))
+    a = Assembly(with_hub.solids, [*fixed, *driven])
     path = equilibrium(lambda s: Stage(a, motion=s * motion), steps=1)
     assert path.success
     moment = 2 * path.last.energy / turn
@@ -160,3 +160,51 @@ def test_a_hub_is_driven(with_hub):
 def test_refused(cubes, make, match):
     with refused(fc.InputError, *match):
         make(cubes)
+
+
+def test_supports_and_joints_bear_what_statics_says():
+    """A bar on a roller and a pin, from whose end another hangs by a ball joint. Source: balance of moments."""
+    mesh = fc.shapes.block((2.0, 0.5, 0.5), (2, 1, 1), element="hex8")
+    upper = AncfSolid(AncfSpace(mesh), fc.Material(E=1e4, nu=0.3, density=1.0), points=3)
+    lower = AncfSolid(AncfSpace(mesh.translated((2.0, 0.0, 0.0))), fc.Material(E=1e4, nu=0.3, density=1.0), points=3)
+    joints = Joints([upper, lower])
+    left, right = (0, (0.0, 0.25, 0.25)), (0, (2.0, 0.25, 0.25))
+    far = (1, (4.0, 0.25, 0.25))
+    no_spin = [joints.pinned((k, (x, 0.25, 0.5)), (0, 1, 0)) for k, x in ((0, 0.0), (1, 4.0))]
+    conditions = [
+        joints.pinned(left),
+        joints.pinned(right, [(0, 1, 0), (0, 0, 1)]),
+        joints.spherical(right, (1, (2.0, 0.25, 0.25))),
+        joints.pinned(far, [(0, 1, 0), (0, 0, 1)]),
+        *no_spin,
+    ]
+    a, weight = Assembly([upper, lower], conditions), 2.0 * 0.5 * 0.5
+    state = equilibrium(lambda level: Stage(a, forces=level * a.gravity(np.array([0.0, 0.0, -1.0]))), steps=1).last
+    # bars hardly bend: each end bears half of its bar, and the right support both halves there
+    found = [state.reaction(k) for k in range(len(conditions))]
+    assert np.abs(found[0] - [0.0, 0.0, weight / 2]).max() < 1e-3 * weight
+    assert np.abs(found[1] - [0.0, weight]).max() < 1e-3 * weight
+    assert abs(abs(found[2][2]) - weight / 2) < 1e-3 * weight
+    assert np.abs(found[3] - [0.0, weight / 2]).max() < 1e-3 * weight
+    every = sum(C.T @ f for C, f in zip(conditions, found, strict=True))
+    assert np.abs(every - state.reactions).max() < 1e-10
+
+
+def test_supports_are_rows_not_free_directions():
+    space = AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8"))
+    solid = AncfSolid(space, fc.Material(E=1.0, nu=0.3))
+    joints = Joints([solid])
+    for wrong in (joints.free([joints.affine(0)]), [joints.affine(0)[:, :12]]):
+        with refused(fc.InputError, "supports", "96 columns"):
+            Assembly([solid], wrong)
+
+
+def test_oblique_supports_of_many_nodes_leave_what_each_leaves_alone():
+    """Of 25 nodes held along a slant: each holds its position and two gradients, so three coordinates fewer."""
+    space = AncfSpace(fc.shapes.block((1.0, 1.0, 0.5), (4, 4, 1), element="hex8"))
+    solid, slant = AncfSolid(space, fc.Material(E=1.0, nu=0.3)), np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)
+    a = Assembly.of([solid], [{"bottom": tuple(slant)}])
+    Z = a.free.toarray()
+    assert Z.shape == (space.n_dofs, space.n_dofs - 25 * 3)
+    assert np.abs(Z.T @ Z - np.eye(Z.shape[1])).max() < 1e-14
+    assert np.abs(a.supports[0] @ Z).max() < 1e-14

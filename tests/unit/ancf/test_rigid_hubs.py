@@ -42,7 +42,7 @@ def distances(solid, q):
 def block():
     """A free rigid body of a very soft material."""
     hub = bar(SIDES, (1, 1, 1), at=-SIDES / 2)
-    return Assembly([hub], Joints([hub]).free([Joints([hub]).affine(0)]), rigid=[0])
+    return Assembly([hub], [Joints([hub]).affine(0)], rigid=[0])
 
 
 @pytest.mark.parametrize(("scheme", "error"), [(EnergyMomentum(), 2e-3), (GeneralisedAlpha(0.9), 4e-3)])
@@ -74,8 +74,8 @@ def carried():
     one = bar((1.0, 0.2, 0.2), (1, 1, 1), 50.0, (0.2, 0.0, 0.0))
     other, hub = bar((0.2, 0.2, 1.0), (1, 1, 1), 50.0, (0.0, 0.0, 0.2)), bar((0.2, 0.2, 0.2), (1, 1, 1))
     joints = Joints([one, other, hub])
-    free = joints.free([joints.affine(2), joints.follows(0, "x_min", 2), joints.follows(1, "bottom", 2)])
-    return Assembly(joints.structures, free, rigid=[2])
+    conditions = [joints.affine(2), joints.follows(0, "x_min", 2), joints.follows(1, "bottom", 2)]
+    return Assembly(joints.structures, conditions, rigid=[2])
 
 
 def test_what_a_hub_carries_keeps_energy_and_both_momenta(carried):
@@ -105,7 +105,7 @@ def test_a_moment_on_a_hub_is_that_of_the_clamp_at_large_rotation():
     beam, hub = bar((length, 0.5, 0.5), (6, 1, 1), E), bar((0.5, 0.5, 0.5), (1, 1, 1), 1.0, (length, 0.0, 0.0))
     joints = Joints([beam, hub])
     conditions = [joints.held(0, {"x_min": "xyz"}), joints.affine(1), joints.follows(0, "x_max", 1)]
-    a = Assembly([beam, hub], joints.free(conditions), rigid=[1])
+    a = Assembly([beam, hub], conditions, rigid=[1])
     moment = 1.5 * E * 0.5**4 / 12 / length
 
     def stage(level):
@@ -134,7 +134,7 @@ def test_a_hub_presses_a_brick_on_a_ball():
         joints.pinned((1, (0.0, 0.0, 0.7)), (0, 0, 1)),
     ]
     ball = fc.RigidBody(fc.Sphere(1.0)).placed((0.0, 0.0, 0.0), fc.rotation_about((1, 0, 0), np.pi))
-    a = Assembly([soft, hub], joints.free(conditions), [fc.Contact(soft.side("bottom"), ball)], rigid=[1])
+    a = Assembly([soft, hub], conditions, [fc.Contact(soft.side("bottom"), ball)], rigid=[1])
     motion = joints.motion(conditions, [None] * 4 + [-0.05])
     path = equilibrium(lambda level: Stage(a, motion=level * motion), steps=2)
     assert path.success, path.message
@@ -148,9 +148,9 @@ def test_a_hub_presses_a_brick_on_a_ball():
 def test_refused(block):
     hub = block.solids[0]
     with refused(fc.InputError, "input", "does not move affinely"):
-        Assembly([hub], Assembly.of([hub]).free, rigid=[0])
+        Assembly([hub], [], rigid=[0])
     with refused(fc.InputError, "input", "number 1"):
-        Assembly([hub], block.free, rigid=[1])
+        Assembly([hub], block.supports, rigid=[1])
     table = [fc.Contact(hub.side("bottom"), fc.RigidBody(fc.Plane()), friction=0.5)]
     with refused(fc.InputError, "free-rigid-motion"):
         equilibrium(lambda _: Stage(replace(block, contacts=table)))

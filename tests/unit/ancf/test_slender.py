@@ -86,7 +86,7 @@ def test_mass_is_that_of_the_body(name):
 
 def tip(s, conditions, load):
     """Displacement of the last node under a small force on it."""
-    a = Assembly([s], Joints([s]).free(conditions))
+    a = Assembly([s], conditions)
     f = np.zeros(s.vectors.shape)
     f[-1, 0] = load
     K = (a.free.T @ s.tangent(s.q0) @ a.free).tocsc()
@@ -237,7 +237,7 @@ def test_a_clamped_line_stretches_up_to_its_end():
     # F L / EA of a bar; with the stretch held at the clamp it was 3 % less
     bar = line(straight((0, 0, 0), (1, 0, 0), 2), EA=1e3, EI=1.0)
     joints = Joints([bar])
-    a = Assembly([bar], joints.free([joints.clamped((0, 0))]))
+    a = Assembly([bar], [joints.clamped((0, 0))])
     pull = np.zeros((bar.n_dofs // 3, 3))
     pull[-2, 0] = 1.0
     last = equilibrium(lambda level: Stage(a, level * pull.ravel()), steps=1).last
@@ -255,7 +255,7 @@ def test_members_at_an_angle_are_not_tied_by_their_gradients():
 
 def test_members_without_mass_have_no_weight_to_be_asked_for():
     bar, down = line(straight((0, 0, 0), (1, 0, 0), 2), EA=1.0, EI=1.0), np.array([0.0, -9.81, 0.0])
-    a = Assembly([bar], Joints([bar]).free([Joints([bar]).clamped((0, 0))]))
+    a = Assembly([bar], [Joints([bar]).clamped((0, 0))])
     with refused(fc.InputError, "no-mass", "Member 0"):
         a.gravity(down)
     assert not a.gravity(np.zeros(3)).any()

@@ -53,8 +53,8 @@ def test_a_cable_laid_on_a_drum():
     r = 1 + thick
     cable = line(straight((0, r, 0), (2.6, r, 0), 13), EA=1e4, EI=bending)
     joints = Joints([cable])
-    free = joints.free([joints.flat(), joints.pinned((0, 0)), joints.guided((0, 0), 1, UP)])
-    a = Assembly([cable], free, [fc.Contact(cable.side(thick), drum())])
+    conditions = [joints.flat(), joints.pinned((0, 0)), joints.guided((0, 0), 1, UP)]
+    a = Assembly([cable], conditions, [fc.Contact(cable.side(thick), drum())])
     load = np.zeros(cable.n_dofs)
     load[-5] = -pull
     path = equilibrium(lambda level: Stage(a, forces=level * load), steps=5)
@@ -82,8 +82,8 @@ def test_a_belt_slides_round_half_a_drum(n, most):
     )
     belt = line(points, EA=1e3, EI=1e-4, tangents=tangents)
     joints = Joints([belt])
-    free = joints.free([joints.flat(), joints.pinned((0, 0), UP)])
-    a = Assembly([belt], free, [fc.Contact(belt.side(), drum(), friction=mu)])
+    conditions = [joints.flat(), joints.pinned((0, 0), UP)]
+    a = Assembly([belt], conditions, [fc.Contact(belt.side(), drum(), friction=mu)])
     load, motion = np.zeros((2, belt.n_dofs))
     load[-5], motion[1] = -slack, -0.02
     hung = equilibrium(lambda level: Stage(a, forces=level * load), steps=2)
@@ -104,12 +104,12 @@ def closed_belt(EI, mus, distance=3.0, n=12, m=4):
     )  # fmt: skip
     belt = line(points, EA=100.0, EI=EI, tangents=tangents)
     joints, left = Joints([belt]), [len(belt.cells) - 1, *range(n + 1)]
-    free, right = joints.free([joints.flat(), joints.rigid((0, 0), (0, -1))]), range(n + m - 1, 2 * n + m + 1)
+    conditions, right = [joints.flat(), joints.rigid((0, 0), (0, -1))], range(n + m - 1, 2 * n + m + 1)
     touches = [
         fc.Contact(belt.side(elements=each), drum(x), friction=mu)
         for x, mu, each in zip((0.0, distance), mus, (left, right), strict=True)
     ]
-    return belt, Assembly([belt], free, touches)
+    return belt, Assembly([belt], conditions, touches)
 
 
 def tightened(a, turn=0.0, start=None):
@@ -189,7 +189,7 @@ def test_a_plate_pressed_on_a_ball():
     support = {"x_max": "xyz", "y_max": "xyz", "x_min": "x", "y_min": "y"}
     forces = []
     for a in (
-        Assembly([quarter], joints.free(held), [fc.Contact(quarter.side(thick / 2), ball)]),
+        Assembly([quarter], held, [fc.Contact(quarter.side(thick / 2), ball)]),
         Assembly.of([solid], [support], [fc.Contact(solid.side("top"), ball)]),
     ):
         path = equilibrium(
@@ -219,8 +219,8 @@ def test_a_ball_within_an_element_whose_mean_gap_is_open_is_named(depth, at, car
     below = fc.RigidBody(fc.Sphere(1.0)).placed((*at, -0.025 + depth), fc.rotation_about((1, 0, 0), math.pi))
     joints = Joints([sheet])
     rim = np.flatnonzero(np.abs(sheet.vectors[:, 0, :2]).max(axis=1) > 1 - 1e-9)
-    free = joints.free([joints.clamped((0, k)) for k in rim])
-    path = equilibrium(lambda _: Stage(Assembly([sheet], free, [fc.Contact(sheet.side(0.025), below)])), steps=1)
+    conditions = [joints.clamped((0, k)) for k in rim]
+    path = equilibrium(lambda _: Stage(Assembly([sheet], conditions, [fc.Contact(sheet.side(0.025), below)])), steps=1)
     assert path.success
     assert (path.last.forces[0].sum() > 0) == carries
     overlap = 0.0 if carries else max(0.0, depth)

@@ -140,10 +140,10 @@ def test_a_moment_that_varies_does_its_work(scheme):
     """Strain and kinetic energy are the sum of M dtheta, by the trapezoidal rule, off by the square of a step."""
     beam = line(straight((0, 0, 0), (1, 0, 0), 2), EA=100.0, EI=1.0, mass=1.0)
     joints = Joints([beam])
-    free = joints.free([joints.flat(), joints.clamped((0, 0))])
+    conditions = [joints.flat(), joints.clamped((0, 0))]
 
     def stage(t):
-        return Stage(Assembly([beam.turned(((-1, 0.8 * np.sin(9 * t)),))], free))
+        return Stage(Assembly([beam.turned(((-1, 0.8 * np.sin(9 * t)),))], conditions))
 
     motion = move(stage, until=0.2, step=0.01, scheme=scheme, every=1)
     # generalised-alpha damps, and its work is trapezoidal; it drifted by a third where this work was left out
@@ -220,10 +220,10 @@ def test_the_record_of_other_stages_is_refused(tmp_path):
 def test_the_record_of_other_moments_is_refused(tmp_path):
     beam, file = line(straight((0, 0, 0), (1, 0, 0), 2), EA=100.0, EI=1.0, mass=1.0), tmp_path / "run.npz"
     joints = Joints([beam])
-    free = joints.free([joints.flat(), joints.clamped((0, 0))])
+    conditions = [joints.flat(), joints.clamped((0, 0))]
 
     def turned(rate):
-        return lambda t: Stage(Assembly([beam.turned(((-1, rate * t),))], free))
+        return lambda t: Stage(Assembly([beam.turned(((-1, rate * t),))], conditions))
 
     moved(turned(1.0), path=file)
     with refused(fc.InputError, "record-of-another", "the loads"):

@@ -102,8 +102,8 @@ def test_members_have_forces_per_present_length_and_no_map():
     joints, floor = Joints([cable]), fc.RigidBody(fc.Plane())
     conditions = [joints.pinned((0, 0)), joints.pinned((0, 4))]
     flat = [joints.pinned((0, k), [(0, 1, 0)]) for k in (1, 2, 3)]
-    free = joints.free([*conditions, *flat, *(joints.guided((0, k), 1, [(0, 1, 0)]) for k in range(5))])
-    a = Assembly([cable], free, [fc.Contact(cable.side(0.1), floor)])
+    every = [*conditions, *flat, *(joints.guided((0, k), 1, [(0, 1, 0)]) for k in range(5))]
+    a = Assembly([cable], every, [fc.Contact(cable.side(0.1), floor)])
     out = joints.motion(conditions, [None, (0.1, 0.0, 0.0)])
     down = np.zeros((cable.n_dofs // 3, 3))
     down[::2, 2] = [-0.125, -0.25, -0.25, -0.25, -0.125]
