@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,20 +13,8 @@ import numpy as np
 
 from fecontact import surfaces
 from fecontact.app import options
-from fecontact.app.scene_file.meshes import (
-    SHAPES,
-    Arguments,
-    arguments_of,
-    check_name,
-    choice,
-    existing,
-    mesh_of,
-    number,
-    numbers,
-    section_of,
-    shape_of,
-)
-from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
+from fecontact.app.scene_file.meshes import check_name, existing, mesh_of, section_of, shape_of
+from fecontact.app.scene_file.toml_table import Arguments, Table, choice, did_you_mean, flag, listed, number, numbers
 from fecontact.bodies import (
     AxisymmetricBody,
     ElasticBody,
@@ -41,6 +30,7 @@ from fecontact.bodies.elastic import INTEGRATIONS
 from fecontact.bodies.geometry import CHOICES
 from fecontact.bodies.layer import LAWS
 from fecontact.bodies.section import STATES
+from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.fem.condensation import ROUTES
@@ -64,6 +54,23 @@ RIGID_SHAPES: dict[str, tuple[Callable[..., Any], Arguments]] = {
 }
 
 
+@dataclass(frozen=True)
+class Declared:
+    """What a body may refer to: materials and bodies by name, None for invalid ones, and the folder of files."""
+
+    materials: Mapping[str, Material | None]
+    bodies: Mapping[str, AnyBody | None]
+    folder: Path
+
+    def material(self, table: Table, key: str, required: bool = False) -> Material | None:
+        """The material that a key names; None if it is unknown or invalid."""
+        name = table.text(key, required=required)
+        if name is not None and name not in self.materials:
+            hint = did_you_mean(name, self.materials)
+            table.fault(key, f"unknown material {name!r}{hint}; the materials are: {listed(self.materials)}.")
+        return None if name is None else self.materials.get(name)
+
+
 def _geometry(table: Table, key: str, required: bool) -> Any:
     """What contact faces are placed on: a word, a shape, or one of these by contact boundary."""
     if not isinstance(table.raw(key, required), dict):
@@ -82,13 +89,17 @@ def _posed(table: Table) -> RigidBody | None:
     return None if shape is None or pose is None else RigidBody(shape).placed(*pose)
 
 
-def _flag(table: Table, key: str, required: bool) -> bool | str | None:
-    """True or false."""
-    return table.flag(key)
+def _cells(table: Table, key: str, required: bool) -> tuple[int, int] | None:
+    """Two whole numbers."""
+    found = table.numbers(key, 2, required)
+    if found is None or any(n != int(n) for n in found):
+        if found is not None:
+            table.fault(key, f"must be two whole numbers; found {list(found)!r}.")
+        return None
+    return int(found[0]), int(found[1])
 
 
-_INTEGRATED: Arguments = {"integration": choice(INTEGRATIONS)}
-_SECTION: Arguments = {"backend": choice(("auto", *DIRECT)), **_INTEGRATED}
+_SECTION: Arguments = {"backend": choice(("auto", *DIRECT)), "integration": choice(INTEGRATIONS)}
 
 #: Bodies with a mesh, and their specific keys.
 MESHED: dict[str, tuple[Callable[..., ElasticBody], Arguments]] = {
@@ -97,70 +108,47 @@ MESHED: dict[str, tuple[Callable[..., ElasticBody], Arguments]] = {
         {
             "pressure": choice(("midface", "nodal")),
             "backend": choice(("auto", *DIRECT, "amg")),
-            **_INTEGRATED,
+            "integration": choice(INTEGRATIONS),
             "condensation": choice(ROUTES),
             "geometry": _geometry,
         },
     ),
     "plane": (PlaneBody, {**_SECTION, "thickness": number, "plane": choice(STATES)}),
-    "axisymmetric": (AxisymmetricBody, {**_SECTION, "torsion": _flag}),
+    "axisymmetric": (AxisymmetricBody, {**_SECTION, "torsion": flag}),
 }
-
-TYPES = ("elastic", "local", "rigid", "half-space", "layer", "plane", "axisymmetric")
-
-Materials = Mapping[str, Material | None]
 
 
 def read_materials(table: Table) -> dict[str, Material | None]:
     """Materials by name; None for invalid ones."""
-    out: dict[str, Material | None] = {}
-    for name, entry in table.subtables():
-        E, nu = entry.number("E", required=True), entry.number("nu", required=True)
-        density = entry.number("density")
-        entry.finish()
-        out[name] = None
-        if E is not None and nu is not None:
-            out[name] = entry.attempt(partial(Material, E, nu, density))
-    return out
+    arguments = {"E!": number, "nu!": number, "density": number}
+    return {name: entry.make(Material, arguments) for name, entry in table.subtables()}
 
 
-def read_bodies(table: Table, materials: Materials, folder: Path) -> dict[str, AnyBody | None]:
+def read_bodies(table: Table, materials: Mapping[str, Material | None], folder: Path) -> dict[str, AnyBody | None]:
     """Bodies by name; None for invalid ones."""
     out: dict[str, AnyBody | None] = {}
     for name, entry in table.subtables():
-        kind = entry.text("type", TYPES) or "elastic"
-        body: AnyBody | None
-        if kind in MESHED:
-            body = _meshed(name, kind, entry, materials, folder, out)
-        elif kind == "local":
-            body = _local(name, entry, materials, folder, out)
-        elif kind == "rigid":
-            body = _rigid(name, entry, folder)
-        elif kind == "half-space":
-            body = _half_space(name, entry, materials)
-        else:
-            body = _layer(name, entry, materials, folder, out)
+        kind = entry.text("type", tuple(TYPES)) or "elastic"
+        body = TYPES[kind](name, entry, Declared(materials, out, folder))
         pose = _pose(entry.table("pose"))
         entry.finish()
         out[name] = body if body is None or pose is None else body.placed(*pose)
     return out
 
 
-def _meshed(
-    name: str, kind: str, table: Table, materials: Materials, folder: Path, bodies: Mapping[str, Any]
-) -> ElasticBody | None:
+def _meshed(kind: str, name: str, table: Table, declared: Declared) -> ElasticBody | None:
     """A body of finite elements: a solid or a section."""
     make, arguments = MESHED[kind]
     mesh: Mesh | SectionMesh | None
     held = table.table("supports")
     if kind == "elastic":
-        mesh, supports = mesh_of(table, folder, bodies), _supports(held)
+        mesh, supports = mesh_of(table, declared.folder, declared.bodies), _supports(held)
     else:
-        mesh = section_of(table, folder, SHAPES)
+        mesh = section_of(table, declared.folder)
         supports = {boundary: held.text(boundary) or "" for boundary in held.values}
-    material = _material_of(table, materials, mesh)
+    material = _material_of(table, declared, mesh)
     contact = table.texts("contact") or ()
-    given = arguments_of(table, arguments)
+    given = table.read(arguments)
     if mesh is None:
         return None
     for boundary in contact:
@@ -172,27 +160,24 @@ def _meshed(
     return table.attempt(lambda: make(mesh, material, contact, supports, name=name, **given))
 
 
-def _local(name: str, table: Table, materials: Materials, folder: Path, bodies: Mapping[str, Any]) -> LocalBody | None:
+def _local(name: str, table: Table, declared: Declared) -> LocalBody | None:
     """An elastic body with a window."""
-    at, cells, window = table.numbers("at"), table.numbers("cells", 2), table.raw("window")
-    if cells is not None and any(n != int(n) for n in cells):
-        table.fault("cells", f"must be two whole numbers; found {list(cells)!r}.")
-    body = _meshed(name, "elastic", table, materials, folder, bodies)
-    if body is None or table.faulty:
-        return None
-    make = partial(LocalBody, body, at, window)
-    return table.attempt(make if cells is None else partial(make, (int(cells[0]), int(cells[1]))))
+    window = table.read({"at": numbers(3), "window": Table.raw, "cells": _cells})
+    if "cells" in window:
+        window["shape"] = window.pop("cells")
+    body = _meshed("elastic", name, table, declared)
+    return None if body is None or table.faulty else table.attempt(lambda: LocalBody(body, **window))
 
 
 def _material_of(
-    table: Table, materials: Materials, mesh: Mesh | SectionMesh | None
+    table: Table, declared: Declared, mesh: Mesh | SectionMesh | None
 ) -> Material | dict[str, Material] | None:
     """One material by name, or materials by element set; None if any is invalid."""
     given = table.raw("material", required=True)
     if given is None:
         return None
     if isinstance(given, str):
-        return _named(table, "material", materials)
+        return declared.material(table, "material")
     if not isinstance(given, dict):
         table.fault("material", f"must be the name of a material or a table of names by element set; found {given!r}.")
         return None
@@ -201,20 +186,9 @@ def _material_of(
     for group in entry.values:
         if mesh is not None:
             check_name(entry, group, group, mesh.groups, "element set")
-        out[group] = _named(entry, group, materials)
+        out[group] = declared.material(entry, group)
     found = {k: v for k, v in out.items() if v is not None}
     return found if len(found) == len(entry.values) else None
-
-
-def _named(table: Table, key: str, materials: Materials, required: bool = False) -> Material | None:
-    """The material that a key names; None if it is unknown or invalid."""
-    name = table.text(key, required=required)
-    if name is None:
-        return None
-    if name not in materials:
-        hint = did_you_mean(name, materials)
-        table.fault(key, f"unknown material {name!r}{hint}; the materials are: {listed(materials)}.")
-    return materials.get(name)
 
 
 def _supports(table: Table) -> dict[str, Support]:
@@ -230,7 +204,7 @@ def _supports(table: Table) -> dict[str, Support]:
     return out
 
 
-def _rigid(name: str, table: Table, folder: Path) -> RigidBody | None:
+def _rigid(name: str, table: Table, declared: Declared) -> RigidBody | None:
     given = [key for key in ("shape", "heights", "surface") if key in table]
     if len(given) != 1:
         kinds = listed(RIGID_SHAPES)
@@ -240,84 +214,82 @@ def _rigid(name: str, table: Table, folder: Path) -> RigidBody | None:
             f"found {' and '.join(given) or 'none'}.",
         )
         return None
-    if "shape" in table:
-        shape = shape_of(table.table("shape", required=True), RIGID_SHAPES)
+    entry, file = table.table(given[0]), {"file!": existing(declared.folder)}
+    if given == ["shape"]:
+        shape = shape_of(entry, RIGID_SHAPES)
         return None if shape is None else RigidBody(shape, name)
-    if "heights" in table:
-        return _heights(name, table.table("heights"), folder)
-    entry = table.table("surface")
-    path, scale, part = existing(entry, "file", folder), entry.number("scale"), entry.text("part")
-    entry.finish()
-    if path is None or entry.faulty:
-        return None
-    return entry.attempt(lambda: RigidBody.from_surface(path, 1.0 if scale is None else scale, name, part), "file")
+    if given == ["heights"]:
+        return _heights(name, entry, file)
+
+    def make(file: Path, **more: Any) -> RigidBody:
+        return RigidBody.from_surface(file, name=name, **more)
+
+    return entry.make(make, {**file, "scale": number, "part": choice()}, "file")
 
 
-def _heights(name: str, table: Table, folder: Path) -> RigidBody | None:
+def _heights(name: str, table: Table, file: Arguments) -> RigidBody | None:
     """A surface z(x, y) from a file."""
-    path, size, unit = existing(table, "file", folder), table.numbers("size", 2), table.number("unit")
-    trend, peaks_up = table.text("trend", TRENDS), table.flag("peaks_up")
-    table.finish()
-    if path is None or table.faulty:
-        return None
-    sides = None if size is None else (size[0], size[1])
-    found = table.attempt(lambda: surfaces.read_topography(path, unit, sides), "file")
+    treated = table.read({"trend": choice(TRENDS), "peaks_up": flag})
+    found = table.make(_topography, {**file, "size": numbers(2), "unit": number}, "file")
     if found is None:
         return None
-    if (sides := found.size) is None:
-        table.fault("size", f"is missing, and {path.name} does not give it.")
+    sides = found.size
+    if sides is None:
+        table.fault("size", f"is missing, and {Path(table.values['file']).name} does not give it.")
         return None
 
     def make() -> RigidBody:
-        z = found.z if trend is None else surfaces.detrend(found.z, trend)
-        return RigidBody.from_heights(-z if peaks_up else z, sides, name)
+        z = found.z if "trend" not in treated else surfaces.detrend(found.z, treated["trend"])
+        return RigidBody.from_heights(-z if treated.get("peaks_up") else z, sides, name)
 
     return table.attempt(make)
 
 
-def _half_space(name: str, table: Table, materials: Materials) -> HalfSpace | None:
-    size, cells = table.numbers("size", 2, required=True), table.numbers("cells", 2, required=True)
-    periodic = table.flag("periodic")
-    material, against = (_named(table, key, materials) for key in ("material", "against"))
-    layers = [_stacked(entry, materials) for entry in table.tables("layers")]
-    if cells is not None and any(n != int(n) for n in cells):
-        table.fault("cells", f"must be two whole numbers; found {list(cells)!r}.")
-    if size is None or cells is None or None in layers or table.faulty:
-        return None
-    return table.attempt(
-        lambda: HalfSpace(
-            material,
-            (size[0], size[1]),
-            (int(cells[0]), int(cells[1])),
-            bool(periodic),
-            layers=[layer for layer in layers if layer is not None],
-            against=against,
-            name=name,
-        )
+def _topography(file: Path, size: tuple[float, float] | None = None, unit: float | None = None) -> Any:
+    return surfaces.read_topography(file, unit, size)
+
+
+def _half_space(name: str, table: Table, declared: Declared) -> HalfSpace | None:
+    bonded = choice(("bonded", "frictionless"))
+    stacked = {"material!": declared.material, "thickness!": number, "interface": bonded}
+    layers = [entry.make(Layer, stacked) for entry in table.tables("layers")]
+    given = table.read(
+        {
+            "size!": numbers(2),
+            "cells!": _cells,
+            "periodic": flag,
+            "material": declared.material,
+            "against": declared.material,
+        }
     )
-
-
-def _stacked(table: Table, materials: Materials) -> Layer | None:
-    """One layer of a half-space."""
-    material, thickness = _named(table, "material", materials, True), table.number("thickness", required=True)
-    interface = table.text("interface", ("bonded", "frictionless")) or "bonded"
-    table.finish()
-    if material is None or thickness is None:
+    if "size" not in given or "cells" not in given or None in layers or table.faulty:
         return None
-    return table.attempt(lambda: Layer(material, thickness, interface))
+    material, shape = given.pop("material", None), given.pop("cells")
+    stack = [layer for layer in layers if layer is not None]
+    return table.attempt(lambda: HalfSpace(material, shape=shape, layers=stack, name=name, **given))
 
 
-def _layer(
-    name: str, table: Table, materials: Materials, folder: Path, bodies: Mapping[str, Any]
-) -> ElasticLayer | None:
-    mesh = mesh_of(table, folder, bodies)
-    material, thickness = _named(table, "material", materials, True), table.number("thickness", required=True)
-    covers, law = table.text("covers", required=True), table.text("law", LAWS) or "bonded"
+def _layer(name: str, table: Table, declared: Declared) -> ElasticLayer | None:
+    mesh = mesh_of(table, declared.folder, declared.bodies)
+    given = table.read({"material!": declared.material, "thickness!": number, "law": choice(LAWS)})
+    covers = table.text("covers", required=True)
     if mesh is not None and covers is not None:
         check_name(table, "covers", covers, mesh.boundaries, "boundary")
-    if mesh is None or material is None or thickness is None or covers is None or table.faulty:
+    if mesh is None or covers is None or len({"material", "thickness"} & set(given)) < 2 or table.faulty:
         return None
-    return table.attempt(lambda: ElasticLayer(material, thickness, (mesh, covers), law, name))
+    return table.attempt(lambda: ElasticLayer(surface=(mesh, covers), name=name, **given))
+
+
+#: Readers of bodies by their type.
+TYPES: dict[str, Callable[[str, Table, Declared], AnyBody | None]] = {
+    "elastic": partial(_meshed, "elastic"),
+    "local": _local,
+    "rigid": _rigid,
+    "half-space": _half_space,
+    "layer": _layer,
+    "plane": partial(_meshed, "plane"),
+    "axisymmetric": partial(_meshed, "axisymmetric"),
+}
 
 
 def pose_of(table: Table) -> Pose | None:
@@ -331,11 +303,11 @@ def _pose(table: Table) -> tuple[Any, Any] | None:
     translation = table.numbers("translation") or (0.0, 0.0, 0.0)
     rotation = np.eye(3)
     if "rotation" in table:
-        turn = table.table("rotation")
-        axis, angle = turn.numbers("axis", required=True), turn.number("angle_deg", required=True)
-        turn.finish()
-        if axis is not None and angle is not None:
-            turned = turn.attempt(lambda: rotation_about(axis, math.radians(angle)), "axis")
-            rotation = rotation if turned is None else turned
+        turned = table.table("rotation").make(_rotation, {"axis!": numbers(3), "angle_deg!": number}, "axis")
+        rotation = rotation if turned is None else turned
     table.finish()
     return None if table.faulty else (translation, rotation)
+
+
+def _rotation(axis: Any, angle_deg: float) -> Array:
+    return rotation_about(axis, math.radians(angle_deg))

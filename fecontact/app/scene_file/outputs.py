@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fecontact.app.scene_file.toml_table import Table, did_you_mean, listed
+from fecontact.app.scene_file.toml_table import Arguments, Table, choice, did_you_mean, flag, listed, number, numbers
 from fecontact.common.files import check_writable, save_json, write_atomically
 from fecontact.results.case_table import TABLE_FILES
 from fecontact.results.result import ContactResult
@@ -70,45 +70,45 @@ def read_outputs(table: Table, folder: Path, bodies: Mapping[str, Any], sweep: b
 
 def _picture_options(table: Table, kind: str, bodies: Mapping[str, Any]) -> dict[str, Any]:
     """Options of a picture: of `plot_contacts` or of `view`."""
-    found: dict[str, Any]
-    if kind in CONTACT_PICTURES:
-        found = {"style": table.text("style", ("smooth", "sensels")), "pitch": table.number("pitch")}
-    else:
-        limits = table.numbers("limits", 2)
-        found = {
-            "scale": _scale(table),
-            "view": _direction(table),
-            "bodies": table.texts("bodies"),
-            "cut": _cut(table),
-            "limits": limits,
-            "edges": table.flag("edges"),
-        }
-        for name in found["bodies"] or ():
-            if name not in bodies:
-                table.fault("bodies", unknown_body(name, bodies))
+    found = table.read(OF_CONTACTS if kind in CONTACT_PICTURES else OF_BODIES)
+    for name in found.get("bodies", ()):
+        if name not in bodies:
+            table.fault("bodies", unknown_body(name, bodies))
     table.finish()
-    return {k: v for k, v in found.items() if v is not None}
+    return found
 
 
-def _scale(table: Table) -> Any:
-    return table.text("scale", ("auto",)) if isinstance(table.values.get("scale"), str) else table.number("scale")
+def _scale(table: Table, key: str, required: bool) -> Any:
+    given = table.values.get(key)
+    return table.text(key, ("auto",), required) if isinstance(given, str) else table.number(key, required)
 
 
-def _direction(table: Table) -> Any:
+def _direction(table: Table, key: str, required: bool) -> Any:
     from fecontact.mesh.picture import VIEWS
 
-    if isinstance(table.values.get("view"), list):
-        return table.numbers("view", 2)
-    return table.text("view", tuple(VIEWS))
+    given = table.values.get(key)
+    return table.numbers(key, 2, required) if isinstance(given, list) else table.text(key, tuple(VIEWS), required)
 
 
-def _cut(table: Table) -> str | None:
+def _cut(table: Table, key: str, required: bool) -> str | None:
     from fecontact.results.pictures.solids import CUT
 
-    where = table.text("cut")
+    where = table.text(key, required=required)
     if where is not None and not CUT.fullmatch(where):
-        table.fault("cut", f"reads like 'x<0' or 'z>12.5'; found {where!r}.")
+        table.fault(key, f"reads like 'x<0' or 'z>12.5'; found {where!r}.")
     return where
+
+
+#: Options of pictures of the contacts, see `plot_contacts`, and of bodies, see `plot_solids`.
+OF_CONTACTS: Arguments = {"style": choice(("smooth", "sensels")), "pitch": number}
+OF_BODIES: Arguments = {
+    "scale": _scale,
+    "view": _direction,
+    "bodies": Table.texts,
+    "cut": _cut,
+    "limits": numbers(2),
+    "edges": flag,
+}
 
 
 def write_output(output: Output, result: ContactResult, summary: Mapping[str, Any]) -> Path:

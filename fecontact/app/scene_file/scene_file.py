@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,19 @@ from fecontact.app.scene_file.bodies import AnyBody, pose_of, read_bodies, read_
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.app.scene_file.expression import Components, Expression
 from fecontact.app.scene_file.outputs import Output, read_outputs, unknown_body
-from fecontact.app.scene_file.toml_table import Faults, Table, did_you_mean, listed, read_toml
+from fecontact.app.scene_file.toml_table import (
+    Arguments,
+    Faults,
+    Reader,
+    Table,
+    choice,
+    did_you_mean,
+    integer,
+    listed,
+    number,
+    numbers,
+    read_toml,
+)
 from fecontact.bodies.elastic import elastic_among
 from fecontact.common.arguments import file_path, function
 from fecontact.common.directions import Directions
@@ -33,6 +44,8 @@ from fecontact.scene.engine import ENGINES
 from fecontact.scene.scene import Scene
 from fecontact.scene.sweep_case import parameters_of
 from fecontact.solvers import available_solvers
+
+Bodies = Mapping[str, AnyBody | None]
 
 
 def read_scene(
@@ -161,78 +174,71 @@ def _units(table: Table) -> Units:
 
 def _axes(table: Table) -> Directions | None:
     """Names of directions, for maps."""
-    found = {key: table.numbers(key) for key in table.values}
-    table.finish()
-    known = {key: numbers for key, numbers in found.items() if numbers is not None}
-    return table.attempt(partial(Directions.of, known), None) if len(known) == len(found) else None
+    return table.make(lambda **named: Directions.of(named), {f"{key}!": numbers(3) for key in table.values})
 
 
-def _body(table: Table, key: str, bodies: Mapping[str, AnyBody | None], required: bool = True) -> str | None:
-    """Name of a declared body."""
-    name = table.text(key, required=required)
-    if name is None or name in bodies:
-        return name
-    table.fault(key, unknown_body(name, bodies))
+def _body(bodies: Bodies) -> Reader:
+    """A declared body that is valid."""
+
+    def read(table: Table, key: str, required: bool) -> AnyBody | None:
+        name = table.text(key, required=required)
+        if name is not None and name not in bodies:
+            table.fault(key, unknown_body(name, bodies))
+        return bodies.get(name or "")
+
+    return read
+
+
+def _contact(table: Table, bodies: Bodies) -> Contact | None:
+    return table.make(
+        Contact,
+        {
+            "slave!": _body(bodies),
+            "master!": _body(bodies),
+            "surfaces": _surfaces,
+            "swap": choice(("auto", "never")),
+            "coupling": choice(("auto", "nodal", "mortar")),
+            "friction": _friction,
+            "friction_axis": numbers(3),
+            "axis_of": choice(("slave", "master")),
+        },
+    )
+
+
+def _surfaces(table: Table, key: str, required: bool) -> tuple[str, str] | None:
+    """Two names."""
+    names = table.raw(key, required)
+    if isinstance(names, list) and len(names) == 2 and all(isinstance(n, str) for n in names):
+        return names[0], names[1]
+    if names is not None:
+        table.fault(key, f"must be two names, the slave's first; found {names!r}.")
     return None
 
 
-def _contact(table: Table, bodies: Mapping[str, AnyBody | None]) -> Contact | None:
-    slave, master = _body(table, "slave", bodies), _body(table, "master", bodies)
-    names = table.raw("surfaces")
-    if names is not None and not (
-        isinstance(names, list) and len(names) == 2 and all(isinstance(n, str) for n in names)
-    ):
-        table.fault("surfaces", f"must be two names, the slave's first; found {names!r}.")
-    swap = table.text("swap", ("auto", "never")) or "auto"
-    coupling = table.text("coupling", ("auto", "nodal", "mortar")) or "auto"
-    friction, axis = _friction(table), table.numbers("friction_axis", 3)
-    axis_of = table.text("axis_of", ("slave", "master")) or "slave"
-    table.finish()
-    if table.faulty:
-        return None
-    one, other = bodies[slave or ""], bodies[master or ""]
-    if one is None or other is None:
-        return None
-    surfaces = None if names is None else (names[0], names[1])
-    return table.attempt(lambda: Contact(one, other, surfaces, swap, coupling, friction, axis, axis_of))
-
-
-def _friction(table: Table) -> float | tuple[float, float]:
+def _friction(table: Table, key: str, required: bool) -> float | tuple[float, ...] | None:
     """Coefficient of friction; the word "rough" for an infinite one, or two."""
-    given = table.values.get("friction")
+    given = table.values.get(key)
     if given == "rough":
-        table.text("friction")
-        return math.inf
-    if isinstance(given, list):
-        pair = table.numbers("friction", 2)
-        return 0.0 if pair is None else (pair[0], pair[1])
-    return table.number("friction") or 0.0
+        return math.inf if table.text(key, required=required) else None
+    return table.numbers(key, 2, required) if isinstance(given, list) else table.number(key, required)
 
 
-def _spring(table: Table, bodies: Mapping[str, AnyBody | None]) -> Spring | None:
-    stiffness, slack = table.number("stiffness", required=True), table.number("slack_length")
-    kind = table.text("kind", ("tension", "linear")) or "tension"
-    name = table.text("name") or "spring"
-    ends = [_end(table.table(key, required=True), bodies) for key in ("start", "end")]
-    table.finish()
-    if stiffness is None or table.faulty or any(missing for _, _, missing in ends):
-        return None
-    start, end = ((body, point) for body, point, _ in ends)
-    return table.attempt(lambda: Spring(stiffness, start, end, slack, kind, name))
+def _spring(table: Table, bodies: Bodies) -> Spring | None:
+    def end(table: Table, key: str, required: bool) -> tuple[AnyBody | None, Any] | None:
+        """Body (None: the ground) and point; None if the body is invalid."""
+        entry = table.table(key, required)
+        given = entry.read({"body": _body(bodies), f"point{'!' if entry.values else ''}": numbers(3)})
+        entry.finish()
+        return None if "body" in entry and "body" not in given else (given.get("body"), given.get("point"))
+
+    kinds = choice(("tension", "linear"))
+    arguments = {"stiffness!": number, "slack_length": number, "kind": kinds, "name": choice()}
+    return table.make(Spring, {**arguments, "start!": end, "end!": end})
 
 
-def _end(table: Table, bodies: Mapping[str, AnyBody | None]) -> tuple[AnyBody | None, Any, bool]:
-    """Body (None: the ground) and point of a spring's end, and whether the body is invalid."""
-    name = _body(table, "body", bodies, required=False)
-    point = table.numbers("point", required=bool(table.values))
-    table.finish()
-    body = bodies.get(name) if name is not None else None
-    return body, point, name is not None and body is None
-
-
-def _case(table: Table, number: int, bodies: Mapping[str, AnyBody | None], loads: Mapping[str, Any]) -> dict[str, Any]:
+def _case(table: Table, index: int, bodies: Bodies, loads: Mapping[str, Any]) -> dict[str, Any]:
     """One case of a sweep: its loads replace those of the same kind under [loads]."""
-    name = table.text("name") or str(number)
+    name = table.text("name") or str(index)
     poses = {}
     entries = table.table("poses")
     for key, entry in entries.subtables():
@@ -242,52 +248,43 @@ def _case(table: Table, number: int, bodies: Mapping[str, AnyBody | None], loads
         elif pose is not None and (body := bodies[key]) is not None:
             poses[body] = pose
     given = table.table("parameters")
-    parameters = {key: value for key in given.values if (value := given.number(key)) is not None}
-    given.finish()
+    parameters = given.read({f"{key}!": number for key in given.values})
     given.attempt(lambda: parameters_of({"parameters": parameters}))
     own = _loads(table, bodies)
     more = {"poses": poses, "parameters": parameters}
     return {"name": name, **loads, **own, **{key: value for key, value in more.items() if value}}
 
 
-def _loads(table: Table, bodies: Mapping[str, AnyBody | None]) -> dict[str, Any]:
+def _loads(table: Table, bodies: Bodies) -> dict[str, Any]:
     """Arguments of `Scene.solve`, without invalid bodies."""
-
-    def vector(entry: Table, key: str) -> Any:
-        return entry.numbers(key)
-
-    def components(entry: Table, key: str) -> Any:
-        names = entry.texts(key)
-        return None if names is None else " ".join(names)
-
-    found = {
-        "forces": _by_body(table.table("forces"), bodies, vector, "may"),
-        "moments": _by_body(table.table("moments"), bodies, vector, "never"),
-        "motions": _by_body(table.table("motions"), bodies, _motion, "never"),
-        "free": _by_body(table.table("free"), bodies, components, "never"),
-        "pressures": _by_body(table.table("pressures"), bodies, _pressure, "must"),
-        "tractions": _by_body(table.table("tractions"), bodies, _traction, "must"),
-        "gravity": table.numbers("gravity"),
+    found: dict[str, Any] = {
+        kind: _by_body(table.table(kind), bodies, read, boundary) for kind, (read, boundary) in LOADS.items()
     }
+    found["gravity"] = table.numbers("gravity")
     table.finish()
     return {kind: value for kind, value in found.items() if value}
 
 
-def _pressure(table: Table, key: str) -> Any:
+def _components(table: Table, key: str, required: bool) -> str | None:
+    names = table.texts(key, required)
+    return None if names is None else " ".join(names)
+
+
+def _pressure(table: Table, key: str, required: bool) -> Any:
     """A number, a formula of x, y, z, or a list of numbers for the boundary's nodes."""
     given = table.values.get(key)
     if isinstance(given, str):
         return table.attempt(lambda: Expression(table.text(key) or ""), key)
-    return table.raw(key) if isinstance(given, list) else table.number(key)
+    return table.raw(key) if isinstance(given, list) else table.number(key, required)
 
 
-def _traction(table: Table, key: str) -> Any:
+def _traction(table: Table, key: str, required: bool) -> Any:
     """Three numbers or formulas, or a list of three numbers for each of the boundary's nodes."""
     given = table.values.get(key)
     if not isinstance(given, list) or not given or isinstance(given[0], list):
         return table.raw(key)
     if not any(isinstance(part, str) for part in given):
-        return table.numbers(key)
+        return table.numbers(key, 3, required)
     parts = table.texts(key)
     if parts is None or len(parts) != 3:
         table.fault(key, f"must be three numbers or three formulas in quotation marks; found {given!r}.")
@@ -296,9 +293,9 @@ def _traction(table: Table, key: str) -> Any:
     return table.attempt(lambda: Components((Expression(x), Expression(y), Expression(z))), key)
 
 
-def _motion(table: Table, key: str) -> dict[str, float]:
+def _motion(table: Table, key: str, required: bool) -> dict[str, float]:
     """Components of a motion; rotations in radians, or in degrees as rx_deg, ry_deg, rz_deg."""
-    entry, out = table.table(key), {}
+    entry, out = table.table(key, required), {}
     for component in COMPONENTS:
         value = entry.number(component)
         if value is not None:
@@ -313,9 +310,18 @@ def _motion(table: Table, key: str) -> dict[str, float]:
     return out
 
 
-def _by_body(
-    table: Table, bodies: Mapping[str, AnyBody | None], read: Callable[[Table, str], Any], boundary: str
-) -> dict[Any, Any]:
+#: Loads by body: how a value is read, and whether a key names a boundary of the body.
+LOADS: dict[str, tuple[Reader, str]] = {
+    "forces": (numbers(3), "may"),
+    "moments": (numbers(3), "never"),
+    "motions": (_motion, "never"),
+    "free": (_components, "never"),
+    "pressures": (_pressure, "must"),
+    "tractions": (_traction, "must"),
+}
+
+
+def _by_body(table: Table, bodies: Bodies, read: Reader, boundary: str) -> dict[Any, Any]:
     """Values by body or by (body, boundary).
 
     A key is the name of a body, or ``"body.boundary"``, or ``body.boundary`` as TOML's own nesting.
@@ -328,7 +334,7 @@ def _by_body(
             at = key if part is None else part
             if part is None and name not in bodies and "." in name and boundary != "never":
                 name, _, part = name.rpartition(".")
-            value = read(entry, at)
+            value = read(entry, at, False)
             if name not in bodies:
                 entry.fault(at, unknown_body(name, bodies))
             elif boundary == "must" and part is None:
@@ -358,23 +364,27 @@ def _check_loads(root: Table, bodies: Mapping[str, AnyBody], loads: Mapping[str,
     root.attempt(lambda: LoadStep.of(loads).on(list(bodies.values())), "loads" if "loads" in root else None)
 
 
+#: Keys of [solve].
+OPTIONS: Arguments = {
+    "solver": choice(("auto", *available_solvers())),
+    "tolerance": number,
+    "finite_motion": lambda table, key, required: table.flag(key, required, "auto"),
+    "accuracy": Table.number_or_named,
+    "max_dofs": integer,
+    "max_seconds": number,
+    "engine": choice(ENGINES),
+    "ranks": integer,
+}
+
+
 def _solve_options(table: Table) -> dict[str, Any]:
-    found: dict[str, Any] = {
-        "solver": table.text("solver", ("auto", *available_solvers())),
-        "tolerance": table.number("tolerance"),
-        "finite_motion": table.flag("finite_motion", "auto"),
-        "accuracy": table.number_or_named("accuracy"),
-        "max_dofs": table.integer("max_dofs"),
-        "max_seconds": table.number("max_seconds"),
-        "engine": table.text("engine", ENGINES),
-        "ranks": table.integer("ranks"),
-    }
+    found = table.read(OPTIONS)
     table.finish()
-    limits = ("accuracy", "max_dofs", "max_seconds")
-    if found["accuracy"] is not None:
-        table.attempt(lambda: Target(*(found[name] for name in limits)), "accuracy")
-    elif any(found[name] is not None for name in limits):
+    limits = [found.get(name) for name in ("max_dofs", "max_seconds")]
+    if "accuracy" in found:
+        table.attempt(lambda: Target(found["accuracy"], *limits), "accuracy")
+    elif any(limit is not None for limit in limits):
         table.fault(None, "has a limit of unknowns or of time on the way to an accuracy, but no accuracy.")
-    if found["tolerance"] is not None and not 0 < found["tolerance"] < 1:
+    if "tolerance" in found and not 0 < found["tolerance"] < 1:
         table.fault("tolerance", f"must lie between 0 and 1; found {found['tolerance']!r}.")
-    return {k: v for k, v in found.items() if v is not None}
+    return found

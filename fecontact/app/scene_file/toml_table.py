@@ -179,75 +179,60 @@ class Table:
             self.fault(key, "is missing.")
         return self.values.get(key)
 
-    def _wrong(self, key: str, expected: str) -> None:
-        self.fault(key, f"must be {expected}; found {self.values[key]!r}.")
+    def _checked(self, key: str, required: bool, good: Callable[[Any], bool], expected: str) -> Any:
+        """A value that is good; another one is a fault."""
+        value = self._take(key, required)
+        if value is None or good(value):
+            return value
+        self.fault(key, f"must be {expected}; found {value!r}.")
+        return None
 
     def text(self, key: str, choices: Sequence[str] = (), required: bool = False) -> str | None:
         """A text, one of the choices if there are any."""
-        value = self._take(key, required)
-        if value is None:
-            return None
-        if not isinstance(value, str):
-            self._wrong(key, "a text in quotation marks")
-        elif choices and value not in choices:
-            self.fault(key, f"unknown value {value!r}{did_you_mean(value, choices)}; expected {listed(choices)}.")
-        else:
+        value: str | None = self._checked(key, required, _is_text, "a text in quotation marks")
+        if value is None or not choices or value in choices:
             return value
+        self.fault(key, f"unknown value {value!r}{did_you_mean(value, choices)}; expected {listed(choices)}.")
         return None
 
     def number(self, key: str, required: bool = False) -> float | None:
         """A finite number."""
-        value = self._take(key, required)
-        if value is None:
-            return None
-        if not _is_number(value):
-            self._wrong(key, "a finite number")
-            return None
-        return float(value)
+        value = self._checked(key, required, _is_number, "a finite number")
+        return None if value is None else float(value)
 
-    def number_or_named(self, key: str) -> float | dict[str, float] | None:
+    def number_or_named(self, key: str, required: bool = False) -> float | dict[str, float] | None:
         """A finite number, or a table of such numbers by name."""
         if not isinstance(self.values.get(key), dict):
-            return self.number(key)
+            return self.number(key, required)
         named = self.table(key)
         return {name: value for name in named.values if (value := named.number(name)) is not None}
 
     def integer(self, key: str, required: bool = False) -> int | None:
         """A whole number."""
-        value = self._take(key, required)
-        if value is not None and (not isinstance(value, int) or isinstance(value, bool)):
-            self._wrong(key, "a whole number")
-            return None
-        return value
+        found: int | None = self._checked(key, required, _is_integer, "a whole number")
+        return found
 
-    def flag(self, key: str, word: str | None = None) -> bool | str | None:
+    def flag(self, key: str, required: bool = False, word: str | None = None) -> bool | str | None:
         """True or false, or a given third word."""
-        value = self._take(key, False)
-        if value is not None and not isinstance(value, bool) and (word is None or value != word):
-            self._wrong(key, "true or false" if word is None else f'true, false or "{word}"')
-            return None
-        return value
+        expected = "true or false" if word is None else f'true, false or "{word}"'
+        found: bool | str | None = self._checked(
+            key, required, lambda v: isinstance(v, bool) or (word is not None and v == word), expected
+        )
+        return found
 
     def numbers(self, key: str, count: int = 3, required: bool = False) -> tuple[float, ...] | None:
         """A list of `count` finite numbers."""
-        value = self._take(key, required)
-        if value is None:
-            return None
-        if not isinstance(value, list) or len(value) != count or not all(map(_is_number, value)):
-            self._wrong(key, f"a list of {count} numbers")
-            return None
-        return tuple(map(float, value))
+        value = self._checked(
+            key, required, lambda v: _is_list(v, _is_number) and len(v) == count, f"a list of {count} numbers"
+        )
+        return None if value is None else tuple(map(float, value))
 
     def texts(self, key: str, required: bool = False) -> tuple[str, ...] | None:
         """A text or a list of texts."""
-        value = self._take(key, required)
-        if value is None:
-            return None
-        many = [value] if isinstance(value, str) else value
-        if not isinstance(many, list) or not all(isinstance(v, str) for v in many):
-            self._wrong(key, "a text or a list of texts")
-            return None
-        return tuple(many)
+        value = self._checked(
+            key, required, lambda v: _is_text(v) or _is_list(v, _is_text), "a text or a list of texts"
+        )
+        return (value,) if _is_text(value) else None if value is None else tuple(value)
 
     def raw(self, key: str, required: bool = False) -> Any:
         """The value without a check."""
@@ -255,25 +240,69 @@ class Table:
 
     def table(self, key: str, required: bool = False) -> Table:
         """A nested table; empty if it is missing or wrong."""
-        value = self._take(key, required)
-        if value is not None and not isinstance(value, dict):
-            self._wrong(key, "a table")
-        return Table(value if isinstance(value, dict) else {}, (*self.place, key), self.faults)
+        value = self._checked(key, required, _is_table, "a table")
+        return Table(value or {}, (*self.place, key), self.faults)
 
     def tables(self, key: str) -> list[Table]:
         """The tables of ``[[key]]``."""
-        value = self._take(key, False)
-        if value is None:
-            return []
-        if not isinstance(value, list) or not all(isinstance(v, dict) for v in value):
-            self.fault(key, f"must be tables under [[{key}]]; found {value!r}.")
-            return []
-        return [Table(v, (*self.place, key, k), self.faults) for k, v in enumerate(value)]
+        value = self._checked(key, False, lambda v: _is_list(v, _is_table), f"tables under [[{key}]]")
+        return [Table(v, (*self.place, key, k), self.faults) for k, v in enumerate(value or ())]
 
     def subtables(self) -> Iterator[tuple[str, Table]]:
         """All keys of this table, each of which must be a table of its own."""
         for key in self.values:
             yield key, self.table(key)
+
+    def read(self, arguments: Arguments) -> dict[str, Any]:
+        """The arguments that are given, by name; a name that ends in ! is required."""
+        found = {
+            name.removesuffix("!"): read(self, name.removesuffix("!"), name.endswith("!"))
+            for name, read in arguments.items()
+        }
+        return {name: value for name, value in found.items() if value is not None}
+
+    def make(self, build: Callable[..., Made], arguments: Arguments, key: str | None = None) -> Made | None:
+        """What `build` makes of the arguments, which are all keys of this table; None if there is a fault."""
+        given = self.read(arguments)
+        self.finish()
+        complete = all(name.removesuffix("!") in given for name in arguments if name.endswith("!"))
+        return self.attempt(lambda: build(**given), key) if complete and not self.faulty else None
+
+
+#: Reads a key of a table, which may be required; None if it is missing or wrong.
+Reader = Callable[[Table, str, bool], Any]
+#: Readers of arguments by name; a name that ends in ! is required.
+Arguments = Mapping[str, Reader]
+
+
+#: Readers of one number, of a whole one, and of true or false.
+number, integer, flag = Table.number, Table.integer, Table.flag
+
+
+def numbers(count: int) -> Reader:
+    """A list of given length of finite numbers."""
+    return lambda table, key, required: table.numbers(key, count, required)
+
+
+def choice(choices: Sequence[str] = ()) -> Reader:
+    """A text, one of the choices if there are any."""
+    return lambda table, key, required: table.text(key, choices, required)
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+def _is_table(value: Any) -> bool:
+    return isinstance(value, dict)
+
+
+def _is_integer(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_list(value: Any, good: Callable[[Any], bool]) -> bool:
+    return isinstance(value, list) and all(map(good, value))
 
 
 def _is_number(value: Any) -> bool:
