@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.app.decks.abaqus_steps import (
-    LOADS,
+    OF_LINES,
     Names,
     StepState,
     apply,
@@ -234,7 +234,7 @@ def _model(
     elif s.keyword in ("PLASTIC", "CREEP", "VISCOELASTIC"):
         at = f" above {values_of(s.lines[0])[0]:g}" if s.keyword == "PLASTIC" and s.lines else ""
         found.said.warn(f"{s.place}: *{s.keyword} is not used: the material stays elastic{at}.")
-    elif s.keyword in (*LOADS, "AMPLITUDE"):
+    elif s.keyword in (*OF_LINES, "AMPLITUDE"):
         apply(s, state, names, (0.0, 0.0), found.said)
     else:
         unused(s, found.said)

@@ -6,9 +6,8 @@ Keywords of Abaqus and CalculiX decks that are not used: refused, warned of, or 
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -103,8 +102,7 @@ NAMED = {"XSYMM": (0,), "YSYMM": (1,), "ZSYMM": (2,), "ENCASTRE": (0, 1, 2), "PI
 STATIC = ("STATIC", "VISCO")
 #: Difference of values of an amplitude, relative to the largest, that is rounding of a file.
 ROUNDING = 1e-9
-#: Keywords of loads and supports, and parameters that change their meaning.
-LOADS = ("BOUNDARY", "CLOAD", "DLOAD", "DSLOAD")
+#: Parameters that change the meaning of loads and supports.
 MEANING = ("USER", "SUBMODEL", "TIME DELAY", "SECTOR", "FOLLOWER", "CYCLIC MODE", "OMEGA0", "PHASE", "FIXED")
 
 
@@ -309,39 +307,45 @@ def apply(s: KeywordSection, state: StepState, names: Names, times: tuple[float,
     if s.keyword == "AMPLITUDE":
         state.amplitudes[s.parameters.get("NAME", "").upper()] = Amplitude.of(s)
         return
-    if s.keyword not in LOADS:
+    if s.keyword not in OF_LINES:
         unused(s, said)
         return
     if wrong := [p for p in MEANING if p in s.parameters]:
         raise InputError(f"{s.place}: *{s.keyword} with {', '.join(wrong)} is not done here.", code="not-supported")
     _reset(s, state)
-    value = partial(state.value, s, times)
     for line in s.lines:
         words = [*(word.strip() for word in line.split(",")), *[""] * 4]
-        if s.keyword in ("BOUNDARY", "CLOAD"):
-            nodes = names.nodes(words[0], s.place)
-            if nodes is None:
-                _lost(
-                    s,
-                    f"{words[0]} has no nodes of solids",
-                    value(_number(words[3 if s.keyword == "BOUNDARY" else 2])),
-                    said,
-                )
-            elif s.keyword == "BOUNDARY":
-                _hold(s, words, nodes, state, value, said)
-            else:
-                _push(s, words, nodes, state, value, said)
-        elif s.keyword == "DLOAD":
-            _load_cells(s, words, state, names, value, said)
-        else:
-            _load_surface(s, words, state, names, value, said)
+        OF_LINES[s.keyword](Line(s, words, state, names, times, said))
 
 
-def _lost(s: KeywordSection, why: str, value: float, said: Remarks) -> None:
-    """Note what has no effect here; refuse it where its value is not zero."""
-    if value:
-        raise InputError(f"{s.place}: *{s.keyword} of {value:g} would be lost: {why}.", code="load-would-be-lost")
-    said.note(f"{s.place}: a line of *{s.keyword} is not used: {why}.")
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A data line of a keyword of `OF_LINES`, with what it changes."""
+
+    s: KeywordSection
+    words: list[str]
+    state: StepState
+    names: Names
+    times: tuple[float, float]
+    said: Remarks
+
+    def value(self, k: int) -> float:
+        """The load in word k at the end of the step."""
+        return self.state.value(self.s, self.times, _number(self.words[k]))
+
+    def nodes(self, k: int) -> IntArray:
+        """Nodes of its set; without nodes of solids none, where the value in word k must be zero."""
+        found = self.names.nodes(self.words[0], self.s.place)
+        if found is None:
+            self.lost(f"{self.words[0]} has no nodes of solids", k)
+        return np.zeros(0, np.int64) if found is None else found
+
+    def lost(self, why: str, k: int) -> None:
+        """Note that the line has no effect here; refuse it where the value in word k is not zero."""
+        s, value = self.s, self.value(k)
+        if value:
+            raise InputError(f"{s.place}: *{s.keyword} of {value:g} would be lost: {why}.", code="load-would-be-lost")
+        self.said.note(f"{s.place}: a line of *{s.keyword} is not used: {why}.")
 
 
 def _reset(s: KeywordSection, state: StepState) -> None:
@@ -359,75 +363,67 @@ def _reset(s: KeywordSection, state: StepState) -> None:
         state.gravity = np.zeros(3)
 
 
-def _hold(
-    s: KeywordSection,
-    words: list[str],
-    nodes: IntArray,
-    state: StepState,
-    value: Callable[[float], float],
-    said: Remarks,
-) -> None:
+def _hold(line: Line) -> None:
     """Supports and prescribed displacements: ``set, first, last, value`` or ``set, ENCASTRE``."""
+    s, words, nodes = line.s, line.words, line.nodes(3)
+    if not len(nodes):
+        return
     if s.parameters.get("TYPE", "DISPLACEMENT").upper() != "DISPLACEMENT":
         raise InputError(f"{s.place}: expected displacements; found *BOUNDARY, TYPE={s.parameters['TYPE']}.")
-    if words[1].upper() in NAMED:
-        components, size = NAMED[words[1].upper()], 0.0
-    else:
+    components, size = NAMED.get(words[1].upper()), 0.0
+    if components is None:
         first, last = int(words[1]), int(words[2] or words[1])
-        components, size = tuple(range(first - 1, last)), value(_number(words[3]))
+        components, size = tuple(range(first - 1, last)), line.value(3)
         if last > 3:
-            said.note(f"{s.place}: components above 3 of {words[0]!r} are not used.")
+            line.said.note(f"{s.place}: components above 3 of {words[0]!r} are not used.")
     for c in components:
         if c < 3:
-            state.held[nodes, c] = size
+            line.state.held[nodes, c] = size
 
 
-def _push(
-    s: KeywordSection,
-    words: list[str],
-    nodes: IntArray,
-    state: StepState,
-    value: Callable[[float], float],
-    said: Remarks,
-) -> None:
+def _push(line: Line) -> None:
     """Forces on nodes, ``set, component, value``; they add up in a step and replace those of steps before."""
-    c = int(words[1]) - 1
+    nodes, state = line.nodes(2), line.state
+    if not len(nodes):
+        return
+    c = int(line.words[1]) - 1
     if c > 2:
-        _lost(s, f"nodes of solids have no component {c + 1}", value(_number(words[2])), said)
+        line.lost(f"nodes of solids have no component {c + 1}", 2)
         return
     old = nodes[~state.given[nodes, c]]
     state.forces[old, c] = 0.0
     state.given[nodes, c] = True
-    state.forces[nodes, c] += value(_number(words[2]))
+    state.forces[nodes, c] += line.value(2)
 
 
-def _load_cells(
-    s: KeywordSection, words: list[str], state: StepState, names: Names, value: Callable[[float], float], said: Remarks
-) -> None:
+def _load_cells(line: Line) -> None:
     """Pressures on faces, ``set, P2, value``, and gravity, ``set, GRAV, size, x, y, z``."""
+    words, names, place = line.words, line.names, line.s.place
     label = words[1].upper()
     if label == "GRAV":
-        if words[0] and len(names.cells(words[0], s.place)) < len(names.mesh.cells):
-            said.warn(f"{s.place}: gravity acts on all bodies with a density, not on {words[0]!r} alone.")
-        state.pull(value(_number(words[2])) * np.array([_number(word) for word in words[3:6]]))
+        if words[0] and len(names.cells(words[0], place)) < len(names.mesh.cells):
+            line.said.warn(f"{place}: gravity acts on all bodies with a density, not on {words[0]!r} alone.")
+        line.state.pull(line.value(2) * np.array([_number(word) for word in words[3:6]]))
     elif label[:1] == "P" and label[1:].isdigit():
         key = (words[0].upper(), label)
         if key not in names.faces:
-            names.faces[key] = names.boundary_of(names.cells(words[0], s.place), label, s.place)
-        state.press(names.faces[key], value(_number(words[2])))
+            names.faces[key] = names.boundary_of(names.cells(words[0], place), label, place)
+        line.state.press(names.faces[key], line.value(2))
     else:
-        _lost(s, f"expected P1, P2, ... or GRAV; found {label!r} on {words[0]!r}", value(_number(words[2])), said)
+        line.lost(f"expected P1, P2, ... or GRAV; found {label!r} on {words[0]!r}", 2)
 
 
-def _load_surface(
-    s: KeywordSection, words: list[str], state: StepState, names: Names, value: Callable[[float], float], said: Remarks
-) -> None:
+def _load_surface(line: Line) -> None:
     """Pressures on surfaces, ``surface, P, value``."""
-    size = value(_number(words[2]))
-    if words[1].upper() != "P":
-        _lost(s, f"expected P; found {words[1]!r} on {words[0]!r}", size, said)
+    name, label = line.words[:2]
+    if label.upper() != "P":
+        line.lost(f"expected P; found {label!r} on {name!r}", 2)
         return
-    state.press(look_up(words[0], names.mesh.boundaries, "surface of solids", s.place), size)
+    line.state.press(look_up(name, line.names.mesh.boundaries, "surface of solids", line.s.place), line.value(2))
+
+
+#: What takes the data lines of loads and supports.
+OF_LINES = {"BOUNDARY": _hold, "CLOAD": _push, "DLOAD": _load_cells, "DSLOAD": _load_surface}
 
 
 def _number(word: str) -> float:

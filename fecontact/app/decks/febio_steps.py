@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from xml.etree import ElementTree
 
@@ -154,8 +154,13 @@ class Segment:
 
 @dataclass(eq=False)
 class State:
-    """What holds at a time, of the points and rigid parts of a mesh."""
+    """What holds at a time, of the points and rigid parts of a mesh; `rigid` names rigid parts by number and name."""
 
+    mesh: Mesh
+    curves: Curves
+    rigid: Mapping[str, str]
+    said: Remarks
+    time: float
     held: Array
     forces: Array
     pressures: dict[str, float] = field(default_factory=dict)
@@ -163,6 +168,13 @@ class State:
     #: Prescribed motions (6,) of rigid parts, NaN where they are free, and loads (6,).
     motions: dict[str, Array] = field(default_factory=dict)
     loads: dict[str, Array] = field(default_factory=dict)
+
+    def value(self, entry: Element, *tags: str) -> Array:
+        """Numbers of the first of these tags."""
+        for tag in tags:
+            if (found := entry.find(tag)) is not None:
+                return self.curves.numbers(found, self.time)
+        raise InputError(f"{entry.get('line')}: expected <{'> or <'.join(tags)}>.", code="missing-element")
 
 
 def segments_of(root: Element) -> list[Segment]:
@@ -204,12 +216,13 @@ def deck_steps(
     last: list[Array] = []
     for segment in segments:
         for time in _times(segment, curves):
-            state = State(np.full(mesh.points.shape, np.nan), np.zeros(mesh.points.shape))
+            free, unloaded = np.full(mesh.points.shape, np.nan), np.zeros(mesh.points.shape)
+            state = State(mesh, curves, rigid_names, said, time, free, unloaded)
             state.motions = {name: np.full(6, np.nan) for name in rigid}
             state.loads = {name: np.zeros(6) for name in rigid}
             for entry in segment.active:
-                _apply(entry, time, state, curves, mesh, rigid_names, said)
-            frames = [_frame(part, state, mesh) for part in rigid.values()]
+                _apply(entry, state)
+            frames = [_frame(part, state) for part in rigid.values()]
             now = [state.held, state.forces, *state.motions.values(), *state.loads.values()]
             now += [np.array(list(state.pressures.values())), *state.tractions.values()]
             if last and len(now) == len(last) and all(map(_same, now, last)):
@@ -240,45 +253,24 @@ def _times(segment: Segment, curves: Curves) -> list[float]:
     return inside[np.append(np.diff(inside) > slack, True)].tolist()
 
 
-def _apply(
-    entry: Element,
-    time: float,
-    state: State,
-    curves: Curves,
-    mesh: Mesh,
-    rigid_names: Mapping[str, str],
-    said: Remarks,
-) -> None:
+def _apply(entry: Element, state: State) -> None:
     """Take an element of <Boundary>, <Rigid>, <Loads> or <Constraints>; those that are not used are noted."""
-    kind = entry.get("type") or entry.tag
-    place = entry.get("line", "")
-    nodes = None
+    kind, place = entry.get("type") or entry.tag, entry.get("line")
+    known, nodes = OTHERS | (OF_SURFACES if entry.tag == "surface_load" else {}), None
     if entry.get("node_set") is not None:
-        nodes = nodes_of(entry, mesh, said)
+        nodes = nodes_of(entry, state.mesh, state.said)
         if nodes is None:
             if entry.tag == "nodal_load":
                 raise InputError(f"{place}: the load on {entry.get('node_set')!r} would be lost: no nodes of solids.")
             return
-    if kind in ("zero displacement", "fix") and nodes is not None:
-        for c in _fixed(entry):
-            state.held[nodes, c] = 0.0
-    elif kind in ("prescribed displacement", "prescribe") and nodes is not None:
-        _prescribe(entry, time, state, curves, nodes)
-    elif kind == "rigid" and nodes is not None:
-        rigid_name(entry, rigid_names)  # its nodes are those of the rigid part, see `decks.febio`
-    elif kind in ("nodal_force", "nodal_load") and nodes is not None:
-        _push(entry, time, state, curves, nodes)
-    elif kind in ("pressure", "traction") and entry.tag == "surface_load":
-        _load_surface(entry, kind, time, state, curves, mesh, said)
-    elif kind == "symmetry plane":
-        _mirror(entry, state, mesh, said)
-    elif kind in ("rigid_fixed", "rigid_displacement", "rigid_rotation", "rigid_force", "rigid_moment"):
-        _rigid(entry, kind, time, state, curves, rigid_name(entry, rigid_names))
-    else:
-        what = f"<{entry.tag}>" if kind == entry.tag else f"<{entry.tag} type={kind!r}>"
-        if entry.tag.endswith("_load"):
-            raise InputError(f"{place}: {what} is not done here, and its load would be lost.", code="not-supported")
-        said.warn(f"{place}: {what} is not used: what it changes is left out.")
+        known |= OF_NODES
+    if kind in known:
+        known[kind](entry, kind, state, nodes)
+        return
+    what = f"<{entry.tag}>" if kind == entry.tag else f"<{entry.tag} type={kind!r}>"
+    if entry.tag.endswith("_load"):
+        raise InputError(f"{place}: {what} is not done here, and its load would be lost.", code="not-supported")
+    state.said.warn(f"{place}: {what} is not used: what it changes is left out.")
 
 
 def nodes_of(entry: Element, mesh: Mesh, said: Remarks) -> IntArray | None:
@@ -293,20 +285,14 @@ def nodes_of(entry: Element, mesh: Mesh, said: Remarks) -> IntArray | None:
     return None
 
 
-def _fixed(entry: Element) -> list[int]:
-    """Held components of <bc type="zero displacement">, of <bc type="fix"> or of <fix>."""
+def _fix(entry: Element, kind: str, state: State, nodes: IntArray) -> None:
+    """Hold the components of <bc type="zero displacement">, of <bc type="fix"> or of <fix>."""
     listed = entry.findtext("dofs") or entry.get("bc")
+    held = [axis for axis in "xyz" if (entry.findtext(f"{axis}_dof") or "0").strip() == "1"]
     if listed is not None:
-        return [DOFS[d.strip()] for d in listed.split(",") if d.strip() in "xyz"]
-    return [c for c, axis in enumerate("xyz") if (entry.findtext(f"{axis}_dof") or "0").strip() == "1"]
-
-
-def _value(entry: Element, time: float, curves: Curves, *tags: str) -> Array:
-    """Numbers of the first of these tags at a time."""
-    for tag in tags:
-        if (found := entry.find(tag)) is not None:
-            return curves.numbers(found, time)
-    raise InputError(f"{entry.get('line')}: expected <{'> or <'.join(tags)}>.", code="missing-element")
+        held = [name.strip() for name in listed.split(",") if name.strip() in "xyz"]
+    for name in held:
+        state.held[nodes, DOFS[name]] = 0.0
 
 
 def _component(entry: Element) -> int:
@@ -317,45 +303,49 @@ def _component(entry: Element) -> int:
     return DOFS[name]
 
 
-def _prescribe(entry: Element, time: float, state: State, curves: Curves, nodes: IntArray) -> None:
+def _prescribe(entry: Element, kind: str, state: State, nodes: IntArray) -> None:
     if (entry.findtext("relative") or "0").strip() != "0":
         raise InputError(f"{entry.get('line')}: relative displacements are not done here; write them in full.")
-    state.held[nodes, _component(entry)] = _value(entry, time, curves, "value", "scale")[0]
+    state.held[nodes, _component(entry)] = state.value(entry, "value", "scale")[0]
 
 
-def _push(entry: Element, time: float, state: State, curves: Curves, nodes: IntArray) -> None:
+def _attach(entry: Element, kind: str, state: State, nodes: IntArray) -> None:
+    """Nodes of a rigid part, see `decks.febio`; its name is checked."""
+    rigid_name(entry, state.rigid)
+
+
+def _push(entry: Element, kind: str, state: State, nodes: IntArray) -> None:
     """Forces on each node: a vector, or one component."""
-    values = _value(entry, time, curves, "value", "scale")
+    values = state.value(entry, "value", "scale")
     if len(values) == 3:
         state.forces[nodes] += values
     else:
         state.forces[nodes, _component(entry)] += values[0]
 
 
-def _load_surface(
-    entry: Element, kind: str, time: float, state: State, curves: Curves, mesh: Mesh, said: Remarks
-) -> None:
+def _load_surface(entry: Element, kind: str, state: State, nodes: IntArray | None) -> None:
     """A pressure against the outward normal, or a traction."""
     inner = entry.find("surface")
     name = (entry if inner is None else inner).get("surface", "")
-    if name not in mesh.boundaries:
+    if name not in state.mesh.boundaries:
         raise InputError(f"{entry.get('line')}: the load on {name!r} would be lost: it is no surface of solids.")
     if kind == "pressure":
-        state.pressures[name] = state.pressures.get(name, 0.0) + _value(entry, time, curves, "pressure")[0]
+        state.pressures[name] = state.pressures.get(name, 0.0) + state.value(entry, "pressure")[0]
     else:
-        factor = 1.0 if entry.find("scale") is None else _value(entry, time, curves, "scale")[0]
-        traction = factor * _value(entry, time, curves, "traction")
+        factor = 1.0 if entry.find("scale") is None else state.value(entry, "scale")[0]
+        traction = factor * state.value(entry, "traction")
         state.tractions[name] = state.tractions.get(name, np.zeros(3)) + traction
 
 
-def _mirror(entry: Element, state: State, mesh: Mesh, said: Remarks) -> None:
+def _mirror(entry: Element, kind: str, state: State, nodes: IntArray | None) -> None:
     """Hold the component across a plane of symmetry that is normal to an axis."""
+    mesh = state.mesh
     name = look_up(entry.get("surface", ""), mesh.boundaries, "surface of solids", entry.get("line", ""))
-    nodes = mesh.boundary_nodes(name)
-    flat = np.ptp(mesh.points[nodes], axis=0) <= FLAT * np.linalg.norm(np.ptp(mesh.points, axis=0))
+    plane = mesh.boundary_nodes(name)
+    flat = np.ptp(mesh.points[plane], axis=0) <= FLAT * np.linalg.norm(np.ptp(mesh.points, axis=0))
     if flat.sum() != 1:
         raise InputError(f"{entry.get('line')}: {name!r} is no plane normal to an axis, so it is not held across.")
-    state.held[nodes, int(np.argmax(flat))] = 0.0
+    state.held[plane, int(np.argmax(flat))] = 0.0
 
 
 def rigid_name(entry: Element, rigid_names: Mapping[str, str]) -> str:
@@ -366,23 +356,39 @@ def rigid_name(entry: Element, rigid_names: Mapping[str, str]) -> str:
     return rigid_names[given]
 
 
-def _rigid(entry: Element, kind: str, time: float, state: State, curves: Curves, rb: str) -> None:
+def _rigid(entry: Element, kind: str, state: State, nodes: IntArray | None) -> None:
     """Held, prescribed or loaded degrees of freedom of a rigid part."""
-    if rb not in state.motions:
+    name = rigid_name(entry, state.rigid)
+    if name not in state.motions:
         return
     if kind == "rigid_fixed":
-        for name in ("Rx", "Ry", "Rz", "Ru", "Rv", "Rw"):
-            if (entry.findtext(f"{name}_dof") or "0").strip() == "1":
-                state.motions[rb][DOFS[name]] = 0.0
+        for dof in ("Rx", "Ry", "Rz", "Ru", "Rv", "Rw"):
+            if (entry.findtext(f"{dof}_dof") or "0").strip() == "1":
+                state.motions[name][DOFS[dof]] = 0.0
         return
     component = _component(entry)
     if kind in ("rigid_rotation", "rigid_moment"):
         component = 3 + component % 3  # named x, y, z or Ru, Rv, Rw
     target = state.loads if kind in ("rigid_force", "rigid_moment") else state.motions
-    target[rb][component] = _value(entry, time, curves, "value")[0]
+    target[name][component] = state.value(entry, "value")[0]
 
 
-def _frame(part: DeckRigid, state: State, mesh: Mesh) -> DeckFrame:
+#: What takes elements of these types: those of nodes, those of <surface_load>, and others.
+_Takers = dict[str, Callable[..., None]]
+OF_NODES: _Takers = {
+    **dict.fromkeys(("zero displacement", "fix"), _fix),
+    **dict.fromkeys(("prescribed displacement", "prescribe"), _prescribe),
+    **dict.fromkeys(("nodal_force", "nodal_load"), _push),
+    "rigid": _attach,
+}
+OF_SURFACES: _Takers = dict.fromkeys(("pressure", "traction"), _load_surface)
+OTHERS: _Takers = {
+    **dict.fromkeys(("rigid_fixed", "rigid_displacement", "rigid_rotation", "rigid_force", "rigid_moment"), _rigid),
+    "symmetry plane": _mirror,
+}
+
+
+def _frame(part: DeckRigid, state: State) -> DeckFrame:
     """Motion of a rigid part; what is attached to it is held in its frame, or moved with it."""
     motion, load = state.motions[part.name], state.loads[part.name]
     unknown = np.isnan(motion) & (load == 0)
@@ -394,6 +400,6 @@ def _frame(part: DeckRigid, state: State, mesh: Mesh) -> DeckFrame:
         load[:3],
         load[3:],
     )
-    moved = (rigid_modes(mesh.points[part.attached], part.centre) @ given).reshape(-1, 3)
+    moved = (rigid_modes(state.mesh.points[part.attached], part.centre) @ given).reshape(-1, 3)
     state.held[part.attached] = 0.0 if frame.is_free else moved
     return frame
