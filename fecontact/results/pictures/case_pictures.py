@@ -8,15 +8,12 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from fecontact.common.arrays import Array
@@ -25,17 +22,9 @@ from fecontact.common.files import replacing, save_figure
 from fecontact.common.progress import progress_line
 from fecontact.common.units import Units
 from fecontact.results.convergence import Convergence, asked
-from fecontact.results.field_map import ROUNDING, FieldMap, together
-from fecontact.results.pictures.contact_map import (
-    COLOURS,
-    draw_outlines,
-    draw_shades,
-    map_window,
-    scale_label,
-    seen_range,
-)
-from fecontact.results.pictures.map_projection import MapProjection, map_of
-from fecontact.results.pictures.section_curve import along_axis, curve_window, draw_curve
+from fecontact.results.field_map import FieldMap
+from fecontact.results.pictures.contact_map import Sheet
+from fecontact.results.pictures.section_curve import Curves
 
 #: Width of a map of a montage, bounds of its height, and width and height of a panel of curves, in inches.
 WIDTH, HEIGHTS, PANEL = 2.9, (1.2, 4.5), (7.0, 2.6)
@@ -83,79 +72,13 @@ def plot_columns(
     return save_figure(figure, path)
 
 
-@dataclass(frozen=True, eq=False)
-class _Sheet:
-    """What all maps of a field share: place, window, scale and units."""
-
-    projection: MapProjection
-    window: tuple[Array, Array]
-    limits: tuple[float, float]
-    cut_off: bool
-    units: Units
-    what: str
-
-    @classmethod
-    def of(cls, maps: Sequence[FieldMap], units: Units) -> _Sheet:
-        ground, what = together(maps), maps[0].what
-        projection = map_of(ground)
-        window = map_window(ground, projection)
-        limits = (0.0, max(m.top for m in maps) or 1.0)
-        if what == "gap":
-            seen = [seen_range(m, projection, window) for m in maps]
-            limits = (min(low for low, _ in seen), max(high for _, high in seen))
-        cut_off = what != "gap" and max(m.peak for m in maps) > limits[1] * (1 + ROUNDING)
-        return cls(projection, window, limits, cut_off, units, what)
-
-    @property
-    def height(self) -> float:
-        """Height of a map of `WIDTH`, in inches."""
-        wide, high = self.window[1] - self.window[0]
-        return float(np.clip(WIDTH * high / wide if wide > 0 else WIDTH, *HEIGHTS))
-
-    def draw(self, axes: Any, kept: FieldMap) -> None:
-        """Draw one map with its outlines."""
-        draw_shades(axes, kept, self.limits, self.projection, self.window, self.units)
-        draw_outlines(axes, self.projection, kept, self.units)
-
-    def add_scale(self, figure: Figure, axes: Any) -> None:
-        """Draw the one scale of all maps."""
-        shades = ScalarMappable(Normalize(*self.limits), COLOURS[self.what])
-        more = "max" if self.cut_off else "neither"
-        figure.colorbar(shades, ax=axes, label=scale_label(self.what, self.units), extend=more, shrink=0.9, aspect=30)
+def _paper(maps: Sequence[FieldMap], units: Units) -> Sheet | Curves:
+    return Curves.of(maps, units) if maps[0].is_curve else Sheet.of(maps, units)
 
 
-@dataclass(frozen=True, eq=False)
-class _Curves:
-    """What the curves of a field on sections share: limits of both axes, and units."""
-
-    along: tuple[float, float]
-    limits: tuple[float, float]
-    units: Units
-    what: str
-    height: float = 2.2
-
-    @classmethod
-    def of(cls, maps: Sequence[FieldMap], units: Units) -> _Curves:
-        windows = [curve_window(m, along_axis(m)) for m in maps]
-        along = (min(low for low, _ in windows), max(high for _, high in windows))
-        places = [m.points[:, along_axis(m)] for m in maps]
-        seen = np.concatenate([m.values[(p >= along[0]) & (p <= along[1])] for m, p in zip(maps, places, strict=True)])
-        low = min(0.0, float(seen.min(initial=0.0)))
-        return cls(along, (low, 1.05 * float(seen.max(initial=0.0)) or 1.0), units, maps[0].what)
-
-    def draw(self, axes: Any, kept: FieldMap) -> None:
-        """Draw one curve."""
-        draw_curve(axes, kept, self.units, self.limits[1])
-        axes.set_xlim(*self.along)
-        axes.set_ylim(*self.limits)
-        axes.legend().remove()
-
-    def add_scale(self, figure: Figure, axes: Any) -> None:
-        """None: the axes have it."""
-
-
-def _paper(maps: Sequence[FieldMap], units: Units) -> _Sheet | _Curves:
-    return _Curves.of(maps, units) if maps[0].is_curve else _Sheet.of(maps, units)
+def _height(sheet: Sheet | Curves) -> float:
+    """Height of a map of `WIDTH`, in inches."""
+    return float(np.clip(WIDTH * sheet.ratio, *HEIGHTS))
 
 
 def _name(axes: Any, kept: FieldMap, name: str, units: Units) -> None:
@@ -183,10 +106,10 @@ def plot_montage(
     path : str or Path, optional
     """
     sheet = _paper(maps, units)
-    columns = min(len(maps), max(3, round(np.sqrt(1.4 * len(maps) * sheet.height / WIDTH))))
+    columns = min(len(maps), max(3, round(np.sqrt(1.4 * len(maps) * _height(sheet) / WIDTH))))
     rows = -(-len(maps) // columns)
     title_lines = max(len(textwrap.wrap(name, LETTERS)) for name in names)
-    size = (WIDTH * columns + 1.4, (sheet.height + 0.55 + 0.2 * title_lines) * rows + 0.7)
+    size = (WIDTH * columns + 1.4, (_height(sheet) + 0.55 + 0.2 * title_lines) * rows + 0.7)
     figure = Figure(figsize=size, layout="compressed")
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     for k, axes in enumerate(grid.ravel()):
@@ -201,7 +124,7 @@ def plot_montage(
             axes.tick_params(labelbottom=True)
         if k % columns:
             axes.set_ylabel("")
-    sheet.add_scale(figure, list(grid.ravel()[: len(maps)]))
+    sheet.add_scale(figure, list(grid.ravel()[: len(maps)]), shrink=0.9, aspect=30)
     figure.suptitle(title, fontsize="medium")
     return save_figure(figure, path)
 
@@ -245,9 +168,9 @@ def animate_maps(
 def _frames(figure: Figure, maps: Sequence[FieldMap], names: Sequence[str], title: str, units: Units) -> Iterator[None]:
     """Draw one map after the other in the same place."""
     sheet = _paper(maps, units)
-    figure.set_size_inches(2 * WIDTH + 1.6, 2 * sheet.height + 1.3)
+    figure.set_size_inches(2 * WIDTH + 1.6, 2 * _height(sheet) + 1.3)
     axes = figure.subplots()
-    sheet.add_scale(figure, axes)
+    sheet.add_scale(figure, axes, shrink=0.9, aspect=30)
     figure.suptitle(title, fontsize="medium")
     for k, (kept, name) in enumerate(zip(maps, names, strict=True)):
         axes.clear()

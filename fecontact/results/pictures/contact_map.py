@@ -5,20 +5,22 @@ Pictures of friction: tangential tractions with their directions, and what stick
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.tri import Triangulation
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.units import Units
 from fecontact.mesh.facets import shapes_on_square
 from fecontact.results.contact_fields import ContactFields
-from fecontact.results.field_map import FINENESS, ROUNDING, FieldMap, Ground, field_map, local_points
+from fecontact.results.field_map import FINENESS, ROUNDING, FieldMap, Ground, field_map, local_points, together
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.pictures.map_projection import MapProjection, facet_planes, map_of
 from fecontact.results.pictures.section_curve import along_axis, axis_name, curve_window
@@ -108,25 +110,57 @@ def draw_friction(axes: Any, contact: ContactFields, units: Units) -> None:
     draw_arrows(axes, contact, friction, map_of(contact))
 
 
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """What all maps of a field in one picture share: place, window, scale and units."""
+
+    projection: MapProjection
+    window: tuple[Array, Array]
+    limits: tuple[float, float]
+    cut_off: bool
+    units: Units
+    what: str
+
+    @classmethod
+    def of(cls, maps: Sequence[FieldMap], units: Units, top: float | None = None) -> Sheet:
+        """That of some maps; its scale ends at `top` unless it is one of gaps."""
+        ground: Ground = maps[0] if len(maps) == 1 else together(maps)
+        what, projection = maps[0].what, map_of(ground)
+        window = map_window(ground, projection)
+        limits = (0.0, top or max(m.top for m in maps) or 1.0)
+        if what == "gap":
+            seen = [seen_range(m, projection, window) for m in maps]
+            limits = (min(low for low, _ in seen), max(high for _, high in seen))
+        cut_off = what != "gap" and max(m.peak for m in maps) > limits[1] * (1 + ROUNDING)
+        return cls(projection, window, limits, cut_off, units, what)
+
+    @property
+    def ratio(self) -> float:
+        """Height of a map over its width."""
+        wide, high = self.window[1] - self.window[0]
+        return float(high / wide) if wide > 0 else 1.0
+
+    def draw(self, axes: Any, kept: FieldMap, outlined: bool = True) -> None:
+        """Draw one map, with its outlines."""
+        draw_shades(axes, kept, self.limits, self.projection, self.window, self.units)
+        if outlined:
+            draw_outlines(axes, self.projection, kept, self.units)
+
+    def add_scale(self, figure: Any, axes: Any, **look: float) -> None:
+        """Draw the one scale of all maps."""
+        labels = {"pressure": "contact pressure", "friction": "traction of friction", "gap": "gap"}
+        label = self.units.axis_label(labels[self.what], "length" if self.what == "gap" else "stress")
+        shades = ScalarMappable(Normalize(*self.limits), COLOURS[self.what])
+        figure.colorbar(shades, ax=axes, label=label, extend="max" if self.cut_off else "neither", **look)
+
+
 def draw_field(
-    axes: Any, kept: FieldMap, units: Units | None = None, margin: float = MARGIN, top: float | None = None
+    axes: Any, kept: FieldMap, units: Units | None = None, top: float | None = None, outlined: bool = False
 ) -> None:
     """Draw a field with smooth shading, the facets' edges and a scale up to `top`."""
-    names, what = units or Units(), kept.what
-    projection = map_of(kept)
-    window = map_window(kept, projection, margin)
-    limits = (0.0, top or kept.top or 1.0)
-    if what == "gap":
-        limits = seen_range(kept, projection, window)
-    drawn = draw_shades(axes, kept, limits, projection, window, names)
-    cut_off = what != "gap" and kept.peak > limits[1] * (1 + ROUNDING)
-    axes.figure.colorbar(drawn, ax=axes, label=scale_label(what, names), extend="max" if cut_off else "neither")
-
-
-def scale_label(what: str, units: Units) -> str:
-    """Label of a scale."""
-    labels = {"pressure": "contact pressure", "friction": "traction of friction", "gap": "gap"}
-    return units.axis_label(labels[what], "length" if what == "gap" else "stress")
+    sheet = Sheet.of([kept], units or Units(), top)
+    sheet.draw(axes, kept, outlined)
+    sheet.add_scale(axes.figure, axes)
 
 
 def seen_range(contact: FieldMap, projection: MapProjection, window: tuple[Array, Array]) -> tuple[float, float]:
@@ -145,11 +179,11 @@ def draw_shades(
     projection: MapProjection,
     window: tuple[Array, Array],
     units: Units,
-) -> Any:
-    """Draw the shades of a map and the facets' edges; returns what has the colours."""
+) -> None:
+    """Draw the shades of a map and the facets' edges."""
     shown = _shown(contact, projection)
     xy = _sample_places(contact, projection, shown)
-    drawn = axes.tripcolor(
+    axes.tripcolor(
         Triangulation(xy[:, 0], xy[:, 1], _sample_triangles(len(shown))),
         contact.shades[shown].reshape(-1),
         shading="gouraud",
@@ -160,7 +194,6 @@ def draw_shades(
     sides = list(_facet_sides(contact, projection, shown))
     axes.add_collection(LineCollection(sides, colors="0.4", linewidths=0.3, alpha=0.6), autolim=False)
     _frame(axes, projection, window, units)
-    return drawn
 
 
 def draw_sensels(

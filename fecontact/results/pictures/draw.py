@@ -145,10 +145,9 @@ def plot_contacts(
                 draw_curve(panel, kept, names, top)
             elif style == "sensels":
                 draw_sensels(panel, contact, pitch, names, top)
-            else:
-                draw_field(panel, kept, names, top=top)
-            if not contact.is_curve:
                 draw_outlines(panel, map_of(kept), kept, names)
+            else:
+                draw_field(panel, kept, names, top, outlined=True)
         panel.set_title(_title(contact, names), fontsize="medium")
     for panel in grid[len(shown) :]:
         panel.set_axis_off()

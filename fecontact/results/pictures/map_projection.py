@@ -8,8 +8,8 @@ middle are true).
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -31,28 +31,42 @@ FAR_SIDE = 0.9
 STEP = 1e-6
 
 
-class MapProjection(Protocol):
+class MapProjection(ABC):
     """Where points of a contact lie on its map."""
 
+    #: Length that a difference is small against.
+    radius: float
+
     @property
+    @abstractmethod
     def names(self) -> tuple[str, str]:
         """What the two axes of the map are."""
 
+    @abstractmethod
     def flat(self, points: Array) -> Array:
         """Places (..., 2) of points (..., 3)."""
 
     def of_facets(self, points: Array) -> Array:
         """Places (n_facets, k, 2) of points (n_facets, k, 3) on facets, which stay in one piece."""
+        return self.flat(points)
 
     def directions(self, points: Array, vectors: Array) -> Array:
-        """Vectors (n, 2) on the map of vectors (n, 3) along the surface."""
+        """Vectors (n, 2) on the map of vectors (n, 3) along the surface, by differences.
+
+        Those across the border turn with it.
+        """
+        longest = float(np.linalg.norm(vectors, axis=1).max(initial=0.0)) or 1.0
+        step = STEP * self.radius / longest
+        ends = np.stack([points, points + step * vectors], axis=1)
+        return np.asarray(np.diff(self.of_facets(ends), axis=1)[:, 0] / step)
 
     def shows(self, middles: Array, normals: Array) -> Mask:
         """Facets (n,) by middles and normals (n, 3) that have a place on the map."""
+        return np.ones(len(middles), bool)
 
 
 @dataclass(frozen=True, eq=False)
-class FlatMap:
+class FlatMap(MapProjection):
     """Surface seen along `normal` (3,), with two axes (2, 3) across it; faces turned away are left out.
 
     Examples
@@ -76,10 +90,6 @@ class FlatMap:
         """See `MapProjection`."""
         return np.asarray(points @ self.axes.T)
 
-    def of_facets(self, points: Array) -> Array:
-        """See `MapProjection`."""
-        return self.flat(points)
-
     def directions(self, points: Array, vectors: Array) -> Array:
         """See `MapProjection`."""
         return self.flat(vectors)
@@ -90,7 +100,7 @@ class FlatMap:
 
 
 @dataclass(frozen=True, eq=False)
-class CylinderMap:
+class CylinderMap(MapProjection):
     """Cylinder unrolled: arc length from `middle`, and position along the axis.
 
     Attributes
@@ -130,17 +140,9 @@ class CylinderMap:
         out[..., 0] -= turn * np.round((out[..., 0] - out[:, :1, 0]) / turn)
         return out
 
-    def directions(self, points: Array, vectors: Array) -> Array:
-        """See `MapProjection`."""
-        return _directions(self, points, vectors, self.radius)
-
-    def shows(self, middles: Array, normals: Array) -> Mask:
-        """All facets."""
-        return np.ones(len(middles), bool)
-
 
 @dataclass(frozen=True, eq=False)
-class SphereMap:
+class SphereMap(MapProjection):
     """Sphere laid out by the arc length from its `middle` and the direction there.
 
     Attributes
@@ -174,14 +176,6 @@ class SphereMap:
         arc = self.radius * np.arctan2(across, local[..., 2])
         # at the middle, where the direction is none, arc over distance is radius over height
         return np.asarray(local[..., :2] * (arc / np.where(across > 0, across, 1.0))[..., None])
-
-    def of_facets(self, points: Array) -> Array:
-        """See `MapProjection`."""
-        return self.flat(points)
-
-    def directions(self, points: Array, vectors: Array) -> Array:
-        """See `MapProjection`."""
-        return _directions(self, points, vectors, self.radius)
 
     def shows(self, middles: Array, normals: Array) -> Mask:
         """Facets that do not enclose the point opposite the middle."""
@@ -250,14 +244,6 @@ def _round_fit(points: Array) -> tuple[Array, float]:
     system = np.column_stack([2 * offset, np.ones(len(points))])
     found = np.linalg.lstsq(system, (offset**2).sum(axis=1), rcond=None)[0]
     return start + size * found[:-1], size * float(np.sqrt(found[-1] + found[:-1] @ found[:-1]))
-
-
-def _directions(projection: CylinderMap | SphereMap, points: Array, vectors: Array, radius: float) -> Array:
-    """Derivatives (n, 2) of places along vectors (n, 3), by differences; vectors across the border turn with it."""
-    longest = float(np.linalg.norm(vectors, axis=1).max(initial=0.0)) or 1.0
-    step = STEP * radius / longest
-    ends = np.stack([points, points + step * vectors], axis=1)
-    return np.asarray(np.diff(projection.of_facets(ends), axis=1)[:, 0] / step)
 
 
 def _unit(vector: Array) -> Array:
