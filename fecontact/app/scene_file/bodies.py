@@ -163,8 +163,6 @@ def _meshed(kind: str, name: str, table: Table, declared: Declared) -> ElasticBo
 def _local(name: str, table: Table, declared: Declared) -> LocalBody | None:
     """An elastic body with a window."""
     window = table.read({"at": numbers(3), "window": Table.raw, "cells": _cells})
-    if "cells" in window:
-        window["shape"] = window.pop("cells")
     body = _meshed("elastic", name, table, declared)
     return None if body is None or table.faulty else table.attempt(lambda: LocalBody(body, **window))
 
@@ -264,9 +262,9 @@ def _half_space(name: str, table: Table, declared: Declared) -> HalfSpace | None
     )
     if "size" not in given or "cells" not in given or None in layers or table.faulty:
         return None
-    material, shape = given.pop("material", None), given.pop("cells")
+    material = given.pop("material", None)
     stack = [layer for layer in layers if layer is not None]
-    return table.attempt(lambda: HalfSpace(material, shape=shape, layers=stack, name=name, **given))
+    return table.attempt(lambda: HalfSpace(material, layers=stack, name=name, **given))
 
 
 def _layer(name: str, table: Table, declared: Declared) -> ElasticLayer | None:
