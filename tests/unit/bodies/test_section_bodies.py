@@ -417,7 +417,7 @@ def test_bad_meshes():
         fc.SectionMesh(good.points, good.cells[:, [0, 3, 2, 1, 7, 6, 5, 4]])
     with refused(fc.MeshError, "off-plane"):
         good.mapped(lambda x: x + np.array([0, 1, 0]))
-    with refused(fc.MeshError, "mesh", "belong to no cell"):
+    with refused(fc.MeshError, "unused-points", "belong to no cell"):
         fc.SectionMesh(np.concatenate([good.points, [[5.0, 0, 0]]]), good.cells)
     with refused(fc.MeshError, "wrong-shape", "quadrilaterals of 8 or 9 nodes"):
         fc.SectionMesh(good.points, good.cells[:, :4])
