@@ -31,6 +31,7 @@ def table(title: str, rows: Sequence[tuple[str, str, float]]) -> str:
     return "\n".join([title, *(f"  {name:<{wide}}  {symbol:<{narrow}}  {value:.6g}" for name, symbol, value in rows)])
 
 
+#: Quantity and symbol of attributes.
 USUAL = {
     "force": ("force", "P"),
     "approach": ("approach", "delta"),
@@ -41,7 +42,6 @@ USUAL = {
     "R": ("relative radius", "R"),
     "E_star": ("contact modulus", "E*"),
 }
-"""Quantity and symbol of attributes."""
 
 
 class Tabulated:

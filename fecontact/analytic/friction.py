@@ -670,8 +670,8 @@ def mindlin(
     return RoundSlip(contact, mu, force, c, moved, modulus)
 
 
+#: Radius of stick over that of the contact, below which the rotation is refused as beyond all torque.
 MIN_MODULUS = 1e-60
-"""Radius of stick over that of the contact, below which the rotation is refused as beyond all torque."""
 
 
 @dataclass(frozen=True)

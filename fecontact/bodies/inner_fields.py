@@ -12,8 +12,8 @@ from fecontact.fem.model import Model
 from fecontact.fem.stress import hooke, to_nodes
 from fecontact.mesh.locate import interpolation
 
+#: Quadrature points of a cell, at most.
 MAX_POINTS = 64
-"""Quadrature points of a cell, at most."""
 
 
 class Beside(Protocol):

@@ -30,11 +30,11 @@ from fecontact.halfspace.validity import validity_warnings
 from fecontact.solvers import Residuals
 from fecontact.solvers.coulomb import friction_limit, sticks
 
+#: Difference of both areas, relative, up to which they are the same.
 SAME = 1e-9
-"""Difference of both areas, relative, up to which they are the same."""
 
+#: Cells that share a side or a corner belong to one region.
 TOUCHING = np.ones((3, 3), int)
-"""Cells that share a side or a corner belong to one region."""
 
 
 @dataclass(frozen=True)

@@ -114,14 +114,14 @@ def convolved(
 Shape = tuple[int, int]
 Transform = Callable[[NDArray], NDArray]
 
+#: Numbers per strip of rows or columns: 1 to 2 MB.
 STRIP = 1 << 17
-"""Numbers per strip of rows or columns: 1 to 2 MB."""
 
+#: Numbers side by side to whose multiples strips of columns are rounded.
 CACHE_LINE = 8
-"""Numbers side by side to whose multiples strips of columns are rounded."""
 
+#: Error of a product in single precision relative to its largest value: some ten roundings of 6e-8, with a margin.
 ROUGHNESS = 2e-6
-"""Error of a product in single precision relative to its largest value: some ten roundings of 6e-8, with a margin."""
 
 
 @dataclass(eq=False)
@@ -535,8 +535,8 @@ class SmoothTerm:
         return self
 
 
+#: What is added to a convolution.
 Term = SmoothTerm | InclinedTerm
-"""What is added to a convolution."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -565,5 +565,5 @@ class Corrected:
         return out
 
 
+#: What gives the displacements of cells by pressures on them.
 Product = Convolution | Corrected
-"""What gives the displacements of cells by pressures on them."""

@@ -35,21 +35,21 @@ from fecontact.halfspace.pressing import Load, normal_residuals, press
 from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
 from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit
 
+#: Turns of pressures and tractions; each reduces the error by about the product of mu and Dundurs' beta.
 MAX_STAGGERED = 40
-"""Turns of pressures and tractions; each reduces the error by about the product of mu and Dundurs' beta."""
 
 FIRST_TURN = 1e-3
+#: Tolerance of the first turn; of others, relative to what the turn before left.
 PER_TURN = 0.03
-"""Tolerance of the first turn; of others, relative to what the turn before left."""
 
+#: Tolerance of the certificate unless another is given; it costs a quarter more than 1e-8.
 CERTIFIED = 1e-10
-"""Tolerance of the certificate unless another is given; it costs a quarter more than 1e-8."""
 
+#: Share of the limit of friction from which a contact is taken to slide as a whole.
 SLIDING = 1 - 1e-9
-"""Share of the limit of friction from which a contact is taken to slide as a whole."""
 
+#: Cells to whose multiples the box round the contact is enlarged, so that tables serve several steps.
 QUANTUM = 8
-"""Cells to whose multiples the box round the contact is enlarged, so that tables serve several steps."""
 
 
 @compact_repr

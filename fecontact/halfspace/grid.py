@@ -99,8 +99,8 @@ def _centres(side: float, n: int) -> Array:
 
 Even = tuple[bool, bool]
 
+#: Difference of mirrored values, relative to the largest, that counts as rounding.
 ROUNDING = 1e-14
-"""Difference of mirrored values, relative to the largest, that counts as rounding."""
 
 
 def even_axes(values: Array, allowed: Mask, rows: Array) -> Even:
@@ -166,8 +166,8 @@ def block_means(values: NDArray, axes: Sequence[int] = (0, 1)) -> Array:
     return np.asarray(block_sums(values, axes) / block_sums(count, axes))
 
 
+#: Distance from the middle of a cell, in cells, that is rounding.
 ON_CELL = 1e-8
-"""Distance from the middle of a cell, in cells, that is rounding."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -36,11 +36,11 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.error_estimate import NO_CONTACT, ErrorEstimate, UnboundedPeak
 from fecontact.halfspace.grid import Grid, block_sums
 
+#: Largest correction of an edge, in cells.
 FARTHEST = 1.0
-"""Largest correction of an edge, in cells."""
 
+#: Mean pressure at an end over that of the contact, below which the pressure falls to zero there.
 FALLS = 0.3
-"""Mean pressure at an end over that of the contact, below which the pressure falls to zero there."""
 
 
 class EdgeCells(NamedTuple):

@@ -28,27 +28,27 @@ from fecontact.halfspace.layered import ON_INTERFACE, Hankel, Layer, wave_stress
 
 Field = Callable[[Array, Array, Array], Array]
 
+#: Wave number times depth beyond which a wave is negligible: exp(-40) = 4e-18.
 DEEPEST_WAVE = 40.0
-"""Wave number times depth beyond which a wave is negligible: exp(-40) = 4e-18."""
 
+#: Weights of the Gauss rule with three points in each direction of a cell.
 GAUSS_WEIGHTS = np.outer([5 / 18, 8 / 18, 5 / 18], [5 / 18, 8 / 18, 5 / 18]).ravel()
-"""Weights of the Gauss rule with three points in each direction of a cell."""
 
+#: Distance in cells within which Love's closed form replaces that rule, whose error is 1e-6 of the cell beyond.
 NEARBY = 4.0
-"""Distance in cells within which Love's closed form replaces that rule, whose error is 1e-6 of the cell beyond."""
 
+#: Distance in cells within which the point force is omitted: subtracting it later would leave rounding.
 CORE = 0.1
-"""Distance in cells within which the point force is omitted: subtracting it later would leave rounding."""
 
+#: Distance in cells from a cell edge or from the surface that counts as rounding of the coordinates.
 ON_EDGE = 1e-9
-"""Distance in cells from a cell edge or from the surface that counts as rounding of the coordinates."""
 
 ALONE = np.pad(np.ones((1, 1)), 1)
+#: Pressures of one cell alone, and pairs of points and cells at a time below a line.
 LINE = 1_000_000
-"""Pressures of one cell alone, and pairs of points and cells at a time below a line."""
 
+#: Signs of xx, yy, zz, xy, yz, xz under reversal of z.
 OUTWARDS = np.array([1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
-"""Signs of xx, yy, zz, xy, yz, xz under reversal of z."""
 
 
 @dataclass(frozen=True, eq=False)

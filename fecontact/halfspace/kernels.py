@@ -22,26 +22,24 @@ from fecontact.common.errors import InputError
 from fecontact.common.threads import each
 from fecontact.halfspace.fft import strips
 
+#: Offset, in cells, up to which Love's closed form is used. It is a second difference of a function that grows as the
+#: distance: rounding grows as the square of the offset, to 1e-12 here. The multipole expansion used beyond neglects its
+#: sixth-order term, 2e-3 offset^-6, 2e-12 here.
 NEAR = 32
-"""Offset, in cells, up to which Love's closed form is used.
 
-It is a second difference of a function that grows as the distance: rounding grows as the square of the offset, to 1e-12
-here. The multipole expansion used beyond neglects its sixth-order term, 2e-3 offset^-6, 2e-12 here.
-"""
-
+#: The same for bilinear pressures, a fourth difference: 5e-10 on either side.
 NEAR_BILINEAR = 20
-"""The same for bilinear pressures, a fourth difference: 5e-10 on either side."""
 
 BOX_MOMENTS = (1 / 24, 1 / 1920)
+#: Second moment over 2! and fourth over 4! of a uniform and of a linear (hat) weight on cells of unit width.
 HAT_MOMENTS = (1 / 12, 1 / 360)
-"""Second moment over 2! and fourth over 4! of a uniform and of a linear (hat) weight on cells of unit width."""
 
+#: Self term over nearest neighbour below which point forces on square cells have a negative eigenvalue: minus the
+#: alternating sum of 1/r over the square lattice (Borwein, Borwein & Taylor, J. Math. Phys. 26 (1985) 2999).
 MIN_RATIO = 1.6156
-"""Self term over nearest neighbour below which point forces on square cells have a negative eigenvalue: minus the
-alternating sum of 1/r over the square lattice (Borwein, Borwein & Taylor, J. Math. Phys. 26 (1985) 2999)."""
 
+#: Rule of the report for point forces (Elangovan 1978): own displacement over that of the nearest cell.
 SELF_TERM_RATIO = 2.0
-"""Rule of the report for point forces (Elangovan 1978): own displacement over that of the nearest cell."""
 
 
 def love(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
@@ -227,8 +225,8 @@ def symbol(kx: Array, ky: Array) -> Array:
     return np.divide(2.0, k, out=np.zeros_like(k), where=k > 0)
 
 
+#: Rule on a cell beyond `kernels.NEAR`: its error there is that of the sixth derivative, 4e-13 of the value.
 GAUSS = np.polynomial.legendre.leggauss(3)
-"""Rule on a cell beyond `kernels.NEAR`: its error there is that of the sixth derivative, 4e-13 of the value."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,35 +35,33 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.halfspace import kernels
 
+#: Wave number times total thickness below which a layer's fields are linearly dependent; the limit is used.
 MIN_WAVE = 1e-4
-"""Wave number times total thickness below which a layer's fields are linearly dependent; the limit is used."""
 
+#: Wave number times thickness of the top layer at which the influence of its base is exp(-2 22) = 8e-20.
 MAX_WAVE = 22.0
-"""Wave number times thickness of the top layer at which the influence of its base is exp(-2 22) = 8e-20."""
 
+#: Share of the compliance, at all wave numbers of a grid, within which a layer adds the same as one of no thickness.
 THIN = 1e-3
-"""Share of the compliance, at all wave numbers of a grid, within which a layer adds the same as one of no thickness."""
 
+#: Distance in thicknesses at which what a layer adds is (1/100)^2 of what is below it, and a next term of that square.
 FELT = 100.0
-"""Distance in thicknesses at which what a layer adds is (1/100)^2 of what is below it, and a next term of that square.
-"""
 
+#: Panels by which the first one is halved: stiff layers change what is below them at waves much longer than they are.
 LONG_WAVES = 10
-"""Panels by which the first one is halved: stiff layers change what is below them at waves much longer than they are.
-"""
 
+#: Offset in cells from which a two-point rule integrates what layers add.
 NEAR = 4
-"""Offset in cells from which a two-point rule integrates what layers add."""
 
+#: Thickness of the top layer, in cells, from which the stress inside is integrated to a few hundredths of a pressure's
+#: jump from cell to cell.
 STRESSED = 0.5
-"""Thickness of the top layer, in cells, from which the stress inside is integrated to a few hundredths of a pressure's
-jump from cell to cell."""
 
+#: Distance from an interface, relative to its depth, that counts as rounding of sums of thicknesses.
 ON_INTERFACE = 1e-12
-"""Distance from an interface, relative to its depth, that counts as rounding of sums of thicknesses."""
 
+#: Signs of u, w, sigma and tau of a field under reversal of z.
 MIRROR = np.array([1.0, -1.0, 1.0, -1.0])[:, None]
-"""Signs of u, w, sigma and tau of a field under reversal of z."""
 
 
 @compact_repr

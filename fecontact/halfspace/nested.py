@@ -44,18 +44,18 @@ from fecontact.halfspace.fft import (
 )
 from fecontact.halfspace.grid import Even, block_sums
 
+#: Factor by which the gaps on the set shrink before the set is updated.
 PER_ROUND = 0.2
-"""Factor by which the gaps on the set shrink before the set is updated."""
 
 MAX_ROUNDS = 150
+#: Conjugate gradient steps on one set; the preconditioned method needs a dozen for ten digits.
 MAX_ITERATIONS = 60
-"""Conjugate gradient steps on one set; the preconditioned method needs a dozen for ten digits."""
 
+#: Share of the tolerance that the error of a result due to single precision may take; on the way, ten times as much.
 DRIFT = 0.1
-"""Share of the tolerance that the error of a result due to single precision may take; on the way, ten times as much."""
 
+#: Change of the largest pressure, relative to it, up to which loads out of balance count as rounding.
 CARRIED = 1e-12
-"""Change of the largest pressure, relative to it, up to which loads out of balance count as rounding."""
 
 SMALLEST = 1e-300
 
@@ -417,23 +417,23 @@ def _size(values: Array) -> float:
     return max(float(values.max()), -float(values.min()))
 
 
+#: Largest number of cells per side of the coarsest grid.
 COARSEST = 24
-"""Largest number of cells per side of the coarsest grid."""
 
+#: Tolerance on the coarser grids, below their discretisation error.
 COARSE_TOLERANCE = 1e-3
-"""Tolerance on the coarser grids, below their discretisation error."""
 
+#: Tolerance from which single precision suffices throughout.
 ROUGH_ENOUGH = 1e-4
-"""Tolerance from which single precision suffices throughout."""
 
+#: Cells added round the expected contact, besides a thirtieth of its width.
 MARGIN = 2
-"""Cells added round the expected contact, besides a thirtieth of its width."""
 
+#: Mean gap, over the largest, at which the force on a periodic surface counts as unbounded.
 MEAN_PLANE = 1e-9
-"""Mean gap, over the largest, at which the force on a periodic surface counts as unbounded."""
 
+#: Share of the grid above which the whole grid is solved instead of a part.
 WORTHWHILE = 0.75
-"""Share of the grid above which the whole grid is solved instead of a part."""
 
 
 @dataclass(frozen=True, eq=False)

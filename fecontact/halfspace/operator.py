@@ -29,17 +29,17 @@ from fecontact.solvers.problem import Outcome
 
 Part = tuple[slice, slice]
 
+#: Cells in a scene's rows up to which the compliance among them is formed as a matrix.
 MAX_CELLS = 3000
-"""Cells in a scene's rows up to which the compliance among them is formed as a matrix."""
 
+#: Rows of a scene up to which the compliance is a matrix.
 DENSE_LIMIT = 1500
-"""Rows of a scene up to which the compliance is a matrix."""
 
+#: Opening by a motion, relative to the largest, that is rounding.
 APART = 1e-9
-"""Opening by a motion, relative to the largest, that is rounding."""
 
+#: Largest number of reassignments of cells under several bodies.
 MAX_SHARES = 20
-"""Largest number of reassignments of cells under several bodies."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,22 +22,21 @@ from fecontact.halfspace.grid import block_sums
 from fecontact.halfspace.nested import COARSE_TOLERANCE, COARSEST, finer
 from fecontact.solvers.coulomb import projected
 
+#: 1/r over the displacement of a cell by itself; with 1, many cells that stick are taken to slip, far from the answer.
 WEIGHED = 16
-"""1/r over the displacement of a cell by itself; with 1, many cells that stick are taken to slip, far from the answer.
-"""
 
 MAX_ROUNDS = 20
 PATIENCE = 6
 PROGRESS = 0.7
 ALTERNATIONS = 30
+#: Conjugate gradient steps in one Newton step.
 MAX_ITERATIONS = 200
-"""Conjugate gradient steps in one Newton step."""
 
+#: Defect of a start from which Newton's method is tried without coarser grids.
 CLOSE = 0.05
-"""Defect of a start from which Newton's method is tried without coarser grids."""
 
+#: Factor by which conjugate gradients reduce the residual in one Newton step, while cells change.
 PER_NEWTON = 1e-2
-"""Factor by which conjugate gradients reduce the residual in one Newton step, while cells change."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,11 +14,11 @@ from fecontact.surfaces.between_nodes import FALL, ROUNDING, overlap_outline, sm
 #: A `HalfSpace` or a `HalfSpaceContact`, which ask for their own warnings: `grid`, `material`, `layers`, `periodic`.
 OnCells = Any
 
+#: Displacement over half-width, a/R of a ball, from which results are warned of: linear theory errs by its square.
 MAX_STRAIN = 0.3
-"""Displacement over half-width, a/R of a ball, from which results are warned of: linear theory errs by its square."""
 
+#: Rms slope of the counter-surface in the contact from which results are warned of.
 MAX_SLOPE = 0.3
-"""Rms slope of the counter-surface in the contact from which results are warned of."""
 
 
 def validity_warnings(body: OnCells, pressure: Array, gap: Array, displacement: Array) -> Iterator[str]:

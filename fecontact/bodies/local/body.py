@@ -409,8 +409,8 @@ def _cells_of(normals: Sequence[sp.csr_matrix]) -> IntArray | None:
     return cells if single and len(np.unique(cells)) == rows.shape[0] else None
 
 
+#: Remainders that are kept.
 LAST = 4
-"""Remainders that are kept."""
 
 
 @dataclass(eq=False)
@@ -683,8 +683,8 @@ class LocalBody(MeshedWindows):
         return f"{self.name}: window of {nx} x {ny} cells{known}; on {self.body.describe()}"
 
 
+#: Least distance of two windows, relative to the longer side: nearer ones are not smooth to each other.
 APART = 0.25
-"""Least distance of two windows, relative to the longer side: nearer ones are not smooth to each other."""
 
 
 @compact_repr

@@ -28,29 +28,29 @@ from fecontact.mesh.placement import Placement
 from fecontact.surfaces.facet_surface import FacetSurface, Surface
 from fecontact.surfaces.section_curve import STEEPEST, along_line
 
+#: Distance from the surface, relative to the window, within which the middle of a window is put on it.
 ON_SURFACE = 0.05
-"""Distance from the surface, relative to the window, within which the middle of a window is put on it."""
 
+#: Depth below the tangent plane, relative to the body's size, up to which a surface is flat.
 FLAT = 1e-7
-"""Depth below the tangent plane, relative to the body's size, up to which a surface is flat."""
 
+#: Distance from a smooth surface, relative to the window, above which a surface has kinks.
 KINKS = 3e-3
-"""Distance from a smooth surface, relative to the window, above which a surface has kinks."""
 
+#: Places along a side of a window at which its surface is checked.
 SAMPLES = 10
-"""Places along a side of a window at which its surface is checked."""
 
+#: Adjustments of a window to its surface, their size when it has settled, and the difference of two principal
+#: curvatures, relative to the larger, up to which every direction is principal.
 MAX_ITERATIONS, STEP_TOLERANCE, ROUND = 8, 1e-12, 1e-3
-"""Adjustments of a window to its surface, their size when it has settled, and the difference of two principal
-curvatures, relative to the larger, up to which every direction is principal."""
 
 REMEDY = "Take a smaller window, or use the ElasticBody itself with accuracy= when the scene is solved."
 
+#: Distance from a plane of symmetry, relative to the body's size, within which the middle lies on it.
 THROUGH = 1e-9
-"""Distance from a plane of symmetry, relative to the body's size, within which the middle lies on it."""
 
+#: Sine of an angle that is rounding.
 ALONG = 1e-9
-"""Sine of an angle that is rounding."""
 
 
 def place_window(body: ElasticBody, at: Array, size: tuple[float, float], shape: tuple[int, int]) -> Window:
@@ -350,20 +350,20 @@ class WindowRequest:
         return cls(where, None if sides is None else grid.size, grid.shape)
 
 
+#: Places along a side of the patch in which gaps are fitted by a parabola.
 TOUCH_SAMPLES = 9
-"""Places along a side of the patch in which gaps are fitted by a parabola."""
 
+#: Places of a patch that must lie on both surfaces: a quarter of them, at a corner of two planes of symmetry.
 MIN_POINTS = 20
-"""Places of a patch that must lie on both surfaces: a quarter of them, at a corner of two planes of symmetry."""
 
+#: Fits at most, and the change of the contact's size that ends them.
 MAX_TOUCH_ROUNDS, TOUCH_TOLERANCE = 12, 0.01
-"""Fits at most, and the change of the contact's size that ends them."""
 
+#: Half the side of the patch relative to the longer semi-axis of the contact.
 PATCH = 1.5
-"""Half the side of the patch relative to the longer semi-axis of the contact."""
 
+#: Largest ratio of the axes of a contact that is estimated.
 LONGEST = 20.0
-"""Largest ratio of the axes of a contact that is estimated."""
 
 
 @dataclass(frozen=True, eq=False)

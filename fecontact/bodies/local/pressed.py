@@ -27,20 +27,20 @@ from fecontact.fem.stress import components, strain_of
 from fecontact.halfspace.grid import unfold
 from fecontact.halfspace.inside import mean_distance
 
+#: Nodes along a side of a block.
 ORDER = 4
-"""Nodes along a side of a block."""
 
+#: Distance of a point from a block, relative to half the block's diagonal, from which its nodes stand for it.
 APART = 2.0
-"""Distance of a point from a block, relative to half the block's diagonal, from which its nodes stand for it."""
 
+#: Largest blocks along the shorter side of a window.
 LARGEST = 4
-"""Largest blocks along the shorter side of a window."""
 
+#: Points at a time, for memory.
 CHUNK = 2000
-"""Points at a time, for memory."""
 
+#: Distance in cells from an edge between cells that is rounding of coordinates.
 ON_EDGE = 1e-9
-"""Distance in cells from an edge between cells that is rounding of coordinates."""
 
 DOWNWARDS = np.array([0.0, 0.0, -1.0])
 HALVES = np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
@@ -260,8 +260,8 @@ class _Near:
         return np.asarray((pressure / self.slant)[:, None] * (self.axes @ DOWNWARDS))
 
 
+#: Distance from the window, relative to its diagonal, beyond which the nodes' point loads stand for its cells.
 NEAR = 0.5
-"""Distance from the window, relative to its diagonal, beyond which the nodes' point loads stand for its cells."""
 
 
 @dataclass(frozen=True, eq=False)

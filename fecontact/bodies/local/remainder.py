@@ -59,8 +59,8 @@ from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import components_along
 from fecontact.surfaces.section_curve import along_line
 
+#: Distance from the window, relative to the body's farthest point, beyond which a floating body may be held.
 FAR = 0.5
-"""Distance from the window, relative to the body's farthest point, beyond which a floating body may be held."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,8 +130,8 @@ def _grounded(model: Model, origins: Array) -> IntArray:
     return fix_null_space(model.nodal_modes @ model.free_motions, held, model.size)
 
 
+#: Places along a side of a window at which its material is looked up.
 SAMPLES = 10
-"""Places along a side of a window at which its material is looked up."""
 
 
 @dataclass(frozen=True)
@@ -286,39 +286,39 @@ def _stretched(mesh: Mesh, batch: Batch, load: FaceLoads, material: Material, la
     return np.asarray(np.einsum("cqaj,cqij,cq->cai", batch.gradients, stress, batch.dV, optimize=True))
 
 
+#: Nodes along each side of a window that are tried in turn; even, so that half of them serve where it is mirrored.
 ORDERS = (6, 8, 10, 12)
-"""Nodes along each side of a window that are tried in turn; even, so that half of them serve where it is mirrored."""
 
+#: Coefficients of the highest degree, relative to the mean compliance of the window, at which the order suffices.
 SMALL = 1e-4
-"""Coefficients of the highest degree, relative to the mean compliance of the window, at which the order suffices."""
 
+#: The same relative to the asymmetry, which is the mesh's error: more nodes would follow that.
 OF_DEFECT = 0.5
-"""The same relative to the asymmetry, which is the mesh's error: more nodes would follow that."""
 
+#: Ratio of these coefficients at one order to those at the last from which more nodes are of no use.
 DECAY = 0.7
-"""Ratio of these coefficients at one order to those at the last from which more nodes are of no use."""
 
+#: Asymmetry of the remainder, relative to the mean compliance of the window, from which it is found on a finer mesh.
 MAX_DEFECT = 0.01
-"""Asymmetry of the remainder, relative to the mean compliance of the window, from which it is found on a finer mesh."""
 
+#: Distance from a window's relief, relative to the window, up to which faces are taken to be on it.
 BESIDE = 0.05
-"""Distance from a window's relief, relative to the window, up to which faces are taken to be on it."""
 
+#: Distance from a plane, relative to the body's size, within which a face lies in it.
 IN_PLANE = 1e-9
-"""Distance from a plane, relative to the body's size, within which a face lies in it."""
 
+#: Distance of faces from the window, in their sizes, up to which a quadrature of an order serves.
 RULES = ((1.0, 11), (2.5, 6), (5.0, 4), (np.inf, 3))
-"""Distance of faces from the window, in their sizes, up to which a quadrature of an order serves."""
 
+#: Nodes along each side of a window for the mean effect of layers.
 OF_LAYERS = 24
-"""Nodes along each side of a window for the mean effect of layers."""
 
+#: Mean compliance of a window, relative to a half-space's, below which it is not resolved: taken as that, so that the
+#: asymmetry and the last coefficients show it.
 MIN_MEAN = 1e-3
-"""Mean compliance of a window, relative to a half-space's, below which it is not resolved: taken as that, so that the
-asymmetry and the last coefficients show it."""
 
+#: Mean of 1/r between the points of a unit square: 4 ln(1 + sqrt 2) - 4/3 (sqrt 2 - 1).
 UNIFORM = 2.973210
-"""Mean of 1/r between the points of a unit square: 4 ln(1 + sqrt 2) - 4/3 (sqrt 2 - 1)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -560,18 +560,17 @@ def surface_weights(mesh: Mesh, window: Window, points: Array) -> sp.csr_matrix:
     return sp.csr_matrix(out)
 
 
+#: Sizes of cells that are tried, over their distance from the images of the window's points.
 SIZES = (2.0, 1.0, 0.5, 0.25)
-"""Sizes of cells that are tried, over their distance from the images of the window's points."""
 
+#: Least distance of a point from the other faces that counts, over the half-diagonal of the window.
 MIN_GAP = 0.05
-"""Least distance of a point from the other faces that counts, over the half-diagonal of the window."""
 
+#: Cells up to which a mesh is divided by itself, and up to how many times its own; some ten seconds.
 MAX_CELLS, GROWTH = 4000, 3
-"""Cells up to which a mesh is divided by itself, and up to how many times its own; some ten seconds."""
 
+#: Asymmetry after two divisions, over the largest allowed, from which more cells are of no use: the window is too near.
 HOPELESS = 10.0
-"""Asymmetry after two divisions, over the largest allowed, from which more cells are of no use: the window is too near.
-"""
 
 
 def on_divided_mesh(body: ElasticBody, window: Window, material: Material, found: Remainder, name: str) -> Remainder:

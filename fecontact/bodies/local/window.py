@@ -82,14 +82,14 @@ def interpolation(x: Array, half: float, order: int, mirrored: bool) -> Array:
     return np.asarray(polynomials(x, half, order, mirrored) @ coefficients(half, order, mirrored))
 
 
+#: Extent of the polynomial, relative to the window.
 REACH = 1.5
-"""Extent of the polynomial, relative to the window."""
 
+#: Degree of the polynomial along either direction.
 DEGREE = 8
-"""Degree of the polynomial along either direction."""
 
+#: Points along either side at which the surface is sampled.
 FITTED = 25
-"""Points along either side at which the surface is sampled."""
 
 Depths = Callable[[Array, Array], Array]
 
@@ -172,11 +172,11 @@ def fit(depths: Depths, half: Array, mirrored: Even) -> Relief:
     return Relief(reach, terms, float(np.abs(chosen.reshape(len(chosen), -1) @ found - z[there]).max(initial=0.0)))
 
 
+#: Largest slope of a surface over its tangent plane: effects of slope^4 are left out of the kernel.
 MAX_SLOPE = 0.5
-"""Largest slope of a surface over its tangent plane: effects of slope^4 are left out of the kernel."""
 
+#: Difference of the axes of two windows, and of their middles relative to their size, that is rounding.
 OPPOSITE = 1e-10
-"""Difference of the axes of two windows, and of their middles relative to their size, that is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,8 +273,8 @@ class Window:
         return (points - self.origin) @ self.axes
 
 
+#: Cosine between the normal of a face and the direction from which the face looks along it.
 MIN_FACING = 0.5
-"""Cosine between the normal of a face and the direction from which the face looks along it."""
 
 
 def facing(mesh: Mesh, faces: IntArray, direction: Array) -> IntArray:
@@ -294,11 +294,11 @@ def facing(mesh: Mesh, faces: IntArray, direction: Array) -> IntArray:
     return faces[across @ direction > MIN_FACING * np.linalg.norm(across, axis=1)]
 
 
+#: Effect of slopes, relative to the compliance, below which it is left out.
 MIN_EFFECT = 1e-5
-"""Effect of slopes, relative to the compliance, below which it is left out."""
 
+#: Radius, relative to the distance of nodes in the middle of the window, and points of the circle round a load.
 OWN, ROUND = 0.25, 8
-"""Radius, relative to the distance of nodes in the middle of the window, and points of the circle round a load."""
 
 
 def sources(window: Window, order: int) -> tuple[FaceLoads, ...]:
@@ -465,8 +465,8 @@ def window_surface(window: Window, points: Array, name: str, start: int = 0) -> 
     return WindowSurface(points, facets, name, grid=window.grid, window=window, start=start)
 
 
+#: Largest slope of a layered half-space over the window: effects of slope^2 are left out of its kernel.
 STEEPEST_LAYERED = 0.01
-"""Largest slope of a layered half-space over the window: effects of slope^2 are left out of its kernel."""
 
 
 @dataclass(frozen=True, eq=False, init=False)
