@@ -36,7 +36,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MissingPackageError
 from fecontact.common.material import Material
 from fecontact.common.threads import each
-from fecontact.halfspace.grid import Even, block_means
+from fecontact.halfspace.grid import Even, at_offsets, block_means
 
 #: Functions that a module must have.
 NEEDED = ("asarray", "stack", "fft.rfft", "fft.irfft", "fft.fft", "fft.ifft")
@@ -446,12 +446,7 @@ class InclinedTerm:
     def among(self, cells: IntArray) -> Array:
         """Displacements (n, n) of cells (n,), numbered row by row, by unit forces on them and their mirror images."""
         f = self.depth.ravel()[cells]
-        along = []
-        for index, even in zip(np.divmod(cells, self.depth.shape[1]), self.mirrored, strict=True):
-            # where it is mirrored, a cell's image is as far on the other side of the middle
-            images = (index, -1 - index) if even else (index,)
-            along.append([np.abs(index[:, None] - at) for at in images])
-        table = sum(self._table[ix, iy] for ix in along[0] for iy in along[1])
+        table = at_offsets(self._table, cells, self.depth.shape, self.mirrored)
         out = table * (f[:, None] - f) ** 2 + np.diag(self._own.ravel()[cells])
         return np.asarray(out / (self.cell[0] * self.cell[1]))
 

@@ -143,6 +143,24 @@ def unfold(values: NDArray, symmetric: Even) -> NDArray:
     return values
 
 
+def at_offsets(table: Array, cells: IntArray, shape: tuple[int, int], mirrored: Even) -> Array:
+    """Sums (n, n) of a table of offsets 0, 1, ... from cells (n,), numbered row by row, to others and their images.
+
+    Cells of an axis that is mirrored are those with positive coordinates: a cell's image is as far on the other side.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> at_offsets(np.array([[4.0, 2.0, 1.0, 0.5]]), np.array([0, 1]), (1, 2), (False, True)).tolist()
+    [[6.0, 3.0], [3.0, 4.5]]
+    """
+    along = []
+    for index, even in zip(np.divmod(cells, shape[1]), mirrored, strict=True):
+        images = (index, -1 - index) if even else (index,)
+        along.append([np.abs(index[:, None] - at) for at in images])
+    return np.asarray(sum(table[ix, iy] for ix in along[0] for iy in along[1]))
+
+
 def block_sums(values: NDArray, axes: Sequence[int] = (-2, -1)) -> NDArray:
     """Sums over blocks of 2 x 2 cells (..., mx, my), or of 2 along one axis; those at an odd end have fewer.
 

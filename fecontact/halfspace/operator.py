@@ -20,7 +20,7 @@ from fecontact.halfspace.compliance import (
 )
 from fecontact.halfspace.fft import Convolution, Corrected, Product, Tally, Term, kernel_spectrum, padded
 from fecontact.halfspace.friction import FIRST_TURN, MAX_STAGGERED, PER_TURN, SLIDING, Friction
-from fecontact.halfspace.grid import Even, even_axes, part_of, unfold
+from fecontact.halfspace.grid import Even, at_offsets, even_axes, part_of, unfold
 from fecontact.halfspace.nested import GridIterate, GridLevel, solve_coarser, solve_nested
 from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
 from fecontact.solvers import ContactProblem, Solution, Status
@@ -166,13 +166,7 @@ class CellModel:
             table = self.product.apply(unit)
         else:
             table = self.body.kernel()
-        along = []
-        for index, n, part, even in zip(
-            np.divmod(cells, self.shape[1]), grid.shape, self.part, self.mirrored, strict=True
-        ):
-            place = index + part.start
-            along.append([np.abs(place[:, None] - at) for at in ((place, n - 1 - place) if even else (place,))])
-        among = sum(table[ix, iy] for ix in along[0] for iy in along[1]) / grid.area
+        among = at_offsets(table, cells, self.shape, self.mirrored) / grid.area
         for term in self.smooth:
             among = among + term.among(cells)
         return np.asarray(among)

@@ -48,3 +48,9 @@ def test_sections_below_carry_the_force() -> None:
     stress = rectangle.stress(points, half_sides=SIDES, traction=(1.0, 0.0), material=SOLID)
     force = np.einsum("n,ni->i", np.outer(dt, dt).ravel(), stress[:, :, 2])
     assert np.allclose(force, [-4 * SIDES[0] * SIDES[1], 0, 0], atol=0.02 * 4 * SIDES[0] * SIDES[1])
+
+
+def test_the_former_module_warns() -> None:
+    with pytest.warns(DeprecationWarning, match="rectangle"):
+        found = fc.analytic.sheared_rectangle.stress([0, 0, 0.1], half_sides=SIDES, traction=(1, 0), material=SOLID)
+    assert np.array_equal(found, rectangle.stress([0, 0, 0.1], half_sides=SIDES, traction=(1, 0), material=SOLID))
