@@ -52,8 +52,8 @@ class _Formatter(argparse.ArgumentDefaultsHelpFormatter):
     """Help formatter that shows defaults that are names or numbers."""
 
     def _get_help_string(self, action: argparse.Action) -> str | None:
-        told = isinstance(action.default, str | int | float) and action.default not in ("", False)
-        return super()._get_help_string(action) if told else action.help
+        shown = isinstance(action.default, str | int | float) and action.default not in ("", False)
+        return super()._get_help_string(action) if shown else action.help
 
 
 def _outputs(

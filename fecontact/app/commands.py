@@ -178,8 +178,8 @@ def explain(options: argparse.Namespace) -> int:
     _check_files(options.json)
     scene = read_scene(options.scene)
     loads = [*scene.cases, *scene.steps, scene.loads][0]
-    told = explain(scene.scene, loads, scene.options.get("solver", "auto"), scene.options.get("accuracy"))
-    _show(_titled(scene, told), told.as_dict(), options.json)
+    cost = explain(scene.scene, loads, scene.options.get("solver", "auto"), scene.options.get("accuracy"))
+    _show(_titled(scene, cost), cost.as_dict(), options.json)
     return 0
 
 

@@ -60,7 +60,7 @@ PLANE = re.compile(r"C(PS|PE|PEG|AX|GAX)\d")
 
 @dataclass
 class Found:
-    """What the model part of a deck has said so far; `part` is the one whose keywords are being read."""
+    """Contents of a deck's model part, as far as read; `part` is the one whose keywords are being read."""
 
     instances: dict[str, list[str]]
     types: dict[str, str]
@@ -71,7 +71,7 @@ class Found:
     interactions: dict[str, list[KeywordSection]] = field(default_factory=dict)
     pairs: list[tuple[KeywordSection, str]] = field(default_factory=list)
     ties: list[DeckPair] = field(default_factory=list)
-    said: Remarks = field(default_factory=Remarks)
+    remarks: Remarks = field(default_factory=Remarks)
 
     @classmethod
     def of(cls, keywords: Sequence[KeywordSection]) -> Found:
@@ -155,13 +155,13 @@ def read_deck(path: Path) -> DeckContent:
     refuse_heat(keywords)
     for s in keywords:
         if s.keyword == "ELEMENT" and re.match(SOFTER, kind := s.parameters.get("TYPE", "").upper()):
-            found.said.note(f"{path.name}: elements of type {kind} are integrated in full, so they bend less here.")
+            found.remarks.note(f"{path.name}: elements of type {kind} are integrated in full, so they bend less here.")
     try:
         owner: list[KeywordSection] = []
         for s in keywords[:first]:
             owner = _model(s, owner, found, state, names)
-        steps = steps_of(keywords[first:], state, names, found.said)
-        materials = {name: _material(name, parts, found.said) for name, parts in found.materials.items()}
+        steps = steps_of(keywords[first:], state, names, found.remarks)
+        materials = {name: _material(name, parts, found.remarks) for name, parts in found.materials.items()}
         contacts, tied = _pairs(found, mesh, materials)
     except (ValueError, IndexError, OverflowError) as error:
         if isinstance(error, InputError):
@@ -183,8 +183,8 @@ def read_deck(path: Path) -> DeckContent:
         steps,
         contacts,
         [*found.ties, *tied],
-        [*mesh.notes, *found.said.all_notes],
-        warnings=found.said.warnings,
+        [*mesh.notes, *found.remarks.all_notes],
+        warnings=found.remarks.warnings,
         finite_motion=follows_motion(keywords),
     )
 
@@ -223,7 +223,7 @@ def _model(
     elif s.keyword == "SOLID SECTION":
         found.sections.append((found.cells(s, names.mesh), s.parameters.get("MATERIAL", "").upper()))
         if "ORIENTATION" in s.parameters:
-            found.said.note(f"{s.place}: the orientation is not used; materials are isotropic.")
+            found.remarks.note(f"{s.place}: the orientation is not used; materials are isotropic.")
     elif s.keyword == "CONTACT PAIR":
         found.pairs += [(s, line) for line in s.lines]
     elif s.keyword == "TIE":
@@ -233,11 +233,11 @@ def _model(
         found.ties += [_pair(line, s.place, 0.0, found, names.mesh, reach) for line in s.lines]
     elif s.keyword in ("PLASTIC", "CREEP", "VISCOELASTIC"):
         at = f" above {values_of(s.lines[0])[0]:g}" if s.keyword == "PLASTIC" and s.lines else ""
-        found.said.warn(f"{s.place}: *{s.keyword} is not used: the material stays elastic{at}.")
+        found.remarks.warn(f"{s.place}: *{s.keyword} is not used: the material stays elastic{at}.")
     elif s.keyword in (*OF_LINES, "AMPLITUDE"):
-        apply(s, state, names, (0.0, 0.0), found.said)
+        apply(s, state, names, (0.0, 0.0), found.remarks)
     else:
-        unused(s, found.said)
+        unused(s, found.remarks)
     return owner
 
 
@@ -251,7 +251,7 @@ def _pair(line: str, place: str, friction: float, found: Found, mesh: Mesh, reac
 
 
 def _pairs(found: Found, mesh: Mesh, materials: dict[str, Material]) -> tuple[list[DeckPair], list[DeckPair]]:
-    """Contacts, and pairs that are tied, with what is done differently noted or warned of."""
+    """Contacts, and pairs that are tied; what is solved differently is noted or warned of."""
     contacts: list[DeckPair] = []
     tied: list[DeckPair] = []
     stiffest = max((m.E for m in materials.values()), default=0.0) / float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
@@ -262,21 +262,21 @@ def _pairs(found: Found, mesh: Mesh, materials: dict[str, Material]) -> tuple[li
         friction, ties = 0.0, "TIED" in s.parameters
         for part in found.interactions[name.upper()]:
             if part.keyword == "FRICTION":
-                friction = _friction(part, found.said)
+                friction = _friction(part, found.remarks)
             else:
-                ties |= _behaviour(part, stiffest, found.said)
+                ties |= _behaviour(part, stiffest, found.remarks)
         pair = _pair(line, s.place, friction, found, mesh)
         (tied if ties else contacts).append(pair)
         if "ADJUST" in s.parameters:
             # zero moves only the nodes that lie in the master
             moves = s.parameters["ADJUST"].rstrip(".0") != ""
-            (found.said.warn if moves else found.said.note)(
+            (found.remarks.warn if moves else found.remarks.note)(
                 f"{s.place}: ADJUST is not used; gaps are those of the mesh."
             )
     return contacts, tied
 
 
-def _behaviour(part: KeywordSection, stiffest: float, said: Remarks) -> bool:
+def _behaviour(part: KeywordSection, stiffest: float, remarks: Remarks) -> bool:
     """Whether *SURFACE BEHAVIOR ties; a soft law is warned of, one so stiff that it is a penalty noted.
 
     Raises
@@ -288,22 +288,22 @@ def _behaviour(part: KeywordSection, stiffest: float, said: Remarks) -> bool:
         raise InputError(f"{part.place}: surfaces that touch once never part (NO SEPARATION), which is not done here.")
     form = part.parameters.get("PRESSURE-OVERCLOSURE", "HARD").upper()
     if form == "LINEAR" and part.lines and stiffest <= PENALTY * values_of(part.lines[0])[0]:
-        said.note(f"{part.place}: the contact is hard, without the linear overclosure, a penalty.")
+        remarks.note(f"{part.place}: the contact is hard, without the linear overclosure, a penalty.")
     elif form not in ("HARD", "TIED"):
-        said.warn(f"{part.place}: the contact is hard, without the soft {form.lower()} overclosure.")
+        remarks.warn(f"{part.place}: the contact is hard, without the soft {form.lower()} overclosure.")
     return form == "TIED"
 
 
-def _friction(part: KeywordSection, said: Remarks) -> float:
+def _friction(part: KeywordSection, remarks: Remarks) -> float:
     """Coefficient of friction of its keyword: the first one, infinite where rough."""
     if "ROUGH" in part.parameters:
         return math.inf
     if left := [word for word in OF_FRICTION if word in part.parameters]:
-        said.warn(f"{part.place}: friction is the first coefficient, everywhere; {', '.join(left)} is not used.")
+        remarks.warn(f"{part.place}: friction is the first coefficient, everywhere; {', '.join(left)} is not used.")
     return values_of(part.lines[0])[0] if part.lines and part.lines[0].strip(", ") else 0.0
 
 
-def _material(name: str, parts: Sequence[KeywordSection], said: Remarks) -> Material:
+def _material(name: str, parts: Sequence[KeywordSection], remarks: Remarks) -> Material:
     """Material of its keywords, at rest and at the first temperature."""
     given = {s.keyword: s for s in parts}
     density = values_of(given["DENSITY"].lines[0])[0] if "DENSITY" in given else None
@@ -321,7 +321,7 @@ def _material(name: str, parts: Sequence[KeywordSection], said: Remarks) -> Mate
                     code="not-isotropic",
                 )
             if len(s.lines) > 1:
-                said.note(f"{s.place}: the moduli of the first line are used at every temperature.")
+                remarks.note(f"{s.place}: the moduli of the first line are used at every temperature.")
             return Material(c[0], c[1], density)
         forms = [p for p in s.parameters if p not in ("N", "TEST DATA INPUT", "MODULI", "POISSON")]
         form = forms[0] if forms else "POLYNOMIAL"
@@ -329,6 +329,6 @@ def _material(name: str, parts: Sequence[KeywordSection], said: Remarks) -> Mate
             made = hyperfoam(order, c, density) if keyword == "HYPERFOAM" else hyperelastic(form, order, c, density)
         except InputError as error:
             raise InputError(f"{s.place}: {error}", code=error.code) from None
-        said.note(f"{s.place}: linear, with the moduli at rest: E = {made.E:.6g}, nu = {made.nu:.6g}.")
+        remarks.note(f"{s.place}: linear, with the moduli at rest: E = {made.E:.6g}, nu = {made.nu:.6g}.")
         return made
     raise InputError(f"The material {name!r} has none of *ELASTIC, *HYPERELASTIC and *HYPERFOAM.")

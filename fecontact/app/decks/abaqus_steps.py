@@ -60,7 +60,7 @@ HARMLESS = {
 }  # fmt: skip
 
 
-def unused(s: KeywordSection, said: Remarks) -> None:
+def unused(s: KeywordSection, remarks: Remarks) -> None:
     """Note a keyword that is not used, or warn of it.
 
     Raises
@@ -74,11 +74,11 @@ def unused(s: KeywordSection, said: Remarks) -> None:
         raise InputError(f"{s.place}: *INITIAL CONDITIONS, TYPE=STRESS are not done here: bodies begin without stress.")
     beginning = s.keyword == "INITIAL CONDITIONS" and s.parameters.get("TYPE", "").upper() == "TEMPERATURE"
     if s.keyword in OUTPUT:
-        said.requests.append(f"{s.place}: *{s.keyword}")
+        remarks.requests.append(f"{s.place}: *{s.keyword}")
     elif s.keyword in HARMLESS or beginning:
-        said.note(f"{s.place}: *{s.keyword} is not used.")
+        remarks.note(f"{s.place}: *{s.keyword} is not used.")
     else:
-        said.warn(f"{s.place}: *{s.keyword} is not used: what it changes is left out.")
+        remarks.warn(f"{s.place}: *{s.keyword} is not used: what it changes is left out.")
 
 
 def refuse_heat(keywords: list[KeywordSection]) -> None:
@@ -234,7 +234,7 @@ class StepState:
         self.fresh.add("GRAV")
 
 
-def steps_of(keywords: Sequence[KeywordSection], model: StepState, names: Names, said: Remarks) -> list[DeckStep]:
+def steps_of(keywords: Sequence[KeywordSection], model: StepState, names: Names, remarks: Remarks) -> list[DeckStep]:
     """Static steps; others are warned of.
 
     What holds on from earlier steps is taken anew in each, for amplitudes over the total time go on.
@@ -251,7 +251,7 @@ def steps_of(keywords: Sequence[KeywordSection], model: StepState, names: Names,
     for number, (a, b) in enumerate(pairwise([*starts, len(keywords)]), start=1):
         procedure = next((s for s in keywords[a:b] if s.keyword in STATIC), None)
         if procedure is None:
-            said.warn(f"{keywords[a].place}: step {number} is left out: it is not static.")
+            remarks.warn(f"{keywords[a].place}: step {number} is left out: it is not static.")
             continue
         if "PERTURBATION" in keywords[a].parameters:
             raise InputError(
@@ -266,8 +266,8 @@ def steps_of(keywords: Sequence[KeywordSection], model: StepState, names: Names,
             state.begin_step()
             for s in step:
                 if s.keyword not in ("STEP", "END STEP", *STATIC):
-                    apply(s, state, names, (its, total), said if k == len(done) else Remarks())
-                _warn_of_bends(s, state, (its, total, period), k == len(done), said)
+                    apply(s, state, names, (its, total), remarks if k == len(done) else Remarks())
+                _warn_of_bends(s, state, (its, total, period), k == len(done), remarks)
         out.append(DeckStep(f"step {number}", state.held, state.forces, state.pressures, gravity=state.gravity))
     if not out:
         raise InputError(f"{names.source} has no static step (*STEP with *STATIC), so there is nothing to solve.")
@@ -275,7 +275,7 @@ def steps_of(keywords: Sequence[KeywordSection], model: StepState, names: Names,
 
 
 def _warn_of_bends(
-    s: KeywordSection, state: StepState, times: tuple[float, float, float], own: bool, said: Remarks
+    s: KeywordSection, state: StepState, times: tuple[float, float, float], own: bool, remarks: Remarks
 ) -> None:
     """Warn of an amplitude that goes beyond its ends within a step, of which only the end is solved."""
     found = state.amplitudes.get(s.parameters.get("AMPLITUDE", "").upper())
@@ -284,7 +284,7 @@ def _warn_of_bends(
         return
     start, end = (total - period, total) if found.total else (0.0, its)
     if found.goes_beyond(start, end):
-        said.warn(
+        remarks.warn(
             f"{s.place}: the amplitude {s.parameters['AMPLITUDE']!r} goes beyond its ends within a step, of which only "
             "the end is solved; with friction make each bend the end of a step."
         )
@@ -296,8 +296,8 @@ def follows_motion(keywords: Sequence[KeywordSection]) -> bool:
     return any("NLGEOM" in given and given["NLGEOM"].upper() != "NO" for given in steps)
 
 
-def apply(s: KeywordSection, state: StepState, names: Names, times: tuple[float, float], said: Remarks) -> None:
-    """Take a keyword of a step; what is said of those that are not used, see `abaqus_unused`.
+def apply(s: KeywordSection, state: StepState, names: Names, times: tuple[float, float], remarks: Remarks) -> None:
+    """Take a keyword of a step; for those that are not used see `unused`.
 
     Raises
     ------
@@ -308,14 +308,14 @@ def apply(s: KeywordSection, state: StepState, names: Names, times: tuple[float,
         state.amplitudes[s.parameters.get("NAME", "").upper()] = Amplitude.of(s)
         return
     if s.keyword not in OF_LINES:
-        unused(s, said)
+        unused(s, remarks)
         return
     if wrong := [p for p in MEANING if p in s.parameters]:
         raise InputError(f"{s.place}: *{s.keyword} with {', '.join(wrong)} is not done here.", code="not-supported")
     _reset(s, state)
     for line in s.lines:
         words = [*(word.strip() for word in line.split(",")), *[""] * 4]
-        OF_LINES[s.keyword](Line(s, words, state, names, times, said))
+        OF_LINES[s.keyword](Line(s, words, state, names, times, remarks))
 
 
 @dataclass(frozen=True, eq=False)
@@ -327,7 +327,7 @@ class Line:
     state: StepState
     names: Names
     times: tuple[float, float]
-    said: Remarks
+    remarks: Remarks
 
     def value(self, k: int) -> float:
         """The load in word k at the end of the step."""
@@ -345,7 +345,7 @@ class Line:
         s, value = self.s, self.value(k)
         if value:
             raise InputError(f"{s.place}: *{s.keyword} of {value:g} would be lost: {why}.", code="load-would-be-lost")
-        self.said.note(f"{s.place}: a line of *{s.keyword} is not used: {why}.")
+        self.remarks.note(f"{s.place}: a line of *{s.keyword} is not used: {why}.")
 
 
 def _reset(s: KeywordSection, state: StepState) -> None:
@@ -375,7 +375,7 @@ def _hold(line: Line) -> None:
         first, last = int(words[1]), int(words[2] or words[1])
         components, size = tuple(range(first - 1, last)), line.value(3)
         if last > 3:
-            line.said.note(f"{s.place}: components above 3 of {words[0]!r} are not used.")
+            line.remarks.note(f"{s.place}: components above 3 of {words[0]!r} are not used.")
     for c in components:
         if c < 3:
             line.state.held[nodes, c] = size
@@ -402,7 +402,7 @@ def _load_cells(line: Line) -> None:
     label = words[1].upper()
     if label == "GRAV":
         if words[0] and len(names.cells(words[0], place)) < len(names.mesh.cells):
-            line.said.warn(f"{place}: gravity acts on all bodies with a density, not on {words[0]!r} alone.")
+            line.remarks.warn(f"{place}: gravity acts on all bodies with a density, not on {words[0]!r} alone.")
         line.state.pull(line.value(2) * np.array([_number(word) for word in words[3:6]]))
     elif label[:1] == "P" and label[1:].isdigit():
         key = (words[0].upper(), label)

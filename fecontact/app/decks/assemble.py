@@ -31,7 +31,7 @@ from fecontact.scene.scene import Scene
 from fecontact.surfaces import Facets
 from fecontact.surfaces.facet_surface import FacetSurface
 
-#: Distance of a node from the master, relative to the size of its facets, up to which it is tied unless the deck says
+#: Distance of a node from the master, relative to the size of its facets, up to which it is tied by default
 #: (Abaqus Analysis User's Guide, "Mesh tie constraints": 5 % of the typical size of the master's elements).
 NEAR = 0.05
 
@@ -39,8 +39,8 @@ NEAR = 0.05
 def tied(mesh: Mesh, ties: Sequence[DeckPair]) -> tuple[Mesh, tuple[str, ...]]:
     """The mesh with the nodes of slaves on their masters, which they follow by the masters' shape functions.
 
-    Nodes further away than the tie reaches, a twentieth of the size of a facet unless the deck says otherwise, or
-    beside the master, stay free; a warning says how many. A tied node is moved onto the master, so that rigid motions
+    Nodes further away than the tie reaches (by default a twentieth of the size of a facet), or beside the master, stay
+    free; a warning gives their number. A tied node is moved onto the master, so that rigid motions
     do not strain.
 
     Parameters

@@ -1,4 +1,4 @@
-"""What a deck says of a scene, with node and cell numbers of its mesh, before bodies are made."""
+"""Contents of a deck, with node and cell numbers of its mesh, before bodies are made."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class DeckStep:
 
 @dataclass(frozen=True)
 class DeckPair:
-    """Two surfaces that touch, or that are tied: names of boundaries, the slave first, and where the deck says so."""
+    """Two surfaces that touch, or that are tied: names of boundaries, the slave first, and their line in the deck."""
 
     slave: str
     master: str
@@ -82,7 +82,7 @@ class DeckPair:
 
 @dataclass
 class Remarks:
-    """What is said of a deck: notes, warnings of what may change its answer, and keywords that ask for output."""
+    """Remarks on a deck: notes, warnings of what may change its answer, and keywords that ask for output."""
 
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
@@ -132,7 +132,7 @@ class DeckRigid:
 
 @dataclass(frozen=True, eq=False)
 class DeckContent:
-    """What a deck says of a scene.
+    """Contents of a deck.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ class DeckContent:
     warnings : sequence of str
         The same of what may change the answer.
     finite_motion : bool, optional
-        Whether poses are carried along, if the deck says.
+        Whether poses are carried along; None where the deck leaves it open.
     """
 
     source: str

@@ -49,7 +49,7 @@ OUTER = {
     "prestrain elastic": "elastic",
 }
 RIGID = "rigid body"
-#: Sections that are read, or that say how to solve and what to print.
+#: Sections that are read, or that set how to solve and what to print.
 USED = {"Module", "Control", "Globals", "Material", "MeshDomains", "Boundary", "Rigid", "Loads", "Contact", "Step"}
 USED |= {"Constraints", "LoadData", "Output", *MESH_SECTIONS}
 
@@ -77,22 +77,22 @@ def read_feb(path: Path) -> DeckContent:
     mesh = build(raw, path.name)
     if missing:
         raise InputError(f"Files that {path.name} includes are missing: {', '.join(missing)}.", code="missing-files")
-    said = Remarks(list(mesh.notes))
+    remarks = Remarks(list(mesh.notes))
     try:
-        parts = _parts(root, raw, mesh, path.name, said)
+        parts = _parts(root, raw, mesh, path.name, remarks)
         names = _rigid_names(root)
-        contacts, ties = _pairs(root, said)
+        contacts, ties = _pairs(root, remarks)
         wanted = {n for p in contacts for n in (p.slave, p.master)}
         stiff = [m for m in root.iterfind("Material/material") if m.get("type") == RIGID]
-        rigid = [_rigid(m, parts, raw, mesh, wanted, _glued(_name(m), root, names, mesh, said)) for m in stiff]
+        rigid = [_rigid(m, parts, raw, mesh, wanted, _glued(_name(m), root, names, mesh, remarks)) for m in stiff]
         curves, segments = Curves.of(root), segments_of(root)
-        steps = deck_steps(segments, curves, mesh, {r.name: r for r in rigid}, names, path.name, said)
+        steps = deck_steps(segments, curves, mesh, {r.name: r for r in rigid}, names, path.name, remarks)
     except (ValueError, TypeError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path.name} holds a value that cannot be read: {error}.", code="bad-value") from error
     for s in (s for s in root if s.tag not in USED):
-        said.warn(f"{s.get('line')}: <{s.tag}> is not used: what it changes is left out.")
+        remarks.warn(f"{s.get('line')}: <{s.tag}> is not used: what it changes is left out.")
     cells = np.setdiff1d(np.arange(len(mesh.cells)), np.concatenate([np.zeros(0, np.int64), *parts.rigid.values()]))
     if not len(cells):
         raise InputError(f"{path.name} has rigid parts only; a scene needs an elastic body.")
@@ -112,13 +112,13 @@ def read_feb(path: Path) -> DeckContent:
         [replace(s, held=s.held[kept], forces=s.forces[kept]) for s in steps],
         contacts,
         ties,
-        said.all_notes,
+        remarks.all_notes,
         [replace(r, attached=point[r.attached][point[r.attached] >= 0]) for r in rigid],
-        tuple(dict.fromkeys(said.warnings)),
+        tuple(dict.fromkeys(remarks.warnings)),
     )
 
 
-def _parts(root: Element, raw: RawMesh, mesh: Mesh, source: str, said: Remarks) -> Parts:
+def _parts(root: Element, raw: RawMesh, mesh: Mesh, source: str, remarks: Remarks) -> Parts:
     """Materials of the domains; those of FEBio 2.5 stand at <Elements>."""
     found = {_name(m): m for m in root.iterfind("Material/material")}
     by_id = {m.get("id", ""): name for name, m in found.items()}
@@ -140,7 +140,7 @@ def _parts(root: Element, raw: RawMesh, mesh: Mesh, source: str, said: Remarks) 
             shells = [f.ravel() for f in raw.shells.get(domain, [])]
             out.rigid_shells[name] = np.unique(np.concatenate([out.rigid_shells[name], *shells]))
         elif domain in mesh.groups:
-            out.materials.setdefault(name, _material(material, said))
+            out.materials.setdefault(name, _material(material, remarks))
             out.sections.append((mesh.groups[domain], name))
     return out
 
@@ -157,11 +157,11 @@ def _rigid_names(root: Element) -> dict[str, str]:
     return names | {name: name for name in names.values()}
 
 
-def _material(material: Element, said: Remarks) -> Material:
+def _material(material: Element, remarks: Remarks) -> Material:
     """Linear material of a law at rest."""
     kind, where = material.get("type", ""), material
     while kind in OUTER and (inner := where.find(OUTER[kind])) is not None:
-        said.note(f"{material.get('line')}: of the {kind} material only its {OUTER[kind]} is used.")
+        remarks.note(f"{material.get('line')}: of the {kind} material only its {OUTER[kind]} is used.")
         density = where.findtext("density")
         where, kind = inner, inner.get("type", "")
         if density is not None and where.find("density") is None:
@@ -186,14 +186,14 @@ def _material(material: Element, said: Remarks) -> Material:
         )
     if kind != "isotropic elastic":
         moduli = f"E = {made.E:.6g}, nu = {made.nu:.6g}"
-        said.note(f"{material.get('line')}: {kind} is linear here, with the moduli at rest: {moduli}.")
+        remarks.note(f"{material.get('line')}: {kind} is linear here, with the moduli at rest: {moduli}.")
     return made
 
 
-def _glued(name: str, root: Element, names: dict[str, str], mesh: Mesh, said: Remarks) -> list[IntArray]:
+def _glued(name: str, root: Element, names: dict[str, str], mesh: Mesh, remarks: Remarks) -> list[IntArray]:
     """Nodes that <bc type="rigid"> or <rigid> attaches to a rigid part."""
     entries = [b for section in root.iter("Boundary") for b in section if (b.get("type") or b.tag) == "rigid"]
-    sets = [nodes_of(b, mesh, said) for b in entries if rigid_name(b, names) == name]
+    sets = [nodes_of(b, mesh, remarks) for b in entries if rigid_name(b, names) == name]
     return [nodes for nodes in sets if nodes is not None]
 
 
@@ -236,7 +236,7 @@ def _rigid(
     return DeckRigid(name, centre, surface_mesh, frozenset(names), attached)
 
 
-def _pairs(root: Element, said: Remarks) -> tuple[list[DeckPair], list[DeckPair]]:
+def _pairs(root: Element, remarks: Remarks) -> tuple[list[DeckPair], list[DeckPair]]:
     """Sliding and tied contacts of all steps; others are noted."""
     pairs = {}
     for pair in (p for tag in MESH_SECTIONS for p in root.iterfind(f"{tag}/SurfacePair")):
@@ -249,7 +249,7 @@ def _pairs(root: Element, said: Remarks) -> tuple[list[DeckPair], list[DeckPair]
     for c in root.iter("contact"):
         place, kind, name = c.get("line", ""), c.get("type", ""), c.get("surface_pair", "")
         if kind not in SLIDING | TIED:
-            said.warn(f"{place}: the contact {c.get('name') or name!r} of type {kind!r} is not used.")
+            remarks.warn(f"{place}: the contact {c.get('name') or name!r} of type {kind!r} is not used.")
             continue
         if name not in pairs:
             raise InputError(f"{place}: there is no surface pair {name!r}; there are: {', '.join(pairs) or 'none'}.")
@@ -261,7 +261,7 @@ def _pairs(root: Element, said: Remarks) -> tuple[list[DeckPair], list[DeckPair]
         if (c.findtext("tension") or "0").strip() != "0" and kind in SLIDING:
             raise InputError(f"{place}: surfaces that pull on each other (tension) are not done here.", code="tension")
         if several and c in inner:
-            said.warn(f"{place}: the contact {c.get('name') or name!r} acts in all steps, not in its own alone.")
+            remarks.warn(f"{place}: the contact {c.get('name') or name!r} acts in all steps, not in its own alone.")
         friction = float(c.findtext("fric_coeff") or 0.0)
         slave, master = pairs[name]
         (ties if kind in TIED else contacts).append(DeckPair(slave, master, friction, place))

@@ -159,7 +159,7 @@ class State:
     mesh: Mesh
     curves: Curves
     rigid: Mapping[str, str]
-    said: Remarks
+    remarks: Remarks
     time: float
     held: Array
     forces: Array
@@ -209,7 +209,7 @@ def deck_steps(
     rigid: Mapping[str, DeckRigid],
     rigid_names: Mapping[str, str],
     source: str,
-    said: Remarks,
+    remarks: Remarks,
 ) -> list[DeckStep]:
     """Supports and loads at the end of each step and wherever one of its load curves bends, if they change there."""
     out: list[DeckStep] = []
@@ -217,7 +217,7 @@ def deck_steps(
     for segment in segments:
         for time in _times(segment, curves):
             free, unloaded = np.full(mesh.points.shape, np.nan), np.zeros(mesh.points.shape)
-            state = State(mesh, curves, rigid_names, said, time, free, unloaded)
+            state = State(mesh, curves, rigid_names, remarks, time, free, unloaded)
             state.motions = {name: np.full(6, np.nan) for name in rigid}
             state.loads = {name: np.zeros(6) for name in rigid}
             for entry in segment.active:
@@ -258,7 +258,7 @@ def _apply(entry: Element, state: State) -> None:
     kind, place = entry.get("type") or entry.tag, entry.get("line")
     known, nodes = OTHERS | (OF_SURFACES if entry.tag == "surface_load" else {}), None
     if entry.get("node_set") is not None:
-        nodes = nodes_of(entry, state.mesh, state.said)
+        nodes = nodes_of(entry, state.mesh, state.remarks)
         if nodes is None:
             if entry.tag == "nodal_load":
                 raise InputError(f"{place}: the load on {entry.get('node_set')!r} would be lost: no nodes of solids.")
@@ -270,10 +270,10 @@ def _apply(entry: Element, state: State) -> None:
     what = f"<{entry.tag}>" if kind == entry.tag else f"<{entry.tag} type={kind!r}>"
     if entry.tag.endswith("_load"):
         raise InputError(f"{place}: {what} is not done here, and its load would be lost.", code="not-supported")
-    state.said.warn(f"{place}: {what} is not used: what it changes is left out.")
+    state.remarks.warn(f"{place}: {what} is not used: what it changes is left out.")
 
 
-def nodes_of(entry: Element, mesh: Mesh, said: Remarks) -> IntArray | None:
+def nodes_of(entry: Element, mesh: Mesh, remarks: Remarks) -> IntArray | None:
     """Nodes of an element's set, or of its surface ``@surface:name``; None where they belong to no solid."""
     name = entry.get("node_set", "")
     what, _, of = name.rpartition(":")
@@ -281,7 +281,7 @@ def nodes_of(entry: Element, mesh: Mesh, said: Remarks) -> IntArray | None:
         return mesh.boundary_nodes(of)
     if not what and name in mesh.node_sets:
         return mesh.node_sets[name]
-    said.note(f"{entry.get('line')}: not used, as {name!r} has no nodes of solids.")
+    remarks.note(f"{entry.get('line')}: not used, as {name!r} has no nodes of solids.")
     return None
 
 

@@ -118,7 +118,7 @@ def mesh_of(table: Table, folder: Path, bodies: Mapping[str, Any]) -> Mesh | Non
         table.raw(key)
         if key in ("scale", "element", "part") and key in table and "mesh" not in table:
             table.fault(key, "belongs to a mesh from a file; others have their own sizes, elements and parts.")
-    # where several are given, the one that says most is read, for its faults
+    # where several are given, a table is read rather than a file, for its faults
     chosen = next((key for key in ("shape", "solid", "extrude", "mesh") if key in table), None)
     return _with_boundaries(table.table("boundaries"), None if chosen is None else sources[chosen]())
 

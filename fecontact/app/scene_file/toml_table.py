@@ -73,9 +73,9 @@ class Faults:
         if not self.found:
             return
         ordered = sorted(self.found, key=lambda fault: self.line(fault[0]) or 0)
-        told = [f"  {self._where(place)}: {text}" for place, text in ordered]
-        count = "one fault" if len(told) == 1 else f"{len(told)} faults"
-        raise InputError(f"{self.path} has {count}:\n" + "\n".join(told), code="scene-file")
+        lines = [f"  {self._where(place)}: {text}" for place, text in ordered]
+        count = "one fault" if len(lines) == 1 else f"{len(lines)} faults"
+        raise InputError(f"{self.path} has {count}:\n" + "\n".join(lines), code="scene-file")
 
     def _where(self, place: Place) -> str:
         line = self.line(place)

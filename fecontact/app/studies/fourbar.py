@@ -1,7 +1,7 @@
 """The four-bar mechanism of Campanelli, Berzeri & Shabana (1999), section 6, in SI units, driven by a constant moment.
 
 The paper's table 3 contradicts itself and its drive is a figure only. Taken here: a diameter of 0.04 m, which gives its
-areas (it says 0.4 m), the second moment of area of the crank for the follower too, steel of 7848 kg/m^3 by its masses,
+areas (printed: 0.4 m), the second moment of area of the crank for the follower too, steel of 7848 kg/m^3 by its masses,
 and a ground of 0.65 m by its equation 25. The crank starts at rest, upright, under gravity and a constant moment of
 30 N m. When it lies along the ground the linkage is all but folded, and coupler and follower turn back within a few
 hundredths of a second.

@@ -52,7 +52,7 @@ FAR = 8.0
 """Drag of a block to each side, in shifts of the top under which an elastic block that sticks would slide."""
 
 BEYOND = 1.05
-"""Load over what friction holds that is to be refused."""
+"""Load, relative to the sliding limit, that must be refused."""
 
 
 @dataclass(frozen=True)
@@ -378,7 +378,7 @@ def _shifts(far: float) -> Array:
 
 
 def _refused(scene: Scene, block: Body, limit: float, force: float) -> str:
-    """What the refusal of a load beyond friction says."""
+    """Message of the refusal of a load beyond the sliding limit."""
     try:
         scene.solve(**_pulled(block, BEYOND * limit, force))
     except SupportError as refusal:

@@ -201,16 +201,16 @@ def _study(name: str, half: HalfSpace, c: HalfSpaceContact, exact: Exact | None)
         found["tilt (rad)"] = math.hypot(*c.tilt)
     known = exact.figures if exact else {}
     figures = {what: Figure(value, known.get(what)) for what, value in found.items()}
-    told = compared(figures)
+    beside = compared(figures)
     if exact is not None and exact.pressure is not None:
         figures["pressure, L2"] = Figure(_pressure_error(c, exact), 0.0)
-        told["errors"]["pressure, L2"] = figures["pressure, L2"].found
+        beside["errors"]["pressure, L2"] = figures["pressure, L2"].found
     data = {
         "shape": name,
         "periodic": c.periodic,
         "cells": list(c.grid.shape),
         "size": list(c.grid.size),
-        **told,
+        **beside,
         "centre_of_pressure": [v if math.isfinite(v) else None for v in c.centre_of_pressure],
         "regions": c.n_regions,
         "exact": None if exact is None else {"source": exact.source, **finite(known)},

@@ -174,7 +174,7 @@ def _check_map(
     if wrong := [k for k in given if not whole("the number of a contact", k, 0) < len(result.contacts)]:
         raise InputError(f"There is no contact {wrong[0]}; the result has {len(result.contacts)} (0, 1, ...).")
     if not given:
-        raise InputError("No contact is to be drawn: give contacts=[0], or leave it out for all.")
+        raise InputError("No contacts selected: give contacts=[0], or leave it out for all.")
     flag("same_colours", same_colours)
 
 

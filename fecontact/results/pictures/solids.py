@@ -210,7 +210,7 @@ def cut(solid: Solid, where: str) -> Solid | None:
     """
     found = CUT.fullmatch(where)
     if found is None:
-        raise InputError(f"A cut reads like 'x<0' or 'z>12.5', of what is to be kept; found {where!r}.", code="no-cut")
+        raise InputError(f"A cut reads like 'x<0' or 'z>12.5', for the part to keep; found {where!r}.", code="no-cut")
     if solid.mesh.is_flat:
         raise InputError("A section shows its inside already: there is nothing to cut open.", code="section-not-cut")
     axis, sign, level = "xyz".index(found[1]), found[2], float(found[3])
