@@ -24,10 +24,10 @@ lambda P(v_0 + v_1)/2 (v_1 - v_0), as P is self-adjoint; the derivative of v is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
@@ -52,84 +52,6 @@ MIN_CHANGE = 1e-6
 #: The same for any strain: energies are rounded to 1e-16 of the modulus, which divided by the change is an error of the
 #: stress; without the term the error is the square of the change. Both are equal at the third root of 1e-16.
 ROUNDED_CHANGE = 5e-6
-
-
-class Elastic(Protocol):
-    """What a solid of bricks has to tell; see `solid.AncfSolid`."""
-
-    @property
-    def space(self) -> AncfSpace:
-        """Coordinates and functions."""
-
-    @property
-    def law(self) -> Law:
-        """Stress and energy of a deformation."""
-
-    @property
-    def lame(self) -> Array:
-        """First Lame constant of each cell."""
-
-    @property
-    def shear(self) -> Array:
-        """Shear modulus of each cell."""
-
-    def rules(self) -> list[tuple[Iterable[GradientBatch], float, float]]:
-        """Gauss rules, with the factors of lambda and mu in each."""
-
-    def dilatation(self, F: Array) -> Dilatation | None:
-        """The law's measure of volume where it is projected in each cell."""
-
-    def projected(self, values: Array, batch: GradientBatch) -> Array:
-        """Its projection."""
-
-
-def forces_between(solid: Elastic, q0: Array, q1: Array) -> Array:
-    """Conserving elastic forces (n_dofs,) between coordinates q0 and q1.
-
-    Raises
-    ------
-    InvertedError
-        If the mean of C = F^T F of both states is singular at a point.
-
-    Examples
-    --------
-    >>> import numpy as np, fecontact as fc
-    >>> from fecontact.ancf import AncfSolid, AncfSpace, NeoHookean
-    >>> space = AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8"))
-    >>> solid = AncfSolid(space, fc.Material(E=1.0, nu=0.3), NeoHookean())
-    >>> a, b = space.affine(np.diag([1.0, 1.1, 0.9])), space.affine(np.diag([1.2, 1.0, 1.0]))
-    >>> work = forces_between(solid, a, b) @ (b - a)
-    >>> bool(abs(work - (solid.energy(b) - solid.energy(a))) < 1e-14)
-    True
-    """
-    e0, e1 = solid.space.spread(q0), solid.space.spread(q1)
-    total = np.zeros_like(e0)
-    for batches, lame, shear in solid.rules():
-        for batch in batches:
-            F0, F1 = deformation_gradients(e0, batch), deformation_gradients(e1, batch)
-            constants = lame * solid.lame[batch.cells, None], shear * solid.shear[batch.cells, None]
-            C0, C1 = (np.swapaxes(F, 2, 3) @ F for F in (F0, F1))
-            try:
-                middle = np.swapaxes(np.linalg.cholesky((C0 + C1) / 2), 2, 3)  # any F with F^T F = C_mid will do
-            except np.linalg.LinAlgError as error:
-                raise InvertedError("Material is flattened to nothing in both states of a step.") from error
-            S = solid.law(middle, *constants, tangent=False).stress
-            before, after = (solid.law(F, *constants, tangent=False).energy for F in (F0, F1))
-            change = (C1 - C0) / 2
-            size = (change * change).sum(axis=(2, 3))
-            strain = max(np.abs(C0 - np.eye(3)).max(), np.abs(C1 - np.eye(3)).max()) / 2
-            large = size > max(MIN_CHANGE * strain, ROUNDED_CHANGE) ** 2
-            S = _discrete(S, after - before, change, large, size)
-            v, v0, v1 = (solid.dilatation(F) for F in (middle, F0, F1))
-            if v is not None and v0 is not None and v1 is not None:
-                # half the difference of projected squares: their mean times the change of v
-                pressure = solid.lame[batch.cells, None] * solid.projected((v0.value + v1.value) / 2, batch)
-                S = S + pressure[..., None, None] * _discrete(v.rate, v1.value - v0.value, change, large, size)
-            P = (F0 + F1) / 2 @ S * batch.dV[..., None, None]
-            n, n_q = batch.dV.shape
-            G = batch.gradients.swapaxes(2, 3).reshape(n, 3 * n_q, -1)
-            np.add.at(total, batch.functions, np.swapaxes(G, 1, 2) @ P.swapaxes(2, 3).reshape(n, 3 * n_q, 3))
-    return solid.space.gather(total)
 
 
 def _discrete(rate: Array, difference: Array, change: Array, large: Mask, size: Array) -> Array:
@@ -273,13 +195,18 @@ class AncfSolid:
             return [(self._batches(self.points), 0.0, 1.0)]
         return [(self._batches(self.points), 0.0, 1.0), (self._batches(self.volumetric), 1.0, 0.0)]
 
+    def weighted(self) -> Iterator[tuple[int, GradientBatch, Array, Array]]:
+        """Batches of all rules: number in the rule, batch, lambda and mu (n_cells, 1) there with the rule's factors."""
+        for batches, lame, shear in self.rules():
+            for k, batch in enumerate(batches):
+                yield k, batch, lame * self.lame[batch.cells, None], shear * self.shear[batch.cells, None]
+
     def _respond(
-        self, e: Array, batch: GradientBatch, lame: float, shear: float, tangent: bool
+        self, e: Array, batch: GradientBatch, lame: Array, shear: Array, tangent: bool
     ) -> tuple[Array, Response]:
         """Deformation gradients (n_cells, n_q, 3, 3) and the response of the law."""
         F = deformation_gradients(e, batch)
-        constants = lame * self.lame[batch.cells, None], shear * self.shear[batch.cells, None]
-        response = self.law(F, *constants, tangent=tangent)
+        response = self.law(F, lame, shear, tangent=tangent)
         v = self.dilatation(F)
         if v is None:
             return F, response
@@ -315,10 +242,8 @@ class AncfSolid:
     def energy(self, q: Array) -> float:
         """Strain energy at coordinates q (n_dofs,)."""
         e, total = self.space.spread(q), 0.0
-        for batches, lame, shear in self.rules():
-            for batch in batches:
-                _, response = self._respond(e, batch, lame, shear, tangent=False)
-                total += float((response.energy * batch.dV).sum())
+        for _, batch, lame, shear in self.weighted():
+            total += float((self._respond(e, batch, lame, shear, tangent=False)[1].energy * batch.dV).sum())
         return total
 
     def check_inverted(self, q: Array) -> None:
@@ -340,14 +265,13 @@ class AncfSolid:
         >>> solid.check_inverted(space.affine(np.diag([0.1, 1.0, 1.0])))
         """
         e, count, worst, cell, place = self.space.spread(q), 0, np.inf, 0, np.zeros(3)
-        for batches, _, _ in self.rules():
-            for batch in batches:
-                det = determinant_3x3(deformation_gradients(e, batch))
-                count += int((~(det > 0)).sum())
-                k, point = np.unravel_index(np.argmin(det), det.shape)
-                if not det[k, point] >= worst:
-                    worst, cell = float(det[k, point]), int(batch.cells[k])
-                    place = batch.S[k, point] @ self.space.spread(self.space.q0)[batch.functions[k]]
+        for _, batch, _, _ in self.weighted():
+            det = determinant_3x3(deformation_gradients(e, batch))
+            count += int((~(det > 0)).sum())
+            k, point = np.unravel_index(np.argmin(det), det.shape)
+            if not det[k, point] >= worst:
+                worst, cell = float(det[k, point]), int(batch.cells[k])
+                place = batch.S[k, point] @ self.space.spread(self.space.q0)[batch.functions[k]]
         if count:
             at = ", ".join(f"{x:.4g}" for x in place)
             raise InvertedError(
@@ -411,8 +335,47 @@ class AncfSolid:
         return [self.space.rows_at(cells, X), *self.space.gradient_rows_at(cells, X)]
 
     def forces_between(self, q0: Array, q1: Array) -> Array:
-        """Conserving elastic forces (n_dofs,), see `conserving.forces_between`."""
-        return forces_between(self, q0, q1)
+        """Conserving elastic forces (n_dofs,) between coordinates q0 and q1, see the module.
+
+        Raises
+        ------
+        InvertedError
+            If the mean of C = F^T F of both states is singular at a point.
+
+        Examples
+        --------
+        >>> import numpy as np, fecontact as fc
+        >>> from fecontact.ancf import NeoHookean
+        >>> space = AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8"))
+        >>> solid = AncfSolid(space, fc.Material(E=1.0, nu=0.3), NeoHookean())
+        >>> a, b = space.affine(np.diag([1.0, 1.1, 0.9])), space.affine(np.diag([1.2, 1.0, 1.0]))
+        >>> work = solid.forces_between(a, b) @ (b - a)
+        >>> bool(abs(work - (solid.energy(b) - solid.energy(a))) < 1e-14)
+        True
+        """
+        e0, e1 = self.space.spread(q0), self.space.spread(q1)
+        total = np.zeros_like(e0)
+        for _, batch, lame, shear in self.weighted():
+            F0, F1 = deformation_gradients(e0, batch), deformation_gradients(e1, batch)
+            C0, C1 = (np.swapaxes(F, 2, 3) @ F for F in (F0, F1))
+            try:
+                middle = np.swapaxes(np.linalg.cholesky((C0 + C1) / 2), 2, 3)  # any F with F^T F = C_mid will do
+            except np.linalg.LinAlgError as error:
+                raise InvertedError("Material is flattened to nothing in both states of a step.") from error
+            S = self.law(middle, lame, shear, tangent=False).stress
+            before, after = (self.law(F, lame, shear, tangent=False).energy for F in (F0, F1))
+            change = (C1 - C0) / 2
+            size = (change * change).sum(axis=(2, 3))
+            strain = max(np.abs(C0 - np.eye(3)).max(), np.abs(C1 - np.eye(3)).max()) / 2
+            large = size > max(MIN_CHANGE * strain, ROUNDED_CHANGE) ** 2
+            S = _discrete(S, after - before, change, large, size)
+            v, v0, v1 = (self.dilatation(F) for F in (middle, F0, F1))
+            if v is not None and v0 is not None and v1 is not None:
+                # half the difference of projected squares: their mean times the change of v
+                pressure = self.lame[batch.cells, None] * self.projected((v0.value + v1.value) / 2, batch)
+                S = S + pressure[..., None, None] * _discrete(v.rate, v1.value - v0.value, change, large, size)
+            batch.add_forces(total, (F0 + F1) / 2 @ S)
+        return self.space.gather(total)
 
     def drawn(self, q: Array) -> Drawing:
         """Every cell separately with twenty nodes, to show its curved edges."""
@@ -447,14 +410,9 @@ class AncfSolid:
         """Elastic forces (n_dofs,) at coordinates q: the gradient of the energy."""
         e = self.space.spread(q)
         total = np.zeros_like(e)
-        for batches, lame, shear in self.rules():
-            for batch in batches:
-                F, response = self._respond(e, batch, lame, shear, tangent=False)
-                P = F @ response.stress * batch.dV[..., None, None]
-                n, n_q = batch.dV.shape
-                G = batch.gradients.swapaxes(2, 3).reshape(n, 3 * n_q, -1)
-                own = np.swapaxes(G, 1, 2) @ P.swapaxes(2, 3).reshape(n, 3 * n_q, 3)
-                np.add.at(total, batch.functions, own)
+        for _, batch, lame, shear in self.weighted():
+            F, response = self._respond(e, batch, lame, shear, tangent=False)
+            batch.add_forces(total, F @ response.stress)
         return self.space.gather(total)
 
     def tangent(self, q: Array) -> sp.csr_matrix:
@@ -473,26 +431,25 @@ class AncfSolid:
             q,
             lambda e, batch, lame, shear: (
                 deformation_gradients(e, batch),
-                viscous_response(self, batch, h, lame, shear),
+                viscous_response(self, h, lame, shear, batch.dV.shape),
             ),
         )
 
     def _tangent(
         self,
         q: Array,
-        respond: Callable[[Array, GradientBatch, float, float], tuple[Array, Response]],
+        respond: Callable[[Array, GradientBatch, Array, Array], tuple[Array, Response]],
         coupled: bool = False,
     ) -> sp.csr_matrix:
         e = self.space.spread(q)
         pattern = self._pattern
         data = pattern.zeros(6)
-        for batches, lame, shear in self.rules():
-            for k, batch in enumerate(batches):
-                F, response = respond(e, batch, lame, shear)
-                blocks = element_tangents(F, response, batch)
-                if coupled and response.moduli is not None:
-                    blocks = blocks + self._coupled(F, response.moduli[2], batch)
-                pattern.add(data, k, blocks)
+        for k, batch, lame, shear in self.weighted():
+            F, response = respond(e, batch, lame, shear)
+            blocks = element_tangents(F, response, batch)
+            if coupled and response.moduli is not None:
+                blocks = blocks + self._coupled(F, response.moduli[2], batch)
+            pattern.add(data, k, blocks)
         return pattern.matrix(data)
 
     def _coupled(self, F: Array, X: Array, batch: GradientBatch) -> Array:

@@ -60,6 +60,13 @@ class GradientBatch:
     gradients: Array
     dV: Array
 
+    def add_forces(self, total: Array, P: Array) -> None:
+        """Add int P grad S_a dV of stresses P (n_cells, n_q, 3, 3) to forces (n_cell_functions, 3)."""
+        n, n_q = self.dV.shape
+        G = self.gradients.swapaxes(2, 3).reshape(n, 3 * n_q, -1)
+        weighted = (P * self.dV[..., None, None]).swapaxes(2, 3).reshape(n, 3 * n_q, 3)
+        np.add.at(total, self.functions, np.swapaxes(G, 1, 2) @ weighted)
+
 
 def check_bricks(mesh: Mesh) -> None:
     """Refuse meshes that bricks with gradient coordinates cannot be made of.

@@ -17,18 +17,20 @@ energy (E - A):g D:(E - A)/2 and what is dissipated, (E_1 - E_0):t_r D:(E_1 - E_
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.ancf.bricks.laws import Response
-from fecontact.ancf.bricks.space import AncfSpace, GradientBatch, deformation_gradients
+from fecontact.ancf.bricks.space import deformation_gradients
 from fecontact.common.arrays import Array
 from fecontact.common.checks import array_of
 from fecontact.common.errors import InputError
+
+if TYPE_CHECKING:
+    from fecontact.ancf.bricks.solid import AncfSolid
 
 
 @dataclass(frozen=True)
@@ -74,29 +76,6 @@ class Viscosity:
         return np.asarray(self.prony, dtype=float).reshape(-1, 2)
 
 
-class Viscous(Protocol):
-    """What a solid of bricks has to tell; see `solid.AncfSolid`."""
-
-    @property
-    def space(self) -> AncfSpace:
-        """Coordinates and functions."""
-
-    @property
-    def viscosity(self) -> Viscosity | None:
-        """Its viscosity."""
-
-    @property
-    def lame(self) -> Array:
-        """First Lame constant of each cell."""
-
-    @property
-    def shear(self) -> Array:
-        """Shear modulus of each cell."""
-
-    def rules(self) -> list[tuple[Iterable[GradientBatch], float, float]]:
-        """Gauss rules, with the factors of lambda and mu in each."""
-
-
 @dataclass(frozen=True, eq=False)
 class ViscousStep:
     """What viscosity does in a step.
@@ -117,19 +96,18 @@ class ViscousStep:
     stored: float
 
 
-def relaxed(solid: Viscous, q: Array) -> Array:
+def relaxed(solid: AncfSolid, q: Array) -> Array:
     """Internal strains (n,) of a state in which all branches are relaxed: A_i = E."""
     assert solid.viscosity is not None
     e, n = solid.space.spread(q), len(solid.viscosity.branches)
     each = [
         np.broadcast_to(_strain(deformation_gradients(e, batch)), (n, *batch.dV.shape, 3, 3)).ravel()
-        for batches, _, _ in solid.rules()
-        for batch in batches
+        for _, batch, _, _ in solid.weighted()
     ]
     return np.concatenate([np.zeros(0), *each])
 
 
-def viscous_step(solid: Viscous, q0: Array, q1: Array, h: float, memory: Array) -> ViscousStep:
+def viscous_step(solid: AncfSolid, q0: Array, q1: Array, h: float, memory: Array) -> ViscousStep:
     """Forces, memory and energies of a step of length h from coordinates q0 to q1.
 
     Examples
@@ -146,26 +124,22 @@ def viscous_step(solid: Viscous, q0: Array, q1: Array, h: float, memory: Array) 
     e0, e1, branches = solid.space.spread(q0), solid.space.spread(q1), solid.viscosity.branches
     total, kept, lost, stored, start = np.zeros_like(e0), [np.zeros(0)], 0.0, 0.0, 0
     g, t = (c[:, None, None, None, None] for c in branches.T)
-    for batches, lame, shear in solid.rules():
-        for batch in batches:
-            F0, F1 = deformation_gradients(e0, batch), deformation_gradients(e1, batch)
-            E0, E1 = _strain(F0), _strain(F1)
-            size = len(branches) * E0.size
-            A0 = memory[start : start + size].reshape(len(branches), *E0.shape)
-            start += size
-            away = ((E0 + E1) / 2 - A0) / (1 + h / (2 * t))
-            A1 = A0 + h / t * away
-            rate = solid.viscosity.retardation / h * (E1 - E0)
-            stress = [_hooke(solid, batch, x, lame, shear) for x in (rate, (g * away).sum(axis=0))]
-            lost += float(((stress[0] * (E1 - E0)).sum(axis=(2, 3)) * batch.dV).sum())
-            for share, time, x, y in zip(branches[:, 0], branches[:, 1], away, E1 - A1, strict=True):
-                lost += float(share * h / time * (_power(solid, batch, x, lame, shear) * batch.dV).sum())
-                stored += float(share / 2 * (_power(solid, batch, y, lame, shear) * batch.dV).sum())
-            P = (F0 + F1) / 2 @ (stress[0] + stress[1]) * batch.dV[..., None, None]
-            n, n_q = batch.dV.shape
-            G = batch.gradients.swapaxes(2, 3).reshape(n, 3 * n_q, -1)
-            np.add.at(total, batch.functions, np.swapaxes(G, 1, 2) @ P.swapaxes(2, 3).reshape(n, 3 * n_q, 3))
-            kept.append(A1.ravel())
+    for _, batch, lame, shear in solid.weighted():
+        F0, F1 = deformation_gradients(e0, batch), deformation_gradients(e1, batch)
+        E0, E1 = _strain(F0), _strain(F1)
+        size = len(branches) * E0.size
+        A0 = memory[start : start + size].reshape(len(branches), *E0.shape)
+        start += size
+        away = ((E0 + E1) / 2 - A0) / (1 + h / (2 * t))
+        A1 = A0 + h / t * away
+        rate = solid.viscosity.retardation / h * (E1 - E0)
+        stress = [_hooke(x, lame, shear) for x in (rate, (g * away).sum(axis=0))]
+        lost += float(((stress[0] * (E1 - E0)).sum(axis=(2, 3)) * batch.dV).sum())
+        for share, time, x, y in zip(branches[:, 0], branches[:, 1], away, E1 - A1, strict=True):
+            lost += float(share * h / time * (_power(x, lame, shear) * batch.dV).sum())
+            stored += float(share / 2 * (_power(y, lame, shear) * batch.dV).sum())
+        batch.add_forces(total, (F0 + F1) / 2 @ (stress[0] + stress[1]))
+        kept.append(A1.ravel())
     return ViscousStep(solid.space.gather(total), np.concatenate(kept), lost, stored)
 
 
@@ -175,24 +149,23 @@ def stiffening(viscosity: Viscosity, h: float) -> float:
     return float(viscosity.retardation / h + (g / (2 + h / t)).sum())
 
 
-def viscous_response(solid: Viscous, batch: GradientBatch, h: float, lame: float, shear: float) -> Response:
-    """Moduli at the Gauss points for the tangent of a step, without the stress."""
+def viscous_response(solid: AncfSolid, h: float, lame: Array, shear: Array, shape: tuple[int, ...]) -> Response:
+    """Moduli (n_cells, n_q), of some shape, for the tangent of a step, without the stress."""
     assert solid.viscosity is not None
-    share, shape = stiffening(solid.viscosity, h), batch.dV.shape
-    a, b = (share * factor * c[batch.cells, None] for factor, c in ((lame, solid.lame), (shear, solid.shear)))
-    return Response(np.zeros(shape), np.zeros((*shape, 3, 3)), None, (a, b, np.eye(3)))
+    share = stiffening(solid.viscosity, h)
+    return Response(np.zeros(shape), np.zeros((*shape, 3, 3)), None, (share * lame, share * shear, np.eye(3)))
 
 
 def _strain(F: Array) -> Array:
     return (np.swapaxes(F, -1, -2) @ F - np.eye(3)) / 2
 
 
-def _hooke(solid: Viscous, batch: GradientBatch, E: Array, lame: float, shear: float) -> Array:
+def _hooke(E: Array, lame: Array, shear: Array) -> Array:
     """D : E."""
-    trace = np.trace(E, axis1=2, axis2=3) * lame * solid.lame[batch.cells, None]
-    return trace[..., None, None] * np.eye(3) + 2 * shear * solid.shear[batch.cells, None, None, None] * E
+    trace = np.trace(E, axis1=2, axis2=3) * lame
+    return trace[..., None, None] * np.eye(3) + 2 * shear[..., None, None] * E
 
 
-def _power(solid: Viscous, batch: GradientBatch, E: Array, lame: float, shear: float) -> Array:
+def _power(E: Array, lame: Array, shear: Array) -> Array:
     """E : D : E."""
-    return np.asarray((_hooke(solid, batch, E, lame, shear) * E).sum(axis=(2, 3)))
+    return np.asarray((_hooke(E, lame, shear) * E).sum(axis=(2, 3)))

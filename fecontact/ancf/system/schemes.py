@@ -9,7 +9,7 @@ its part of the acceleration is integrated separately and fully implicitly, so t
 Repetto, M. Ortiz & J. E. Marsden, Comput. Methods Appl. Mech. Engrg. 180, 1999); within the weighted accelerations
 contact forces would persist after the impact, and the energy would grow.
 
-**Energy-momentum**: mid-point rule with conserving elastic forces (`conserving.forces_between`) and contact as a
+**Energy-momentum**: mid-point rule with conserving elastic forces (`AncfSolid.forces_between`) and contact as a
 persistency condition (T. A. Laursen & V. Chawla, Int. J. Numer. Methods Eng. 40, 1997): a condition violated at the
 beginning of a step may carry a force, l >= 0, while its gap does not close further, g1 - g0 >= 0, l (g1 - g0) = 0. No
 work is done, and energy and momentum are conserved to the tolerance of the iterations; penetrations reach the motion of

@@ -24,7 +24,6 @@ from fecontact.ancf import (
     traction,
 )
 from fecontact.ancf.bricks.faces import multiplier_rule
-from fecontact.ancf.bricks.solid import forces_between
 from fecontact.ancf.system.newton import ContactRows, stable_step
 from fecontact.ancf.system.tangent import Tangent, UnstableError
 
@@ -130,7 +129,7 @@ def test_conserving_forces_do_the_work_of_the_energy_and_keep_momenta(law, volum
     solid = replace(brick(law=law), volumetric=volumetric)
     rng = np.random.default_rng(0)
     q0, q1 = (solid.space.q0 + 0.03 * rng.standard_normal(solid.space.n_dofs) for _ in range(2))
-    f = forces_between(solid, q0, q1)
+    f = solid.forces_between(q0, q1)
     work = solid.energy(q1) - solid.energy(q0)
     assert abs(f @ (q1 - q0) - work) < 1e-12 * max(solid.energy(q0), solid.energy(q1))
     for direction in np.eye(3):
@@ -138,7 +137,7 @@ def test_conserving_forces_do_the_work_of_the_energy_and_keep_momenta(law, volum
         spin = np.cross(direction, np.eye(3)).T
         assert abs(((q0 + q1).reshape(-1, 3) @ spin.T).ravel() @ f) < 1e-12
     # between a state and itself they are the elastic forces
-    assert np.abs(forces_between(solid, q0, q0) - solid.forces(q0)).max() < 1e-12
+    assert np.abs(solid.forces_between(q0, q0) - solid.forces(q0)).max() < 1e-12
 
 
 def test_newton_step_refuses_an_unstable_tangent():
