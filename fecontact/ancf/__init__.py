@@ -8,14 +8,15 @@ Four notions carry everything. `bricks/` and `slender/` have the members, `syste
     positions and gradients, three numbers each: of bricks ``q.reshape(-1, 3)[4 k]`` is the position of node k, the
     next three rows dr/dX, dr/dY, dr/dZ. Functions are shared by neighbours, so that q is all there is.
 `Assembly`
-    Members one after the other in one q, with the directions that supports and joints leave free (q = q0 + Z y), and
-    contacts. A contact is a row of gaps g(q) for each multiplier of a side, made anew at every q
-    (`system/moving_contact`), and rows of slip since the last state (`system/slip`).
+    Members one after the other in one q, with supports and joints, which are rows of conditions with a reaction and
+    leave directions free (q = q0 + Z y), and with contacts: ``fc.Contact(solid.side("top"), ball, friction=0.3)``. A
+    contact is a row of gaps g(q) for each multiplier of the side, made anew at every q (`system/moving_contact`), and
+    rows of slip since the last state (`system/slip`).
 `Stage`
     What acts on an assembly at one load level or time: dead loads, prescribed motions, loads that follow.
 `State`
     What `equilibrium` finds at a level: q, forces, reactions, friction; its `contacts` are results as a scene's, with
-    pressures per present area. `move` gives the same in time, an `Instant` for each step.
+    pressures per present area. `move` gives the same in time; the contacts of a `Motion` are those at its end.
 
 A Newton step (`system/newton`) is one contact problem: a factor of the tangent gives the compliance of all rows, and
 the solvers of scenes the forces. Statics and both time schemes take it; joints are eliminated before, rigid hubs are
@@ -26,7 +27,7 @@ equations in it.
                                `nodes`, `start`, `n_dofs`
 `AncfSolid(space, material)`   `energy(q)`, `forces(q)` (elastic, the gradient of the energy), `tangent(q)` (sparse,
                                symmetric), `stiffness` (at q0), `mass` (sparse, constant)
-`Joints(solids)`               joints and hubs as linear conditions on coordinates: `free` for an `Assembly`
+`Joints(solids)`               supports, joints and hubs as linear conditions on coordinates, for an `Assembly`
 `hold(space, supports)`        `Supports.free`: q = q0 + Z y with free y; then Z^T forces, Z^T tangent Z, Z^T mass Z
 `weight, body_force`           constant forces Q (n_dofs,) of gravity
 `force_at(space, point, f)`    constant forces Q (n_dofs,) of a single force; also `point_force, nodal_force`
@@ -78,9 +79,8 @@ from fecontact.ancf.bricks.loads import (
     traction,
     weight,
 )
-from fecontact.ancf.bricks.release import reentrant_points, released_at, sides_by_label
 from fecontact.ancf.bricks.solid import AncfSolid
-from fecontact.ancf.bricks.space import AncfSpace
+from fecontact.ancf.bricks.space import AncfSpace, reentrant_points, released_at, sides_by_label
 from fecontact.ancf.bricks.viscosity import Viscosity
 from fecontact.ancf.picture import save_motion
 from fecontact.ancf.system.assembly import Assembly

@@ -16,8 +16,7 @@ from fecontact.ancf.bricks.laws import InvertedError
 from fecontact.ancf.bricks.solid import AncfSolid
 from fecontact.ancf.bricks.tangents import Places, has_pattern, with_data
 from fecontact.ancf.bricks.viscosity import ViscousStep, relaxed, viscous_step
-from fecontact.ancf.system.hubs import Hubs
-from fecontact.ancf.system.joints import Joints, affine_modes, free_directions
+from fecontact.ancf.system.joints import Hubs, Joints, affine_modes, free_directions
 from fecontact.ancf.system.member import Member
 from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps, MovingSide, RigidMaster
 from fecontact.ancf.system.newton import DEPENDENT

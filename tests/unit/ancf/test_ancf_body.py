@@ -9,7 +9,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace
-from fecontact.ancf.bricks.model import AncfModel
+from fecontact.ancf.bricks.body import AncfModel
 
 STEEL = fc.Material(E=200.0, nu=0.3, density=2.0)
 
