@@ -711,7 +711,9 @@ def solve_coarser(
         if not levels[-1].is_bounded:  # larger cells have closed holes of the counter-surface
             levels.pop()
             break
-    start, active, coarse = np.zeros(levels[-1].g.shape), _first_guess(levels[-1]), None
+    first, coarse = levels[-1], None
+    # overlapping cells if the approach is prescribed, else all
+    start, active = np.zeros(first.g.shape), first.allowed & (first.g < 0) if len(first.F) == 0 else first.allowed
     for k in range(len(levels) - 1, 0, -1):
         at = solve_level(levels[k], start, active, max(tolerance, COARSE_TOLERANCE), tally, workers)
         coarse = np.maximum(at.p, 0.0)
@@ -723,8 +725,3 @@ def _can_coarsen(level: GridLevel) -> bool:
     """Whether the level can be coarsened: a period must remain an even number of cells."""
     cells = _cells(level.g.shape, level.symmetric)
     return min(cells) >= 8 and (not level.periodic or (cells[0] % 4 == 0 and cells[1] % 4 == 0))
-
-
-def _first_guess(level: GridLevel) -> Mask:
-    """Initial active cells: overlapping ones if the approach is prescribed, else all."""
-    return level.allowed & (level.g < 0) if len(level.F) == 0 else level.allowed.copy()

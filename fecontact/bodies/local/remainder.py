@@ -410,7 +410,7 @@ def _at_order(factored: Factored, window: Window, material: Material, order: int
     if window.relief is not None:
         core = core + _direct(points, loads, inwards[0], material) - singular_part(window, order, material)
         core = core + np.diag(own_part(window, order, loads, material))
-    asymmetry, core = _asymmetry(core), (core + core.T) / 2
+    asymmetry, core = float(np.abs(core - core.T).max()) / 2, (core + core.T) / 2
     tail = _tail(core, window, order)
     if stack is not None:
         layered = core - stack.difference(window, order)
@@ -459,10 +459,6 @@ def _mean(core: Array, window: Window, order: int) -> float:
     )
     weights = np.outer(x, y).ravel()
     return float(weights @ core @ weights)
-
-
-def _asymmetry(core: Array) -> float:
-    return float(np.abs(core - core.T).max()) / 2
 
 
 def _tail(core: Array, window: Window, order: int) -> float:
