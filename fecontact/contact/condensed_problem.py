@@ -60,35 +60,51 @@ def check_balance(interfaces: Sequence[UnilateralConstraints], loading: Loading)
     Raises
     ------
     SupportError
-        Describes the motion.
+        Describes the motion, and says whether forces at single points, nearer to a rim, would balance the load.
+    """
+    _check_across(interfaces, loading)
+    _, motion = _balanced(interfaces, loading)
+    if motion is None:
+        return
+    hints = [i.infeasibility_hint for i in interfaces]
+    found = [None if i.as_contact is None else i.as_contact.pointwise for i in interfaces]
+    if any(found):
+        single = [one or i for one, i in zip(found, interfaces, strict=True)]
+        forces, left = _balanced(single, loading)
+        parts = np.split(forces, np.cumsum([(1 + i.two_sided) * len(i.gap) for i in single])[:-1])
+        if left is None:
+            hints += [i.as_contact.reach_hint(f) for i, f in zip(interfaces, parts, strict=True) if i.as_contact]
+    raise unbalanced(motion_texts(motion, loading), hints)
+
+
+def _balanced(interfaces: Sequence[UnilateralConstraints], loading: Loading) -> tuple[Array, Array | None]:
+    """Forces (n,) that balance the load, those of two-sided conditions twice; the motion (m,) that nothing resists.
+
+    None where the load is balanced.
     """
     blocks, load = [], []
-    _check_across(interfaces, loading)
     for k, frame in enumerate(loading.frames):
         if frame.free.shape[1] == 0:
             continue
         modes = frame.modes(frame.free)
         parts = [i.rows(frame.body) for i in interfaces]
-        columns = [
-            np.zeros((len(i.gap), modes.shape[1])) if r is None else opening_by_motions(r, modes, loading.rounding)
-            for i, r in zip(interfaces, parts, strict=True)
-        ]
-        columns += [-c for i, c in zip(interfaces, columns, strict=True) if i.two_sided]
+        columns = []
+        for i, r in zip(interfaces, parts, strict=True):
+            opening = np.zeros((len(i.gap), modes.shape[1]))
+            opening = opening if r is None else opening_by_motions(r, modes, loading.rounding)
+            columns += [opening, -opening] if i.two_sided else [opening]
         blocks.append(np.concatenate(columns).T)
         load.append(-loading.driving(k, frame.free))
-    if not blocks:
-        return
-    B, F = np.concatenate(blocks), np.concatenate(load)
+    F = np.concatenate(load) if blocks else np.zeros(0)
+    if not F.any():
+        return np.zeros(sum((1 + i.two_sided) * len(i.gap) for i in interfaces)), None
+    B = np.concatenate(blocks)
     scale = np.abs(B).max(axis=1, initial=0.0)
     # a zero row is compared with the others, in their units
     scale[scale == 0] = scale.max() or 1.0
-    if not F.any():
-        return
     B, F = B / scale[:, None], F / scale
     forces, rest = scipy.optimize.nnls(B, F, maxiter=50 * sum(B.shape))
-    if rest <= 1e-8 * np.linalg.norm(F):
-        return
-    raise unbalanced(motion_texts((B @ forces - F) / scale, loading), interfaces)
+    return forces, None if rest <= 1e-8 * np.linalg.norm(F) else (B @ forces - F) / scale
 
 
 def motion_texts(direction: Array, loading: Loading) -> list[str]:
@@ -104,13 +120,13 @@ def motion_texts(direction: Array, loading: Loading) -> list[str]:
     return texts
 
 
-def unbalanced(texts: Sequence[str], interfaces: Sequence[UnilateralConstraints]) -> SupportError:
+def unbalanced(texts: Sequence[str], hints: Sequence[str]) -> SupportError:
     """Error that describes the motions without resistance."""
     return SupportError(
         "No contact forces can balance the load; it drives a motion that nothing resists - "
         + "; ".join(texts)
         + ". "
-        + "".join(i.infeasibility_hint for i in interfaces if i.infeasibility_hint)
+        + "".join(hints)
         + "Support the body in that motion, prescribe it with motions=, or change the load."
     )
 
@@ -149,7 +165,7 @@ def _check_across(interfaces: Sequence[UnilateralConstraints], loading: Loading)
                 motion[left] = swallowed
                 texts.append(frame.describe(motion))
     if texts:
-        raise unbalanced(texts, interfaces)
+        raise unbalanced(texts, ())
 
 
 #: Share of the largest compliance, with pairs scaled to equal size, that counts as rounding: normals are accurate to

@@ -20,6 +20,9 @@ from fecontact.contact.search_region import SearchRadius, SearchRegion
 from fecontact.contact.springs import SpringState
 from fecontact.surfaces.facet_surface import FacetSurface, with_nodes
 
+#: Force at a sample, relative to the largest, that is rounding.
+ROUNDING = 1e-9
+
 
 class UnilateralConstraints(Protocol):
     """Unilateral constraints of the problem: contact pairs or springs."""
@@ -93,13 +96,34 @@ class Interface(UnilateralConstraints):
         return self.pairing.mixed(self.pairing.gap)
 
     @property
+    def pointwise(self) -> Interface | None:
+        """The same with a force at every sample of its faces in place of pressures over them; None: it has none."""
+        pairing = self.pairing
+        if pairing.coupling != "mortar" or pairing.sums is not None:
+            return None
+        return replace(self, pairing=replace(pairing, average=sp.eye(pairing.average.shape[1], format="csr"), mix=None))
+
+    @property
     def infeasibility_hint(self) -> str:
-        """Hint that pressures of whole faces have their centres within the rim; empty for forces of nodes."""
-        if self.pairing.coupling != "mortar":
+        """Hint that pressures of whole faces have their centres within the rim, where samples were not kept."""
+        if self.pairing.coupling != "mortar" or self.pairing.sums is None:
             return ""
         return (
             "If it acts within half a face of the rim of what faces each other, finer faces of "
             f"{self.slave.name!r} there balance it. "
+        )
+
+    def reach_hint(self, forces: Array) -> str:
+        """How far from centres of pressure forces (n_samples,) at single points act that balance the load."""
+        if self.pointwise is None or not forces.any():
+            return ""
+        samples = (self.pairing.slave_weights @ self.slave_nodes)[forces > ROUNDING * forces.max()]
+        centres = self.pairing.mixed(self.pairing.average @ self.pairing.slave_weights @ self.slave_nodes)
+        away = np.linalg.norm(samples[:, None] - centres, axis=2).min(axis=1).max()
+        faces = self.slave_surface.mean_facet_size[self.pairing.covered].mean()
+        return (
+            f"Forces nearer to the rim of what faces each other balance it, up to {away:.2g}, {away / faces:.2g} of a "
+            f"face, from the centres of the pressures on whole faces: finer faces of {self.slave.name!r} there do. "
         )
 
     @property

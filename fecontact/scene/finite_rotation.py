@@ -408,7 +408,7 @@ class _Path:
 
 
 #: Largest rotation (radians) and translation (relative to the largest body, gap and elastic displacement) of a body
-#: held by contacts; a larger motion was resisted by rounding or the corners of facets only.
+#: held by contacts; a larger motion was resisted by slight slopes, the corners of facets or rounding only.
 MAX_TURN, MAX_SHIFT = 1.0, 1e3
 
 
@@ -443,8 +443,9 @@ def check_rest(result: ContactResult) -> ContactResult:
     if not texts:
         return result
     raise SupportError(
-        "The load drives a motion that nothing resists but rounding or the corners of facets; what was found is no "
-        f"rest - {'; '.join(texts)}. Support the body in that motion, prescribe it with motions=, change the load, or "
-        "start nearer to the rest that finite_motion=True is to find.",
+        "Contacts and springs resist a motion so little (by slight slopes, the corners of facets or rounding) that it "
+        f"goes beyond all lengths of the scene; what was found is no rest - {'; '.join(texts)}. Support the body in "
+        "that motion, prescribe it with motions=, change the load, or start nearer to the rest that "
+        "finite_motion=True is to find.",
         code="no-rest",
     )

@@ -46,7 +46,7 @@ from fecontact.solvers.active_set import active_set
 from fecontact.solvers.nnls import nnls
 from fecontact.solvers.problem import ContactProblem, InfeasibleLoadError, Outcome, Solution, Status
 from fecontact.solvers.projected_cg import projected_cg
-from fecontact.solvers.scaling import NO_FORCE, ROUNDING, ScaledProblem
+from fecontact.solvers.scaling import ROUNDING, ScaledProblem
 from fecontact.solvers.wolfe import wolfe
 
 ACCURATE: dict[str, dict[str, object]] = {
@@ -584,7 +584,7 @@ def _found(
 
 
 def _unscaled(problem: ContactProblem, scaled: ScaledProblem, outcome: Outcome) -> Outcome:
-    """An outcome in the units of the problem."""
-    idle = not problem.F.any() and outcome.x.max() < NO_FORCE
-    forces = np.zeros(problem.n) if idle else scaled.forces(outcome.x)
-    return replace(outcome, x=forces, p=scaled.motion(outcome.p))
+    """An outcome in the units of the problem; a point whose force is rounding carries none."""
+    rounding = ROUNDING * outcome.x.max() if problem.F.any() else scaled.rounding_of(outcome.x)
+    x = np.where(np.abs(outcome.x) <= rounding, 0.0, outcome.x)
+    return replace(outcome, x=scaled.forces(x), p=scaled.motion(outcome.p))

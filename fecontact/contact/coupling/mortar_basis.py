@@ -138,16 +138,19 @@ def triangle_rule(order: int) -> tuple[Array, Array]:
     return np.concatenate([*corners, 0.5 - half], axis=1), np.tile(W / 4, 4)
 
 
-def fans(polygon: Array, count: IntArray) -> tuple[Array, Array, IntArray]:
+def fans(polygon: Array, count: IntArray, about_centre: Mask) -> tuple[Array, Array, IntArray]:
     """Fans of triangles of polygons; signed areas, so that reflex parts cancel.
 
-    Fans begin at the vertex that is lowest along one direction, wherever a polygon's list begins and whether rounding
-    made two vertices of one.
+    Fans begin at the centre of area, which is the same in a mirror image, or, where quadrature is exact on any triangle
+    and fewer are quicker, at the vertex that is lowest along one direction: wherever a polygon's list begins and
+    whether rounding made two vertices of one.
 
     Parameters
     ----------
     polygon : (n, most, 2) array
         Vertices, of which the first `count` (n,) of each row are valid.
+    about_centre : (n,) bool array
+        Polygons whose fans begin at the centre.
 
     Returns
     -------
@@ -159,17 +162,27 @@ def fans(polygon: Array, count: IntArray) -> tuple[Array, Array, IntArray]:
         Polygon of each triangle.
     """
     column = np.arange(polygon.shape[1])
-    first = np.where(column < count[:, None], polygon @ LOWEST, np.inf).argmin(axis=1)
-    turned = (first[:, None] + column) % np.maximum(count, 1)[:, None]
-    polygon = np.take_along_axis(polygon, turned[:, :, None], axis=1)
-    a = polygon[:, :1]
-    b, c = polygon[:, 1:-1], polygon[:, 2:]
-    double = (b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0]
-    double = np.where(np.arange(double.shape[1])[None, :] + 2 < count[:, None], double, 0.0)
+    valid = column < count[:, None]
+    following = np.where(column + 1 < count[:, None], column + 1, 0)
+    after = np.take_along_axis(polygon, following[:, :, None], axis=1)
+    lowest = np.where(valid, polygon @ LOWEST, np.inf).argmin(axis=1)
+    apex = np.take_along_axis(polygon, lowest[:, None, None], axis=1)
+    double = _doubles(apex, polygon, after) * valid
+    central = about_centre & (np.abs(double.sum(axis=1)) > SLIVER)
+    if central.any():
+        b, c, share = polygon[central], after[central], double[central] / double[central].sum(axis=1, keepdims=True)
+        # of the apex, b and c; the sum of shares is one
+        apex[central] = (apex[central] + np.einsum("nk,nkj->nj", share, b + c)[:, None]) / 3
+        double[central] = _doubles(apex[central], b, c) * valid[central]
     double *= np.where(double.sum(axis=1) < 0, -1.0, 1.0)[:, None]
     piece, fan = np.nonzero(np.abs(double) > SLIVER)
-    triangle = np.stack([a[piece, 0], b[piece, fan], c[piece, fan]], axis=1)
+    triangle = np.stack([apex[piece, 0], polygon[piece, fan], after[piece, fan]], axis=1)
     return triangle, double[piece, fan], piece
+
+
+def _doubles(a: Array, b: Array, c: Array) -> Array:
+    """Twice the signed areas (n, k) of triangles of vertices (n, 1 | k, 2)."""
+    return np.asarray((b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0])
 
 
 def triangle_samples(triangle: Array, double: Array, order: int = ORDER) -> tuple[Array, Array, IntArray]:
@@ -194,7 +207,7 @@ def triangle_samples(triangle: Array, double: Array, order: int = ORDER) -> tupl
     Examples
     --------
     >>> square = np.array([[[0.0, 0], [1, 0], [1, 1], [0, 1]]])
-    >>> triangle, double, piece = fans(square, np.array([4]))
+    >>> triangle, double, piece = fans(square, np.array([4]), np.array([True]))
     >>> local, weight, own = triangle_samples(triangle, double)
     >>> round(float((weight * local[:, 0] ** 2 * local[:, 1] ** 3).sum()) * 12, 12)
     1.0
@@ -218,7 +231,9 @@ def own_samples(facets: IntArray) -> tuple[IntArray, Array, Array]:
         if len(members):
             outlines = sub_faces(facets.shape[1], kind)
             if kind:
-                triangle_of, double, _ = fans(outlines, np.full(len(outlines), outlines.shape[1]))
+                triangle_of, double, _ = fans(
+                    outlines, np.full(len(outlines), outlines.shape[1]), np.zeros(len(outlines), bool)
+                )
                 local, weight, _ = triangle_samples(triangle_of, double)
             else:
                 X, W = get_quadrature(RefQuad, ORDER)

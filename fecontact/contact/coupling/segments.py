@@ -37,6 +37,8 @@ EXACT = 1e-13
 AFFINE = 1e-12
 #: Deviation of a facet from a flat one with straight sides that counts as rounding.
 FLAT = 1e-13
+#: The same, and the difference of unit normals, up to which the choice of triangles changes integrals by rounding only.
+LIKE_FLAT = 1e-8
 #: Least Jacobian of a map relative to that at the centre: below it the map is near its fold.
 FOLD = 0.05
 
@@ -232,6 +234,7 @@ def segment_samples(
     """
     plane_map, below = tangent_plane_maps(slave), tangent_plane_maps(master)
     outline = _outlines(slave, master, f, m, plane_map, share)
+    inexact = ~_parallel(slave, master, f, m, np.maximum(plane_map.departure[f], below.departure[m]))
     pairs, corners, doubles = [], [], []
     for kind in (False, True):
         members = np.flatnonzero(slave.triangle[f] == kind)
@@ -242,7 +245,7 @@ def segment_samples(
             kept = _near(outline[members], window.reshape(len(members), len(windows), -1, 2))
             pair = pair[kept]
             polygon, count = clip(outline[pair], window[kept])
-            triangle, double, piece = fans(polygon, count)
+            triangle, double, piece = fans(polygon, count, inexact[pair])
             pairs.append(pair[piece])
             corners.append(triangle)
             doubles.append(double)
@@ -259,6 +262,17 @@ def segment_samples(
         return np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.int64)
     facet, local, weight, on_master = (np.concatenate(p) for p in zip(*parts, strict=True))
     return facet, local, weight, on_master
+
+
+def _parallel(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray, departure: Array) -> Mask:
+    """Pairs of flat facets (n,) on parallel planes, whose integrals are of polynomials."""
+    towards = np.zeros((len(f), 3))
+    even = departure <= LIKE_FLAT
+    for surface, facet in ((slave, f), (master, m)):
+        corners = normals_of(surface).nodal[surface.facets]
+        towards += corners[facet, 0]
+        even &= (np.ptp(corners, axis=1).max(axis=1) <= LIKE_FLAT)[facet]
+    return np.asarray(even & (np.abs(towards).max(axis=1) <= LIKE_FLAT))
 
 
 def _near(outline: Array, windows: Array) -> IntArray:
@@ -326,13 +340,20 @@ def _images(
     seen = ~parallel & (cosine > FACING)
     vertices_seen = vertices - np.divide(height, cosine, out=np.zeros_like(height), where=seen)[:, None] * lines
     plane = plane_map.projected(facet, vertices_seen)
-    rows = np.flatnonzero(~parallel & ((plane > -SLACK) & (plane < 1 + SLACK)).all(axis=1))
+    rows = np.flatnonzero(~parallel & _within(plane, slave.triangle[facet], SLACK))
     start, _ = plane_map.from_plane(facet[rows], plane[rows])
     local, met = meet(slave, facet[rows], start, vertices[rows], -theirs[rows], 1 - share, 2 * SLACK)
-    met &= plane_map.jacobian(facet[rows], local) > FOLD
+    met &= _within(local, slave.triangle[facet[rows]], 2 * SLACK) & (plane_map.jacobian(facet[rows], local) > FOLD)
     rows, local = rows[met], local[met]
     plane[rows] = plane_map.to_plane(facet[rows], local)
     return plane
+
+
+def _within(local: Array, triangle: Mask, slack: float) -> Mask:
+    """Whether coordinates (n, 2) are on facets extended by `slack`; on triangles the same from each corner."""
+    third = np.where(triangle, 1.0 - local.sum(axis=1), 0.5)
+    every = np.column_stack([local, third])
+    return np.asarray(((every >= -slack) & (every <= 1 + slack)).all(axis=1))
 
 
 def clip(polygons: Array, windows: Array) -> tuple[Array, IntArray]:

@@ -21,6 +21,7 @@ class Legs:
 
     infeasibility_hint = ""
     two_sided = False
+    as_contact = None
 
     def __init__(self, body):
         self.body = body

@@ -1,4 +1,4 @@
-"""Results in which a body has found no rest: a motion that only rounding or the corners of facets resist."""
+"""Results in which a body has found no rest: a motion that slight slopes, corners of facets or rounding resist."""
 
 from dataclasses import replace
 

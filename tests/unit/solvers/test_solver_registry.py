@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from refusals import refused
@@ -9,7 +11,8 @@ from scipy.sparse.linalg import aslinearoperator
 
 import fecontact.solvers.registry
 from fecontact import InputError, SolverError, SolverNotFoundError
-from fecontact.solvers import ContactProblem, Status, attempt, available_solvers, solve, validate_options
+from fecontact.solvers import ContactProblem, Outcome, Status, attempt, available_solvers, solve, validate_options
+from fecontact.solvers.scaling import ROUNDING
 
 
 def test_names() -> None:
@@ -113,3 +116,17 @@ def test_history_and_time(half_space) -> None:
         assert len(solution.history) > 0
         assert solution.seconds > 0
         assert solution.nit > 0
+
+
+@pytest.mark.parametrize(("share", "carries"), [(0.5, False), (2.0, True)])
+def test_a_point_whose_force_is_rounding_carries_none(share: float, carries: bool) -> None:
+    # one point more or less counted in the area, by the order of the points alone
+    problem = ContactProblem(S=np.eye(2), g=np.array([-1.0, 0.0]))
+    scaled = problem.scaled()
+    found = Outcome(np.array([1.0, share * ROUNDING]), np.zeros(scaled.r), Status.SOLVED, "", 1)
+    forces = fecontact.solvers.registry._unscaled(problem, scaled, found).x
+    assert (forces > 0).tolist() == [True, carries]
+    # what is no number stays so, and tension too: the certificate sees them
+    wrong = replace(found, x=np.array([np.nan, -1.0]))
+    assert np.isnan(fecontact.solvers.registry._unscaled(problem, scaled, wrong).x[0])
+    assert fecontact.solvers.registry._unscaled(problem, scaled, wrong).x[1] < 0
