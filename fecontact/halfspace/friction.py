@@ -42,6 +42,9 @@ FIRST_TURN = 1e-3
 #: Tolerance of the first turn; of others, relative to what the turn before left.
 PER_TURN = 0.03
 
+#: Share of what the turn before left above which tractions are solved for more sharply, and how much.
+STALLED, SHARPER = 0.5, 0.1
+
 #: Tolerance of the certificate unless another is given; it costs a quarter more than 1e-8.
 CERTIFIED = 1e-10
 
@@ -199,6 +202,7 @@ def press_step(
     start: tuple[Array, Array | None] | None = None if last is None else (last.traction, None)
     normal, several = None, friction.coupled and friction.mu > 0
     tolerance = max(FIRST_TURN, friction.tolerance) if several else friction.tolerance
+    left, sharper = math.inf, 1.0
     while True:
         normal = press(friction.body, heights + bent, load, tolerance, symmetry, friction.workers, start=normal)
         if not normal.active.any():
@@ -208,7 +212,7 @@ def press_step(
             )
         _check_holds(friction, normal, step)
         turn = _Turn(friction, normal, step, last)
-        at = turn.solve(heights, load, start, tolerance)
+        at = turn.solve(heights, load, start, sharper * tolerance)
         turns, newton, nit = turns + 1, newton + at.newton, nit + at.nit
         start = turn.spread(at.q), at.m
         contact = turn.contact(heights, load, at.q, at.m)
@@ -222,6 +226,9 @@ def press_step(
                 "prescribe the shift instead of a force near sliding."
             )
         bent = turn.lift(at.q)
+        # dissipation is relative to the work of slip, of which there may be hardly any
+        sharper *= SHARPER if contact.residuals.worst > STALLED * left else 1.0
+        left = contact.residuals.worst
         tolerance = max(friction.tolerance, min(tolerance, PER_TURN * contact.residuals.worst))
 
 

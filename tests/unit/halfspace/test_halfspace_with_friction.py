@@ -464,3 +464,18 @@ def test_half_way_loads_go_on_from_what_the_last_contact_bears(first, second, mi
     for name, value in expected.items():
         np.testing.assert_allclose(found[name], value, rtol=0, atol=1e-12)
     fc.PressStep(**found)  # as many as a step may have
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-4])
+def test_two_cells_that_hardly_slip_are_solved(gap):
+    # the dissipation of a contact that sticks is judged by next to no work of slip
+    half = fc.HalfSpace(fc.Material(1.0, 0.3), (1.0, 1.0), (12, 12))
+    heights = np.ones((12, 12))
+    heights[5:7, 6] = 0.0, gap
+    force, pull = 1e-3, (2.4e-4, -0.8e-4)
+    contact = half.press(heights, force=force, friction=0.8, tangential=pull)
+    assert contact.residuals.worst < 1e-10
+    assert contact.tangential_solver.turns < 20
+    assert np.abs(np.array(contact.tangential) - pull).max() < 1e-13
+    # two cells have no part within them that slips: both stick or the contact slides as a whole
+    assert np.hypot(*contact.slip).max() < 1e-9 * abs(contact.approach)
