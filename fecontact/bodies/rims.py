@@ -17,7 +17,7 @@ from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.layer import ElasticLayer
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, unit_vectors
 from fecontact.halfspace.grid import GridSurface
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.pick import neighbouring_sides
@@ -145,8 +145,7 @@ def ends_near(body: Body, name: str, points: Array, normals: Array, size: Array)
     surface = body.surface(name)
     across = np.eye(3)[np.abs(normals).argmin(axis=1)]
     one = np.cross(normals, across)
-    length = np.linalg.norm(one, axis=1, keepdims=True)
-    one = np.divide(one, length, out=one, where=length > 0)
+    one = unit_vectors(one)
     two = np.cross(normals, one)
     turn = np.arange(8)[:, None, None] * np.pi / 4
     around = points + size[:, None] * (np.cos(turn) * one + np.sin(turn) * two)

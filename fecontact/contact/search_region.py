@@ -30,7 +30,7 @@ from scipy.spatial import cKDTree
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, unit_vectors
 from fecontact.mesh.element import QUAD_CORNERS, quad_nodes
 from fecontact.mesh.facets import facet_centres, facet_shapes
 from fecontact.surfaces.closest_point import bulges
@@ -468,8 +468,7 @@ class _Place:
 
     def _along_centres(self, s: IntArray, m: IntArray) -> Array:
         between = self.centre[s] - self.other.centre[m]
-        length = np.linalg.norm(between, axis=1, keepdims=True)
-        line = np.divide(between, length, out=np.zeros_like(between), where=length > 0)
+        line = unit_vectors(between)
         return _between(_extent(self._corners, s, line), _extent(self.other.corners, m, line))
 
 

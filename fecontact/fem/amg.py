@@ -18,7 +18,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, places_among
 from fecontact.common.errors import FecontactError, MissingPackageError
 from fecontact.mesh.element import FACES, hex_nodes, hex_shapes
 from fecontact.mesh.mesh import Mesh
@@ -322,7 +322,6 @@ def corner_space(mesh: Mesh) -> tuple[IntArray, sp.csr_matrix]:
         rows.append(np.repeat(mesh.midface[cell, face], distinct.sum(axis=1)))
         columns.append(ends[distinct])
         values.append(np.repeat(1.0 / distinct.sum(axis=1), distinct.sum(axis=1)))
-    number = np.full(n_points, -1, dtype=np.int64)
-    number[corners] = np.arange(len(corners))
+    number = places_among(corners, n_points)
     entries = (np.concatenate(rows), number[np.concatenate(columns)])
     return corners, sp.csr_matrix((np.concatenate(values), entries), shape=(n_points, len(corners)))

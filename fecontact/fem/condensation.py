@@ -30,7 +30,7 @@ import scipy.linalg
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, places_among
 from fecontact.common.errors import FecontactError, InputError
 from fecontact.fem.factor import Condensed, Factor
 from fecontact.fem.pardiso import SINGULAR, PardisoBordered
@@ -211,8 +211,7 @@ class Schur(Retained):
     @classmethod
     def of(cls, factor: Condensed, n: int, dofs: IntArray, why: str) -> Schur:
         """From a condensed stiffness on `dofs`; its array is overwritten."""
-        position = np.full(n, -1, dtype=np.int64)
-        position[dofs] = np.arange(len(dofs))
+        position = places_among(dofs, n)
         return cls(position, _cholesky(factor.stiffness), why, factor)
 
     @property

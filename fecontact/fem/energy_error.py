@@ -23,7 +23,7 @@ from itertools import product
 
 import numpy as np
 
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, places_among
 from fecontact.common.compact_repr import compact_repr
 from fecontact.fem.stiffness import Cells, SolidElement, determinant_3x3, inverse_3x3, jacobians
 from fecontact.fem.stress import components, gauss_strain, hooke, to_nodes
@@ -146,8 +146,7 @@ def free_points(faces: IntArray, normals: Array, free: Mask) -> tuple[IntArray, 
     unit = normals / np.linalg.norm(normals, axis=1)[:, None]
     skin = np.unique(faces)
     skin = skin[free[skin]]
-    place = np.full(len(free), -1)
-    place[skin] = np.arange(len(skin))
+    place = places_among(skin, len(free))
     at, normal = place[faces].ravel(), np.repeat(unit, faces.shape[1], axis=0)
     products = np.zeros((len(skin), 3, 3))
     np.add.at(products, at[at >= 0], (normal[:, :, None] * normal[:, None, :])[at >= 0])

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, places_among
 from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
@@ -443,8 +443,7 @@ class Model:
     def solved_rows(self, rows: sp.csr_matrix) -> sp.csr_matrix:
         """Rows (n, n_dofs) over the solved coordinates, without held ones."""
         coo = self.coordinates.rows(rows).tocoo()
-        number = np.full(self.n_coordinates, -1, dtype=np.int64)
-        number[self.solved_dofs] = np.arange(len(self.solved_dofs))
+        number = places_among(self.solved_dofs, self.n_coordinates)
         column = number[coo.col]
         kept = column >= 0
         shape = (rows.shape[0], len(self.solved_dofs))

@@ -22,7 +22,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, places_among
 from fecontact.mesh.element import (
     Pattern,
     element_basis,
@@ -431,8 +431,7 @@ class Cells:
 
     def some(self, cells: IntArray) -> Cells:
         """Some of the cells (n,), numbered anew in this order."""
-        number = np.full(self.count, -1)
-        number[cells] = np.arange(len(cells))
+        number = places_among(cells, self.count)
         places = [number[group.cells] for group in self.groups]
         parts = [
             Group(place[place >= 0], group.nodes[place >= 0], group.element)

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, places_among
 from fecontact.common.errors import MeshError
 from fecontact.mesh.base_mesh import first_alike
 from fecontact.mesh.check import check_cells, check_size
@@ -75,8 +75,8 @@ def build(raw: RawMesh, source: str, scale: float = 1.0, element: str | None = N
     _check_numbers(raw, blocks, source)
     points, cells, ends, notes = _as_hexahedra(scale * raw.points, blocks, source, element)
     cells, raw, repeats = _each_once(cells, raw, source)
-    used, number = np.unique(cells), np.full(len(points), -1, dtype=np.int64)
-    number[used] = np.arange(len(used))
+    used = np.unique(cells)
+    number = places_among(used, len(points))
     # a set with both ends of an edge has the node added in its middle, as linear displacements between them say
     new = len(raw.points) + np.arange(len(ends))
     sets = {k: np.append(nodes, new[np.isin(ends, nodes).all(axis=1)]) for k, nodes in raw.node_sets.items()}

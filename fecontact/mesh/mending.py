@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, unit_vectors
 from fecontact.common.errors import MeshError
 from fecontact.mesh.facets import sides_of
 from fecontact.mesh.orient import rims
@@ -85,8 +85,7 @@ def _projected(x: Array) -> Array:
     """Coordinates (n, k, 2) of polygons (n, k, 3) projected along their vector area."""
     rest = x - x.mean(axis=1, keepdims=True)
     normal = np.cross(rest, np.roll(rest, -1, axis=1)).sum(axis=1)
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
+    normal = unit_vectors(normal)
     smallest = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
     u = np.cross(smallest, normal)
     u /= np.maximum(np.linalg.norm(u, axis=1, keepdims=True), np.finfo(float).tiny)

@@ -13,7 +13,7 @@ import numpy as np
 from skfem import Mesh as SkfemMesh
 
 from fecontact.common.arguments import known_options, text, texts
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, places_among
 from fecontact.common.checks import whole
 from fecontact.common.errors import InputError
 from fecontact.mesh.base_mesh import BaseMesh, joined
@@ -368,11 +368,9 @@ class Mesh(BaseMesh):
             raise InputError("Take the part before mid-face nodes are added.")
         refuse_hanging(self.hanging, "cut into parts")
         kept = np.unique(self.groups[name])
-        cell = np.full(len(self.cells), -1, dtype=np.int64)
-        cell[kept] = np.arange(len(kept))
+        cell = places_among(kept, len(self.cells))
         used, cells = np.unique(self.cells[kept], return_inverse=True)
-        point = np.full(len(self.points), -1, dtype=np.int64)
-        point[used] = np.arange(len(used))
+        point = places_among(used, len(self.points))
         moved = {k: np.stack([cell[f[:, 0]], f[:, 1]], axis=1) for k, f in self.boundaries.items()}
         return Mesh(
             self.points[used],

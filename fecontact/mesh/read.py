@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.common.arguments import file_path, function, text
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, places_among
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.mesh.base_mesh import first_alike
@@ -332,8 +332,7 @@ def read_section(path: str | Path, part: str | None = None, scale: float = 1.0) 
     sides = _sides_of_sets(cells, raw.node_sets)
     sides |= _named_sides(cells, {k: np.concatenate(v) for k, v in raw.lines.items()})
     used, number = np.unique(cells, return_inverse=True)
-    back = np.full(len(points), -1, dtype=np.int64)
-    back[used] = np.arange(len(used))
+    back = places_among(used, len(points))
     sets = {name: back[nodes] for name, nodes in raw.node_sets.items()}
     sets = {name: nodes[nodes >= 0] for name, nodes in sets.items() if (nodes >= 0).any()}
     plane = PlaneCells(points[used], number.reshape(cells.shape), sides, groups, sets)

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.common.arguments import instance
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, places_among
 from fecontact.common.errors import InputError
 from fecontact.mesh.base_mesh import BaseMesh
 from fecontact.mesh.cell_division import (
@@ -129,8 +129,7 @@ def _children_of_faces(faces: IntArray, divided: Mask, parts: Sequence[Part], st
     whole = faces[~divided[faces[:, 0]]]
     out = [np.column_stack([_number(divided)[whole[:, 0]], whole[:, 1]])]
     for (parents, division), first in zip(parts, start[:-1], strict=True):
-        place = np.full(len(divided), -1)
-        place[parents] = np.arange(len(parents))
+        place = places_among(parents, len(divided))
         mine = faces[place[faces[:, 0]] >= 0]
         child, face = np.moveaxis(division.facets[mine[:, 1]], 2, 0)
         number = first + len(division.children) * place[mine[:, :1]] + child

@@ -17,7 +17,7 @@ from skfem import Mesh as SkfemMesh
 from skfem.element import BOUNDARY_ELEMENT_MAP, Element, ElementHexS2, ElementQuadS2
 from skfem.generic_utils import OrientedBoundary
 
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, places_among
 from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.element import FACES, hex_nodes
 from fecontact.mesh.kinds import KINDS, Kind
@@ -120,8 +120,7 @@ def skfem_mesh(kinds: tuple[str, ...], mesh: MeshArrays) -> SkfemMesh:
     own = cells[:, np.unique(kind.embedding, return_index=True)[1]]
     used, number = np.unique(own, return_inverse=True)
     theirs = _CLASSES[kind.name](points[used].T, number.reshape(own.shape)[:, order.nodes].T)
-    facet = np.full(6, -1, dtype=np.int64)
-    facet[order.faces] = np.arange(len(order.faces))
+    facet = places_among(order.faces, 6)
     named = {name: _facets(theirs, f[:, 0], facet[f[:, 1]]) for name, f in boundaries.items()}
     return theirs.with_boundaries(named).with_subdomains(dict(groups))
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.common.arguments import function, instance, known_options
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, unit_vectors
 from fecontact.common.checks import index_array, number_array
 from fecontact.common.errors import MeshError
 from fecontact.mesh.base_mesh import first_alike, representatives
@@ -201,8 +201,7 @@ def averaged_normals(points: Array, facets: IntArray) -> tuple[Array, Array]:
     normal /= length[:, None]
     total = np.zeros_like(points)
     np.add.at(total, node, normal * weight[:, None])
-    size = np.linalg.norm(total, axis=1, keepdims=True)
-    normals = np.divide(total, size, out=np.zeros_like(total), where=size > 0)
+    normals = unit_vectors(total)
     cosine = np.ones(len(points))
     np.minimum.at(cosine, node, np.einsum("ni,ni->n", normal, normals[node]))
     return normals, cosine

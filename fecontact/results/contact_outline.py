@@ -36,7 +36,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 
 from fecontact.bodies.pose import Pose
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, places_among
 from fecontact.common.compact_repr import compact_repr
 from fecontact.contact.coupling.choose import line_share
 from fecontact.contact.coupling.nodal import covered_shares
@@ -525,8 +525,7 @@ def _hanging(contact: ContactFields) -> IntArray:
         return np.zeros((0, 3), np.int64)
     linear = ties.edges[:, 3] < 0
     ends = [ties.edges[linear][:, [0, 2, 1]], *(ties.edges[~linear][:, k] for k in ([0, 1, 3], [1, 2, 4]))]
-    place = np.full(len(contact.surface.points), -1)
-    place[contact.node_numbers] = np.arange(len(contact.node_numbers))
+    place = places_among(contact.node_numbers, len(contact.surface.points))
     here = place[np.concatenate(ends)]
     return np.asarray(here[(here >= 0).all(axis=1)])
 

@@ -34,7 +34,7 @@ from scipy.optimize import brentq
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, unit_vectors
 from fecontact.common.error_estimate import UnboundedPeak
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of
@@ -271,8 +271,7 @@ def _at_edges(contact: ContactFields, active: IntArray) -> tuple[Mask, Mask]:
     place, none = contact.points[active], np.zeros(len(active), bool)
     theirs, beyond = master.pose.to_body(place), none
     lines = contact.normals[active] @ master.pose.rotation
-    length = np.linalg.norm(lines, axis=1, keepdims=True)
-    lines = np.divide(lines, length, out=np.zeros_like(lines), where=length > 0)
+    lines = unit_vectors(lines)
     if not master.is_rigid:
         offset = theirs - master.surface(names[1]).project(theirs).points
         theirs = theirs - offset

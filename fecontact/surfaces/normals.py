@@ -27,7 +27,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, unit_vectors
 from fecontact.mesh.facets import facet_nodes
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.surfaces.closest_point import BLOCK, FacetPolynomials, cross, dot, facet_polynomials, first_derivatives
@@ -195,8 +195,7 @@ def projection_at(
     """Projection with known facets (n,) and coordinates (n, 2), on the lines of points (n, 3)."""
     x, _, N = master.evaluate(facet, local)
     lines = share * normals + (1 - share) * normals_of(master).at(facet, local)
-    length = np.linalg.norm(lines, axis=1, keepdims=True)
-    lines = np.divide(lines, length, out=lines, where=length > 0)
+    lines = unit_vectors(lines)
     gap = np.einsum("ni,ni->n", points - x, lines)
     outside = np.zeros(len(points), bool)
     return Projection(x, lines, gap, outside, master.rows_of(facet, N), facet, local, master.name)

@@ -15,7 +15,7 @@ import numpy as np
 from fecontact.app.decks.content import DeckContent, DeckPair, DeckRigid, Remarks
 from fecontact.app.decks.febio_steps import Curves, deck_steps, nodes_of, rigid_name, segments_of
 from fecontact.app.decks.materials import of_febio
-from fecontact.common.arrays import IntArray
+from fecontact.common.arrays import IntArray, places_among
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.mesh.build import build
@@ -97,10 +97,8 @@ def read_feb(path: Path) -> DeckContent:
     if not len(cells):
         raise InputError(f"{path.name} has rigid parts only; a scene needs an elastic body.")
     kept = np.unique(mesh.cells[cells])
-    point = np.full(len(mesh.points), -1, dtype=np.int64)
-    point[kept] = np.arange(len(kept))
-    number = np.full(len(mesh.cells), -1, dtype=np.int64)
-    number[cells] = np.arange(len(cells))
+    point = places_among(kept, len(mesh.points))
+    number = places_among(cells, len(mesh.cells))
     elastic = replace(mesh, groups={**mesh.groups, "elastic cells": cells}).part("elastic cells")
     elastic = replace(elastic, groups={k: g for k, g in elastic.groups.items() if k != "elastic cells"})
     return DeckContent(

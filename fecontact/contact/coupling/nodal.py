@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse.linalg import spsolve
 
 from fecontact.bodies.body import Body
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, unit_vectors
 from fecontact.common.compact_repr import compact_repr
 from fecontact.contact.coupling.mortar_basis import own_samples
 from fecontact.contact.coupling.segments import segment_samples
@@ -198,8 +198,7 @@ def _corners(surface: FacetSurface) -> _Corners:
         local = reference[surface.triangle[facet].astype(int), column]
     _, tangents, _ = surface.evaluate(facet, local)
     normals = np.cross(tangents[:, :, 0], tangents[:, :, 1])
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
+    normals = unit_vectors(normals)
     node = surface.facets[facet, column]
     order = np.argsort(node, kind="stable")
     nodes, first = np.unique(node[order], return_index=True)

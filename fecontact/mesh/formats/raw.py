@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, places_among
 from fecontact.common.errors import InputError, MeshError
 
 
@@ -155,8 +155,7 @@ def part_of(raw: RawMesh, name: str, source: str) -> RawMesh:
         known = ", ".join(map(repr, raw.groups)) or "none"
         raise InputError(f"{source} has no part {name!r}; its element sets are: {known}.", code="unknown-part")
     members = raw.groups[name if name in raw.groups else names[name.upper()]]
-    number = np.full(raw.n_cells, -1, dtype=np.int64)
-    number[np.unique(members)] = np.arange(len(np.unique(members)))
+    number = places_among(np.unique(members), raw.n_cells)
     starts = np.cumsum([0] + [len(cells) for _, cells in raw.blocks])
     kept = [number[a:b] >= 0 for a, b in pairwise(starts.tolist())]
     faces = {k: np.stack([number[f[:, 0]], f[:, 1]], axis=1) for k, f in raw.faces.items()}
