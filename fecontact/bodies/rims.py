@@ -17,8 +17,9 @@ from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.layer import ElasticLayer
-from fecontact.common.arrays import Array, IntArray, Mask, unit_vectors
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.halfspace.grid import GridSurface
+from fecontact.mesh.facets import unit_vectors
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.pick import neighbouring_sides
 from fecontact.mesh.section_mesh import SectionMesh, line_shapes

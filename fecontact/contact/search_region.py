@@ -30,9 +30,9 @@ from scipy.spatial import cKDTree
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose
-from fecontact.common.arrays import Array, IntArray, Mask, unit_vectors
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.element import QUAD_CORNERS, quad_nodes
-from fecontact.mesh.facets import facet_centres, facet_shapes
+from fecontact.mesh.facets import facet_centres, facet_shapes, unit_vectors
 from fecontact.surfaces.closest_point import bulges
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of
 from fecontact.surfaces.normals import FACING, normals_of

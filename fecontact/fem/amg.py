@@ -18,9 +18,10 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
-from fecontact.common.arrays import Array, IntArray, places_among
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError, MissingPackageError
 from fecontact.mesh.element import FACES, hex_nodes, hex_shapes
+from fecontact.mesh.facets import places_among
 from fecontact.mesh.mesh import Mesh
 
 #: Relative residual of a solve: a hundredth of the certificate's tolerance.

@@ -30,11 +30,12 @@ import scipy.linalg
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
 
-from fecontact.common.arrays import Array, IntArray, places_among
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError, InputError
 from fecontact.fem.factor import Condensed, Factor
 from fecontact.fem.pardiso import SINGULAR, PardisoBordered
 from fecontact.fem.rigid import complement, gram_schmidt
+from fecontact.mesh.facets import places_among
 
 #: Name of the route among those of `fem.condensation`.
 SEPARATED = "gram-schmidt"

@@ -23,11 +23,12 @@ from itertools import product
 
 import numpy as np
 
-from fecontact.common.arrays import Array, IntArray, Mask, places_among
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.fem.stiffness import Cells, SolidElement, determinant_3x3, inverse_3x3, jacobians
 from fecontact.fem.stress import components, gauss_strain, hooke, to_nodes
 from fecontact.mesh.element import hex_shapes
+from fecontact.mesh.facets import places_among
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 

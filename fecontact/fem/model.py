@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from fecontact.common.arrays import Array, IntArray, Mask, places_among
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
@@ -39,6 +39,7 @@ from fecontact.fem.stiffness import Cells, assemble_stiffness, body_force, momen
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 from fecontact.fem.support import Support, fix_null_space, nodal_coordinates, share_of_support
 from fecontact.mesh.check import check_mesh
+from fecontact.mesh.facets import places_among
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 

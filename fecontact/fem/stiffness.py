@@ -22,7 +22,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.common.arrays import Array, IntArray, places_among
+from fecontact.common.arrays import Array, IntArray
 from fecontact.mesh.element import (
     Pattern,
     element_basis,
@@ -36,7 +36,7 @@ from fecontact.mesh.element import (
     quadrature_basis,
     reduced_quadrature,
 )
-from fecontact.mesh.facets import facet_integrals
+from fecontact.mesh.facets import facet_integrals, places_among
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import Extent, SectionMesh, jacobian_2d
 

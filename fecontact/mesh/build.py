@@ -11,12 +11,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from fecontact.common.arrays import Array, IntArray, places_among
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import MeshError
 from fecontact.mesh.base_mesh import first_alike
 from fecontact.mesh.check import check_cells, check_size
 from fecontact.mesh.element import EDGES, FACES
-from fecontact.mesh.facets import corner_keys, numbered_between
+from fecontact.mesh.facets import corner_keys, numbered_between, places_among
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.kinds import KINDS, Kind
 from fecontact.mesh.mesh import Mesh

@@ -291,3 +291,28 @@ def found(keys: Keys, among: Keys) -> IntArray:
     order = np.argsort(among)
     place = order[np.minimum(np.searchsorted(among, keys, sorter=order), len(among) - 1)]
     return np.where(among[place] == keys, place, -1)
+
+
+def places_among(members: IntArray, n: int) -> IntArray:
+    """Place of each of 0 ... n - 1 among distinct members; -1 for those that are none.
+
+    Examples
+    --------
+    >>> places_among(np.array([2, 0]), 4).tolist()
+    [1, -1, 0, -1]
+    """
+    place = np.full(n, -1, dtype=np.int64)
+    place[members] = np.arange(len(members))
+    return place
+
+
+def unit_vectors(vectors: Array) -> Array:
+    """Vectors (..., k) over their lengths; zero where these are.
+
+    Examples
+    --------
+    >>> unit_vectors(np.array([[3.0, 4.0], [0.0, 0.0]])).tolist()
+    [[0.6, 0.8], [0.0, 0.0]]
+    """
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0))

@@ -17,9 +17,9 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.common.arrays import Array, IntArray, Mask, unit_vectors
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import MeshError
-from fecontact.mesh.facets import sides_of
+from fecontact.mesh.facets import sides_of, unit_vectors
 from fecontact.mesh.orient import rims
 
 #: Steps towards and from the mean of the neighbours: pass band 1 / TOWARDS + 1 / BACK = 0.1, as in the paper.

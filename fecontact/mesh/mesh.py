@@ -13,7 +13,7 @@ import numpy as np
 from skfem import Mesh as SkfemMesh
 
 from fecontact.common.arguments import known_options, text, texts
-from fecontact.common.arrays import Array, IntArray, Mask, places_among
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import whole
 from fecontact.common.errors import InputError
 from fecontact.mesh.base_mesh import BaseMesh, joined
@@ -24,6 +24,7 @@ from fecontact.mesh.facets import (
     facet_centres,
     facet_shapes,
     numbered_between,
+    places_among,
     triangular,
 )
 from fecontact.mesh.hanging_nodes import refuse_hanging

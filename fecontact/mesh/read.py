@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.common.arguments import file_path, function, text
-from fecontact.common.arrays import Array, IntArray, places_among
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.mesh.base_mesh import first_alike
 from fecontact.mesh.build import ELEMENTS, build
 from fecontact.mesh.cell_division import section_division, section_triangle_division
 from fecontact.mesh.check import check_size
-from fecontact.mesh.facets import edge_keys, facets_at_sides, found, numbered_between, sides_of
+from fecontact.mesh.facets import edge_keys, facets_at_sides, found, numbered_between, places_among, sides_of
 from fecontact.mesh.formats.abaqus import read_abaqus
 from fecontact.mesh.formats.febio import read_febio
 from fecontact.mesh.formats.generic import read_vtk

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.common.arguments import instance
-from fecontact.common.arrays import Array, IntArray, Mask, places_among
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.mesh.base_mesh import BaseMesh
 from fecontact.mesh.cell_division import (
@@ -30,7 +30,7 @@ from fecontact.mesh.cell_division import (
     star,
 )
 from fecontact.mesh.element import EDGES, FACES, QUAD_EDGES, TETRAHEDRON, Pattern
-from fecontact.mesh.facets import Keys, edge_keys, face_keys, found
+from fecontact.mesh.facets import Keys, edge_keys, face_keys, found, places_among
 from fecontact.mesh.hanging_nodes import TABLES, HangingNodes, refuse_hanging, tied
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SIDES, SectionMesh

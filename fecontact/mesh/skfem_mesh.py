@@ -17,9 +17,10 @@ from skfem import Mesh as SkfemMesh
 from skfem.element import BOUNDARY_ELEMENT_MAP, Element, ElementHexS2, ElementQuadS2
 from skfem.generic_utils import OrientedBoundary
 
-from fecontact.common.arrays import Array, IntArray, Mask, places_among
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, MeshError
 from fecontact.mesh.element import FACES, hex_nodes
+from fecontact.mesh.facets import places_among
 from fecontact.mesh.kinds import KINDS, Kind
 
 #: Points (n, 3), cells (n, 8 | 20 | 27), boundaries and groups of a `Mesh`.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.common.arguments import function, instance, known_options
-from fecontact.common.arrays import Array, IntArray, Mask, unit_vectors
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import index_array, number_array
 from fecontact.common.errors import MeshError
 from fecontact.mesh.base_mesh import first_alike, representatives
@@ -24,6 +24,7 @@ from fecontact.mesh.facets import (
     facets_at_sides,
     sides_of,
     triangular,
+    unit_vectors,
 )
 from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.mesh import Mesh

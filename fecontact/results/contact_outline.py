@@ -36,11 +36,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 
 from fecontact.bodies.pose import Pose
-from fecontact.common.arrays import Array, IntArray, Mask, places_among
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.contact.coupling.choose import line_share
 from fecontact.contact.coupling.nodal import covered_shares
-from fecontact.mesh.facets import facet_integrals, facet_shapes, sides_of, triangular
+from fecontact.mesh.facets import facet_integrals, facet_shapes, places_among, sides_of, triangular
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.results.facet_samples import facet_samples, past_rim
 from fecontact.results.recovery import edge_level, facet_sizes

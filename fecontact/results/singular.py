@@ -34,8 +34,9 @@ from scipy.optimize import brentq
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
-from fecontact.common.arrays import Array, IntArray, Mask, unit_vectors
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.error_estimate import UnboundedPeak
+from fecontact.mesh.facets import unit_vectors
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of
 from fecontact.surfaces.rigid.shapes import heights_of, sharpest

@@ -27,8 +27,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fecontact.common.arrays import Array, IntArray, Mask, unit_vectors
-from fecontact.mesh.facets import facet_nodes
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.mesh.facets import facet_nodes, unit_vectors
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.surfaces.closest_point import BLOCK, FacetPolynomials, cross, dot, facet_polynomials, first_derivatives
 from fecontact.surfaces.facet_surface import BESIDE, FacetSurface, Projection, Surface

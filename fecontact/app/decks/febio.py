@@ -15,10 +15,11 @@ import numpy as np
 from fecontact.app.decks.content import DeckContent, DeckPair, DeckRigid, Remarks
 from fecontact.app.decks.febio_steps import Curves, deck_steps, nodes_of, rigid_name, segments_of
 from fecontact.app.decks.materials import of_febio
-from fecontact.common.arrays import IntArray, places_among
+from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.mesh.build import build
+from fecontact.mesh.facets import places_among
 from fecontact.mesh.formats.febio import MESH_SECTIONS, read_febio, read_tree
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.mesh import Mesh

@@ -24,13 +24,13 @@ from numpy.typing import ArrayLike
 from scipy.sparse.linalg import spsolve
 
 from fecontact.bodies.body import Body
-from fecontact.common.arrays import Array, IntArray, Mask, unit_vectors
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.contact.coupling.mortar_basis import own_samples
 from fecontact.contact.coupling.segments import segment_samples
 from fecontact.contact.search_region import SearchRegion, bounds_of, flattened
 from fecontact.halfspace.grid import GridSurface
-from fecontact.mesh.facets import distinct_columns, facet_centres, facet_nodes
+from fecontact.mesh.facets import distinct_columns, facet_centres, facet_nodes, unit_vectors
 from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface, facets_of, with_nodes
 from fecontact.surfaces.nodal_weights import components_along, contact_weights, facet_weights
 from fecontact.surfaces.normals import normals_of, opposing, project_along

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from fecontact.common.arrays import Array, IntArray, places_among
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MeshError
+from fecontact.mesh.facets import places_among
 
 
 @dataclass(frozen=True, eq=False)
