@@ -18,21 +18,23 @@ from fecontact.bodies.pose import Pose
 from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arguments import flag, instance, items, text
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import friction as friction_coefficient
 from fecontact.common.checks import number_array, positive
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.common.path import follow
 from fecontact.common.renamed import renamed_argument
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.halfspace import kernels
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.fft import array_module
-from fecontact.halfspace.friction import CERTIFIED, PressStep
+from fecontact.halfspace.friction import CERTIFIED, Friction, PressStep
 from fecontact.halfspace.grid import Grid, GridSurface, grid_surface
 from fecontact.halfspace.layered import Layer
 from fecontact.halfspace.operator import CellModel, Part, coarse_pressure
-from fecontact.halfspace.path import FrictionPath, LoadCurve, solve_curve, solve_path
+from fecontact.halfspace.path import CurveSteps, FrictionPath, FrictionSteps, LoadCurve
 from fecontact.halfspace.pressing import Load, check_settings, press
 from fecontact.halfspace.validity import overlap_between_cells
 from fecontact.solvers import ContactProblem
@@ -342,7 +344,8 @@ class HalfSpace(SurfaceBody):
         def pressed(load: Load) -> HalfSpaceContact:
             return press(self.compliance, z, load, tolerance, symmetry, workers)
 
-        return solve_curve(self.compliance, z, loads, pressed, tolerance, path, progress)
+        steps = CurveSteps(self.compliance, z, loads, pressed, tolerance)
+        return LoadCurve(*follow(steps, len(loads), path, progress, "curve", "load"))
 
     def press_path(
         self,
@@ -401,9 +404,10 @@ class HalfSpace(SurfaceBody):
         array([ 0.   ,  0.229, -0.229,  0.229])
         """
         check_settings(tolerance, symmetry, workers)
-        heights = self._heights_at(surface)
-        found = solve_path(self.compliance, heights, steps, friction, tolerance, symmetry, workers, path, progress)
-        return replace(found, steps=tuple(self._between_cells(c, surface, c.position) for c in found.steps))
+        setting = Friction(self.compliance, friction_coefficient(friction, infinite=True), tolerance, workers)
+        each = FrictionSteps(setting, self._heights_at(surface), steps, symmetry)
+        contacts, cuts = follow(each, len(steps), path, progress)
+        return FrictionPath(tuple(self._between_cells(c, surface, c.position) for c in contacts), cuts)
 
     def _heights_at(self, surface: HeightSurface | ArrayLike) -> Callable[[tuple[float, float]], Array]:
         """Heights (nx, ny) of a surface by its position."""

@@ -12,7 +12,7 @@ import zlib
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path as FilePath
 from typing import Any, Generic, TypeVar, overload
 
@@ -98,20 +98,22 @@ class Steps(Generic[Result]):
     """Load steps of bodies of one kind, for `follow`."""
 
     def halvings(self, k: int, before: Result | None) -> int:
-        """Largest number of halvings of step k."""
+        """Largest number of halvings of step k, after the result of the step before."""
         return HALVINGS
 
     @abstractmethod
-    def solver(self, k: int, before: Result | None) -> Callable[..., Result]:
-        """Solver of the parts of step k, after the result of the step before.
+    def part(
+        self, k: int, before: Result | None, start: float, end: float, last: Result | None, known: Any = None
+    ) -> Result:
+        """Result of a part of step k, after the result of the step before.
 
-        A function ``solve(start, end, last, known=None)`` of two shares of the loads and the result at the first, see
-        `in_parts`. A known `end` of an earlier run is certified, not solved.
+        Its loads are those at two shares of the step, see `in_parts`; the last result is that at the first. A known
+        `end` of an earlier run is certified, not solved.
         """
 
-    @abstractmethod
     def end(self, part: Result) -> Any:
         """What `part` needs to know of a result again: a dataclass or mapping of arrays and plain values."""
+        return part
 
     def joined(self, parts: Sequence[Result]) -> Result:
         """Result of a step from those of its parts."""
@@ -121,9 +123,9 @@ class Steps(Generic[Result]):
         """Result of step k, solved in some parts, with estimates that need other solutions; it is kept with them."""
         return result
 
-    @abstractmethod
     def row(self, result: Result) -> Mapping[str, Any]:
         """Figures of a result, for people who read the file."""
+        return {}
 
     @abstractmethod
     def prints(self) -> Mapping[str, Mapping[str, str]]:
@@ -170,7 +172,7 @@ def follow(
         for k in range(n):
             last = done[-1] if done else None
             with named(f"{unit.capitalize()} {k + 1} of {n}" if n > 1 else ""):
-                solve = steps.solver(k, last)
+                solve = partial(steps.part, k, last)
                 found = _known(solve, known[k]["parts"], last) if k < len(known) else []
                 parts = found or list(in_parts(solve, last, steps.halvings(k, last)))
                 result = steps.joined([part for _, part in parts])

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.fingerprint import fingerprint
-from fecontact.common.path import HALVINGS, Path, Steps, each_step, follow
+from fecontact.common.path import HALVINGS, Path, Steps, each_step
 from fecontact.common.renamed import RenamedKeys, renamed, warn
 from fecontact.common.table import Table
 from fecontact.common.units import Units
@@ -26,6 +26,9 @@ from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.friction import Friction, PressStep, certified, press_step
 from fecontact.halfspace.pictures import Drawn, plot_over_force
 from fecontact.halfspace.pressing import Load
+
+#: Loads and motions by the names of `PressStep`, or figures of a load.
+Loads = Mapping[str, Any]
 
 #: Figures of the end of a step.
 OF_STEPS: Mapping[str, Callable[[FrictionContact], float]] = {
@@ -116,7 +119,7 @@ class FrictionPath(Path[FrictionContact]):
         return tuple(f"Step {k}: {text}" for text, k in first.items())
 
     def rows(self) -> list[dict[str, float]]:
-        """Figures of each step by name."""
+        """Loads of each step by name."""
         return [RenamedKeys({name: read(contact) for name, read in OF_STEPS.items()}) for contact in self.steps]
 
     def as_dict(self) -> dict[str, Any]:
@@ -176,7 +179,7 @@ class LoadCurve(Path[Mapping[str, Any]], Drawn):
     to_csv = renamed("to_csv", "save")
 
     def rows(self) -> list[dict[str, float]]:
-        """Figures of each load by name."""
+        """Loads of each load by name."""
         return [{name: row[name] for name in OF_LOADS} for row in self.steps]
 
     def _drawn(self, path: str | FilePath | None, units: Units) -> Any:
@@ -195,41 +198,59 @@ class LoadCurve(Path[Mapping[str, Any]], Drawn):
 
 
 @dataclass(frozen=True, eq=False)
-class _FrictionSteps(Steps[FrictionContact]):
-    """Steps of a surface with heights (nx, ny) by its position."""
+class FrictionSteps(Steps[FrictionContact]):
+    """Steps of a surface with heights (nx, ny) by its position, see `HalfSpace.press_path`.
+
+    Raises
+    ------
+    InputError
+        If there are none, one is no step, or it twists a periodic surface, or layers are not bonded.
+    """
 
     friction: Friction
     heights: Callable[[tuple[float, float]], Array]
     steps: Sequence[PressStep]
     symmetry: bool
 
+    def __post_init__(self) -> None:
+        check_thickness(self.friction.body)
+        for k, step in enumerate(items("the steps of a path", self.steps, "PressStep objects"), 1):
+            instance(f"step {k} of the path", step, PressStep)
+            if self.friction.body.periodic and (step.torque or step.twist):
+                raise InputError(
+                    f"Step {k} twists the surface, which then would not repeat: leave out torque and twist, or make "
+                    "the half-space free.",
+                    code="torsion-not-periodic",
+                )
+        if not self.steps:
+            raise InputError("A path needs at least one step; found none. Give a PressStep.", code="no-steps")
+
     def halvings(self, k: int, before: FrictionContact | None) -> int:
         """None where the position changes: at places in between the surface would rub."""
         return HALVINGS if before is None or before.position == self.steps[k].position else 0
 
-    def solver(self, k: int, before: FrictionContact | None) -> Callable[..., FrictionContact]:
-        """Solver of the parts of step k."""
+    def part(
+        self, k: int, before: FrictionContact | None, start: float, end: float, last: FrictionContact | None,
+        known: Any = None,
+    ) -> FrictionContact:  # fmt: skip
+        """Contact at the end of a part of step k."""
         step = self.steps[k]
         z = self.heights(step.position)
-        begin, end = _start(z, step, before, self.steps[k - 1].load_point if k else None), _end(step)
-
-        def part(_: float, share: float, last: FrictionContact | None, known: Figures | None = None) -> FrictionContact:
-            loads = PressStep(**_between(begin, end, share))
-            if known is not None:
-                return certified(self.friction, z, loads, last, known)
-            return press_step(self.friction, z, loads, last, self.symmetry)
-
-        return part
+        begin = _start(z, step, before, self.steps[k - 1].load_point if k else None)
+        loads = PressStep(**_between(begin, _end(step), end))
+        if known is not None:
+            return certified(self.friction, z, loads, last, known)
+        return press_step(self.friction, z, loads, last, self.symmetry)
 
     def joined(self, parts: Sequence[FrictionContact]) -> FrictionContact:
         """The last part, with those before it."""
         return replace(parts[-1], parts=tuple(parts[:-1])) if len(parts) > 1 else parts[0]
 
-    def end(self, part: FrictionContact) -> Figures:
+    def end(self, part: FrictionContact) -> Loads:
         """Fields that are not those of the half-space."""
         return {name: getattr(part, name) for name in KEPT}
 
-    def row(self, result: FrictionContact) -> Figures:
+    def row(self, result: FrictionContact) -> Loads:
         """The summary."""
         return result.summary()
 
@@ -240,8 +261,8 @@ class _FrictionSteps(Steps[FrictionContact]):
 
 
 @dataclass(frozen=True, eq=False)
-class _Loads(Steps[Mapping[str, Any]]):
-    """Loads of a curve."""
+class CurveSteps(Steps[Mapping[str, Any]]):
+    """Loads of a curve, which do not depend on each other, and how they are pressed, see `HalfSpace.curve`."""
 
     body: SurfaceCompliance
     heights: Array
@@ -249,47 +270,33 @@ class _Loads(Steps[Mapping[str, Any]]):
     pressed: Callable[[Load], HalfSpaceContact]
     tolerance: float
 
-    def halvings(self, k: int, before: Figures | None) -> int:
+    def halvings(self, k: int, before: Loads | None) -> int:
         """None: a load does not depend on others."""
         return 0
 
-    def solver(self, k: int, before: Figures | None) -> Callable[..., Figures]:
-        """Solver of load k."""
-
-        def part(start: float, end: float, last: Figures | None, known: Figures | None = None) -> Figures:
-            if known is not None:
-                return known
-            contact = self.pressed(self.loads[k])
-            more = {"regions": float(contact.n_regions), "pressure_error": contact.error_estimate.pressure}
-            found = {**contact.figures, **more}
-            return {**{name: found[name] for name in OF_LOADS}, "warnings": contact.warnings}
-
-        return part
-
-    def end(self, part: Figures) -> Figures:
-        """All of it."""
-        return part
-
-    def row(self, result: Figures) -> Figures:
-        """Nothing but the end."""
-        return {}
+    def part(
+        self, k: int, before: Loads | None, start: float, end: float, last: Loads | None, known: Any = None
+    ) -> Loads:
+        """Loads and warnings of load k."""
+        if known is not None:
+            return cast(Loads, known)
+        contact = self.pressed(self.loads[k])
+        more = {"regions": float(contact.n_regions), "pressure_error": contact.error_estimate.pressure}
+        found = {**contact.figures, **more}
+        return {**{name: found[name] for name in OF_LOADS}, "warnings": contact.warnings}
 
     def prints(self) -> Mapping[str, Mapping[str, str]]:
         """Fingerprints by part of each load by its number."""
         return _prints(self.body, [vars(load) for load in self.loads], heights=self.heights, tolerance=self.tolerance)
 
 
-def _prints(body: SurfaceCompliance, steps: Sequence[Figures], **settings: Any) -> dict[str, dict[str, str]]:
+def _prints(body: SurfaceCompliance, steps: Sequence[Loads], **settings: Any) -> dict[str, dict[str, str]]:
     """Fingerprints by part of each step by its number."""
     same = {"fecontact": VERSION, "half-space": fingerprint(body), **{n: fingerprint(v) for n, v in settings.items()}}
     return {str(k): {**same, **{name: fingerprint(v) for name, v in step.items()}} for k, step in enumerate(steps, 1)}
 
 
-#: Loads and motions by the names of `PressStep`.
-Figures = Mapping[str, Any]
-
-
-def _start(z: Array, step: PressStep, last: FrictionContact | None, load_point: tuple[float, float] | None) -> Figures:
+def _start(z: Array, step: PressStep, last: FrictionContact | None, load_point: tuple[float, float] | None) -> Loads:
     """Loads and motions where a step begins: of the last contact, or of the first touch, without any load."""
     if last is None:
         touch = {"force": 0.0, "approach": float(z.min(initial=np.inf)), "load_point": step.load_point}
@@ -299,58 +306,16 @@ def _start(z: Array, step: PressStep, last: FrictionContact | None, load_point: 
     return {**{name: getattr(last, name) for name in names}, "load_point": load_point or step.load_point}
 
 
-def _end(step: PressStep) -> Figures:
+def _end(step: PressStep) -> Loads:
     """Loads and motions at the end of a step: zero where nothing is given."""
     end = {**vars(step), "tangential": step.tangential or ((0.0, 0.0) if step.shift is None else None)}
     return {**end, "twist": step.twist or (0.0 if step.torque is None else None)}
 
 
-def _between(start: Figures, end: Figures, share: float) -> Figures:
+def _between(start: Loads, end: Loads, share: float) -> Loads:
     """Loads and motions a share of the way through a step, with those prescribed that are so at its end."""
     if share == 1:
         return end
     both = {name: (np.asarray(start[name]), np.asarray(value)) for name, value in end.items() if value is not None}
     found = {name: (1 - share) * one + share * other for name, (one, other) in both.items()}
     return {name: tuple(v.tolist()) if (v := found.get(name)) is not None and v.ndim else v for name in end}
-
-
-def solve_path(
-    body: SurfaceCompliance,
-    heights: Callable[[tuple[float, float]], Array],
-    steps: Sequence[PressStep],
-    mu: float,
-    tolerance: float,
-    symmetry: bool = True,
-    workers: int | None = None,
-    path: str | FilePath | None = None,
-    progress: bool | None = None,
-) -> FrictionPath:
-    """Solve the steps of a path one after the other, see `HalfSpace.press_path`."""
-    friction = Friction(body, checks.friction(mu, infinite=True), tolerance, workers)
-    steps = items("the steps of a path", steps, "PressStep objects")
-    check_thickness(body)
-    for k, step in enumerate(steps, 1):
-        instance(f"step {k} of the path", step, PressStep)
-        if body.periodic and (step.torque or step.twist):
-            raise InputError(
-                f"Step {k} twists the surface, which then would not repeat: leave out torque and twist, or make the "
-                "half-space free.",
-                code="torsion-not-periodic",
-            )
-    if not steps:
-        raise InputError("A path needs at least one step; found none. Give a PressStep.", code="no-steps")
-    return FrictionPath(*follow(_FrictionSteps(friction, heights, steps, symmetry), len(steps), path, progress))
-
-
-def solve_curve(
-    body: SurfaceCompliance,
-    heights: Array,
-    loads: Sequence[Load],
-    pressed: Callable[[Load], HalfSpaceContact],
-    tolerance: float,
-    path: str | FilePath | None,
-    progress: bool | None,
-) -> LoadCurve:
-    """Press a surface with several loads, see `HalfSpace.curve`."""
-    steps = _Loads(body, heights, loads, pressed, tolerance)
-    return LoadCurve(*follow(steps, len(loads), path, progress, "curve", "load"))

@@ -9,9 +9,9 @@ In a file a path has a row of JSON for each step, from which an interrupted one 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -335,13 +335,10 @@ class _SceneSteps(Steps[ContactResult]):
         ]
         return replace(self, model=replace(self.model, contacts=contacts))
 
-    def solver(self, k: int, before: ContactResult | None) -> Callable[..., ContactResult]:
-        """Solver of the parts of step k."""
-        return partial(self.part, k)
-
     def part(
-        self, k: int, start: float, end: float, last: ContactResult | None, known: Mapping[str, Any] | None = None
-    ) -> ContactResult:
+        self, k: int, before: ContactResult | None, start: float, end: float, last: ContactResult | None,
+        known: Any = None,
+    ) -> ContactResult:  # fmt: skip
         """Result of a part of step k.
 
         Raises
@@ -349,27 +346,26 @@ class _SceneSteps(Steps[ContactResult]):
         SolverError
             Also where it is solved, but points or bodies turn too far.
         """
-        before, after = self.loads(k, start), self.loads(k, end)
-        if last is not None and _same(self.model, before, after):
+        first, then = self.loads(k, start), self.loads(k, end)
+        if last is not None and _same(self.model, first, then):
             return unchanged(last, self.tolerance)
-        if self.finite_motion and not self.model.twists and _largest_turn(before, after) > MAX_TURN:
+        if self.finite_motion and not self.model.twists and _largest_turn(first, then) > MAX_TURN:
             raise SolverError(f"A body turns by more than {MAX_TURN:g} rad. {SMALLER}")
         # the frictionless solution is a better start than the forces of the last step
         past = None if last is None else replace(self.end(last), forces=np.zeros(0))
-        poses: Sequence[Pose] = () if past is None else carried_poses(self.model, before, after, past.poses)
-        found_before = None if known is None else StepEnd.read(known)
-        if found_before is not None:
+        poses: Sequence[Pose] = () if past is None else carried_poses(self.model, first, then, past.poses)
+        kept = None if known is None else StepEnd.read(known)
+        if kept is not None:
             past = past or StepEnd(tuple(body.pose for body in self.model.bodies))
-            past = replace(past, chosen=found_before.chosen, forces=found_before.forces, q=found_before.q)
-            poses = found_before.poses
-        found = self.solved(after, past, poses)
+            past, poses = replace(past, chosen=kept.chosen, forces=kept.forces, q=kept.q), kept.poses
+        found = self.solved(then, past, poses)
         if last is not None and _coupling(found) != _coupling(last):
             # loads may suggest another coupling, whose points have no past
-            found = self.coupled_as(last).solved(after, past, poses)
+            found = self.coupled_as(last).solved(then, past, poses)
         detour = max((c.friction.detour for c in found.contacts if c.friction is not None), default=0.0)
         if detour > CURVED:
             raise SolverError(f"Points slide along paths that are {detour:.1%} longer than their chords. {SMALLER}")
-        change = self.end(found).change if found_before is None else found_before.change
+        change = self.end(found).change if kept is None else kept.change
         return replace(found, follows_step=True, step_end=replace(self.end(found), change=change))
 
     def joined(self, parts: Sequence[ContactResult]) -> ContactResult:

@@ -438,10 +438,8 @@ def test_a_row_that_is_no_solution_is_refused(tmp_path, monkeypatch) -> None:
     half = fc.HalfSpace(fc.Material(E=1.0, nu=0.3), size=(3.0, 3.0), cells=(12, 12))
     ball, file = fc.surfaces.Paraboloid(1.0), tmp_path / "path.jsonl"
     steps = [fc.PressStep(force=0.3, tangential=(0.05, 0.0))]
-    kept = friction_path._FrictionSteps.end
-    monkeypatch.setattr(
-        friction_path._FrictionSteps, "end", lambda own, c: {**kept(own, c), "traction": 2 * c.traction}
-    )
+    kept = friction_path.FrictionSteps.end
+    monkeypatch.setattr(friction_path.FrictionSteps, "end", lambda own, c: {**kept(own, c), "traction": 2 * c.traction})
     half.press_path(ball, steps, 0.5, path=file)
     with refused(fc.SolverError, "not-solved", "no solution"):
         half.press_path(ball, steps, 0.5, path=file)
