@@ -19,6 +19,7 @@ from fecontact.common.compact_repr import compact_repr
 from fecontact.common.error_estimate import MAX_ERROR, OF_CELLS, OF_LAYERS, ErrorEstimate, ResponseError
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.common.region import Region
 from fecontact.common.renamed import RenamedKeys, redefined, renamed
 from fecontact.common.units import Units
 from fecontact.halfspace import inside
@@ -69,6 +70,12 @@ class SolverReport:
     symmetric: tuple[bool, bool]
     seconds: float
     history: tuple[float, ...]
+
+    def __str__(self) -> str:
+        return (
+            f"{self.nit} iterations in {self.rounds} rounds on the finest of {self.levels} grids; {self.products} "
+            f"products, {self.transforms:.1f} transforms of the padded grid, {self.seconds:.3f} s"
+        )
 
 
 @compact_repr
@@ -284,7 +291,35 @@ class HalfSpaceContact(Drawn):
         """Number of connected parts of the contact."""
         return int(self.region.max())
 
-    regions = renamed("regions", "region")
+    @property
+    def _cell_forces(self) -> Array:
+        """Forces (3, nx, ny) on the cells."""
+        none = np.zeros(self.grid.shape)
+        return np.stack([none, none, -self.pressure]) * self.grid.area
+
+    @cached_property
+    def regions(self) -> tuple[Region, ...]:
+        """Connected parts of the contact, in the order of `region`; their areas and forces add up to its own."""
+        label, n = self.region, self.n_regions
+
+        def total(values: Array | Mask) -> Array:
+            return np.asarray(np.bincount(label.ravel(), np.ravel(values), n + 1)[1:], float)
+
+        at = np.stack(np.broadcast_arrays(self.grid.x[:, None], self.grid.y[None, :], 0.0))
+        f, force, cell = self._cell_forces, total(self.pressure) * self.grid.area, self.grid.area
+        beyond = np.bincount(label[tuple(self._edge.place)], self._edge.excess[0], n + 1)[1:]
+        point_area, centre = total(self.active) * cell, [total(x * self.pressure) * cell / force for x in at]
+        area = point_area + beyond * cell
+        columns = {
+            "area": area,
+            "force": np.transpose([total(part) for part in f]),
+            "moment": np.transpose([total(part) for part in np.cross(at, f, axis=0)]),
+            "max_pressure": scipy.ndimage.maximum(self.pressure, label, np.arange(1, n + 1)),
+            "mean_pressure": np.divide(force, area, out=np.zeros(n), where=area > 0),
+            "centre_of_pressure": np.transpose(centre),
+            "point_area": point_area,
+        }
+        return tuple(Region(**{name: values[k] for name, values in columns.items()}) for k in range(n))
 
     def moment_radius(self) -> float:
         """Contact radius of a Hertz pressure from its second moment, a^2 = (5/2) sum(p r^2)/sum(p)."""
@@ -391,33 +426,39 @@ class HalfSpaceContact(Drawn):
         """
         return save_fields(path, self.grid, self.columns(), self.summary())
 
+    @property
+    def _printed(self) -> dict[str, float]:
+        """Printed figures by their words."""
+        f = self.figures
+        return {
+            "force": f["force"],
+            "approach": f["approach"],
+            "area": f["area"],
+            "area of its cells": f["point_area"],
+            "maximum pressure": f["max_pressure"],
+            "mean pressure": f["mean_pressure"],
+            "mean gap": f["mean_gap"],
+            "regions": self.n_regions,
+        }
+
     def __str__(self) -> str:
-        r, s = self.residuals, self.solver
         kind = "periodic" if self.periodic else "free"
-        modelled = {0: "whole", 1: "half", 2: "quarter"}[sum(s.symmetric)]
-        rows = [
-            ("force", self.force),
-            ("approach", self.approach),
-            ("area", self.figures["area"]),
-            ("area of its cells", self.point_area),
-            ("maximum pressure", self.max_pressure),
-            ("mean pressure", self.figures["mean_pressure"]),
-            ("mean gap", self.mean_gap),
+        modelled = ("whole", "half", "quarter")[sum(self.solver.symmetric)]
+        lines = [
+            *(f"{name:19}{value:>14.6g}" for name, value in self._printed.items()),
+            *map(str, self._reports),
+            f"residuals: {self.residuals}",
+            f"error of {self.error_estimate}",
+            *([f"error of the {self.response_error}"] if str(self.response_error) else []),
+            *(f"Warning: {text}" for text in self.warnings),
         ]
-        return "\n".join(
-            [
-                f"Half-space, {kind}, {self.grid.shape[0]} x {self.grid.shape[1]} cells ({modelled} modelled): "
-                f"{self.status}",
-                *(f"  {name:19}{value:>14.6g}" for name, value in rows),
-                f"  {'regions':19}{self.n_regions:>14d}",
-                f"  {s.nit} iterations in {s.rounds} rounds on the finest of {s.levels} grids; {s.products} products, "
-                f"{s.transforms:.1f} transforms of the padded grid, {s.seconds:.3f} s",
-                f"  residuals: {r}",
-                f"  error of {self.error_estimate}",
-                *([f"  error of the {self.response_error}"] if str(self.response_error) else []),
-                *(f"  Warning: {text}" for text in self.warnings),
-            ]
-        )
+        head = f"Half-space, {kind}, {self.grid.shape[0]} x {self.grid.shape[1]} cells ({modelled} modelled)"
+        return "\n  ".join([f"{head}: {self.status}", *lines])
+
+    @property
+    def _reports(self) -> tuple[object, ...]:
+        """Statistics of the solvers, to be printed."""
+        return (self.solver,)
 
 
 @dataclass(frozen=True)
@@ -426,8 +467,8 @@ class TangentialReport:
 
     Attributes
     ----------
-    turns : int
-        Turns of pressures and tractions.
+    staggered : int
+        Staggered iterations: pressures, then tractions.
     newton : int
         Newton steps on the finest grid.
     nit : int
@@ -436,10 +477,18 @@ class TangentialReport:
         For the step, pressures included.
     """
 
-    turns: int
+    staggered: int
     newton: int
     nit: int
     seconds: float
+
+    turns = renamed("turns", "staggered")
+
+    def __str__(self) -> str:
+        return (
+            f"{self.staggered} staggered iterations, {self.newton} Newton steps, {self.nit} iterations, "
+            f"{self.seconds:.3f} s"
+        )
 
 
 @compact_repr
@@ -488,6 +537,10 @@ class FrictionContact(HalfSpaceContact):
         """Tangential force along x and y, on the half-space by the counter-surface."""
         x, y = self.traction.sum(axis=(1, 2)) * self.grid.area
         return float(x), float(y)
+
+    @property
+    def _cell_forces(self) -> Array:
+        return np.stack([*self.traction, -self.pressure]) * self.grid.area
 
     @cached_property
     def torque(self) -> float:
@@ -608,25 +661,22 @@ class FrictionContact(HalfSpaceContact):
         (tx, ty), (sx, sy) = self.traction, self.slip
         return {**super().columns(), "traction_x": tx, "traction_y": ty, "slip_x": sx, "slip_y": sy}
 
-    def __str__(self) -> str:
-        s, report = super().__str__(), self.tangential_solver
-        rows = [
-            ("friction", self.friction),
-            ("tangential force x", self.tangential[0]),
-            ("tangential force y", self.tangential[1]),
-            ("shift x", self.shift[0]),
-            ("shift y", self.shift[1]),
-            ("stick area", self.stick_area),
-            ("slip area", self.slip_area),
-            ("work of friction", self.friction_work),
-        ]
-        if self.twist or self.torque:
-            rows += [("torque", self.torque), ("twist", self.twist)]
-        return "\n".join(
-            [
-                s,
-                *(f"  {name:19}{value:>14.6g}" for name, value in rows),
-                f"  {report.turns} turns, {report.newton} Newton steps, {report.nit} iterations, "
-                f"{report.seconds:.3f} s",
-            ]
-        )
+    @property
+    def _printed(self) -> dict[str, float]:
+        turned = {"torque": self.torque, "twist": self.twist} if self.twist or self.torque else {}
+        return {
+            **super()._printed,
+            "friction": self.friction,
+            "tangential force x": self.tangential[0],
+            "tangential force y": self.tangential[1],
+            "shift x": self.shift[0],
+            "shift y": self.shift[1],
+            "stick area": self.stick_area,
+            "slip area": self.slip_area,
+            "work of friction": self.friction_work,
+            **turned,
+        }
+
+    @property
+    def _reports(self) -> tuple[object, ...]:
+        return self.solver, self.tangential_solver

@@ -1,8 +1,8 @@
-"""Contact of a half-space with friction: steps of a load path, pressures and tractions in turn.
+"""Contact of a half-space with friction: steps of a load path, pressures and tractions by staggered iteration.
 
 Pressures are found under the normal displacements by the tractions, then tractions under the limits and tangential
 displacements by the pressures, until both certificates hold. Bodies of equal materials (more exactly, of Dundurs' beta
-= 0) need one turn, for there the two problems are not coupled.
+= 0) need one iteration, for there the two problems are not coupled.
 """
 
 from __future__ import annotations
@@ -35,23 +35,22 @@ from fecontact.halfspace.pressing import Load, normal_residuals, press
 from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
 from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit
 
-#: Turns of pressures and tractions; each reduces the error by about the product of mu and Dundurs' beta.
+#: Staggered iterations; each reduces the error by about the product of mu and Dundurs' beta.
 MAX_STAGGERED = 40
 
-FIRST_TURN = 1e-3
-#: Tolerance of the first turn; of others, relative to what the turn before left.
-PER_TURN = 0.03
+#: Tolerance of the first staggered iteration; of others, relative to the worst residual of the one before.
+FIRST_TOLERANCE, REDUCTION = 1e-3, 0.03
 
-#: Share of what the turn before left above which tractions are solved for more sharply, and how much.
+#: Share of the residual before above which tractions are solved for to a smaller tolerance, and its factor.
 STALLED, SHARPER = 0.5, 0.1
 
 #: Tolerance of the certificate unless another is given; it costs a quarter more than 1e-8.
 CERTIFIED = 1e-10
 
-#: Share of the limit of friction from which a contact is taken to slide as a whole.
+#: Share of the friction limit from which a contact is taken to slide as a whole.
 SLIDING = 1 - 1e-9
 
-#: Cells to whose multiples the box round the contact is enlarged, so that tables serve several steps.
+#: Cells to whose multiples the box round the contact is enlarged, so that several steps share tables.
 QUANTUM = 8
 
 
@@ -198,38 +197,38 @@ def press_step(
     """
     began = time.perf_counter()
     load = Load(step.force, step.approach, step.load_point)
-    bent, turns, newton, nit = np.zeros(heights.shape), 0, 0, 0
+    by_traction, staggered, newton, nit = np.zeros(heights.shape), 0, 0, 0
     start: tuple[Array, Array | None] | None = None if last is None else (last.traction, None)
     normal, several = None, friction.coupled and friction.mu > 0
-    tolerance = max(FIRST_TURN, friction.tolerance) if several else friction.tolerance
+    tolerance = max(FIRST_TOLERANCE, friction.tolerance) if several else friction.tolerance
     left, sharper = math.inf, 1.0
     while True:
-        normal = press(friction.body, heights + bent, load, tolerance, symmetry, friction.workers, start=normal)
+        normal = press(friction.body, heights + by_traction, load, tolerance, symmetry, friction.workers, start=normal)
         if not normal.active.any():
             raise InputError(
                 "Nothing is pressed: no middle of a cell touches at this approach. Increase it, or take smaller cells.",
                 code="nothing-touches",
             )
         _check_holds(friction, normal, step)
-        turn = _Turn(friction, normal, step, last)
-        at = turn.solve(heights, load, start, sharper * tolerance)
-        turns, newton, nit = turns + 1, newton + at.newton, nit + at.nit
-        start = turn.spread(at.q), at.m
-        contact = turn.contact(heights, load, at.q, at.m)
+        tractions = _Tractions(friction, normal, step, last)
+        at = tractions.solve(heights, load, start, sharper * tolerance)
+        staggered, newton, nit = staggered + 1, newton + at.newton, nit + at.nit
+        start = tractions.spread(at.q), at.m
+        contact = tractions.contact(heights, load, at.q, at.m)
         if contact.residuals.within(friction.tolerance):
-            report = TangentialReport(turns, newton, nit, time.perf_counter() - began)
+            report = TangentialReport(staggered, newton, nit, time.perf_counter() - began)
             return replace(contact, tangential_solver=report)
-        if not several or turns == MAX_STAGGERED or (contact.residuals.slip or 0.0) > tolerance:
+        if not several or staggered == MAX_STAGGERED or (contact.residuals.slip or 0.0) > tolerance:
             raise SolverError(
-                f"No certified answer with friction after {turns} turns of pressures and tractions and {newton} Newton "
-                f"steps ({contact.residuals}; tolerance {friction.tolerance:.0e}). Take smaller steps, or "
-                "prescribe the shift instead of a force near sliding."
+                f"No certified answer with friction after {staggered} staggered iterations of pressures and tractions "
+                f"and {newton} Newton steps ({contact.residuals}; tolerance {friction.tolerance:.0e}). Take smaller "
+                "steps, or prescribe the shift instead of a force near sliding."
             )
-        bent = turn.lift(at.q)
+        by_traction = tractions.lift(at.q)
         # dissipation is relative to the work of slip, of which there may be hardly any
         sharper *= SHARPER if contact.residuals.worst > STALLED * left else 1.0
         left = contact.residuals.worst
-        tolerance = max(friction.tolerance, min(tolerance, PER_TURN * contact.residuals.worst))
+        tolerance = max(friction.tolerance, min(tolerance, REDUCTION * contact.residuals.worst))
 
 
 def certified(
@@ -253,13 +252,13 @@ def certified(
         grid=body.grid, periodic=body.periodic, material=body.material, layers=tuple(body.layers),
         pressure_kind=body.pressure, residuals=unknown, friction=friction.mu, **given,
     )  # fmt: skip
-    turn = _Turn(friction, contact, step, last)
-    q = contact.traction[:, *turn.box]
-    motion = np.array([*contact.shift, contact.twist]) - turn.before
-    slip = turn.slip(q, motion[turn.free])
+    tractions = _Tractions(friction, contact, step, last)
+    q = contact.traction[:, *tractions.box]
+    motion = np.array([*contact.shift, contact.twist]) - tractions.before
+    slip = tractions.slip(q, motion[tractions.free])
     load = Load(step.force, step.approach, step.load_point)
-    pressed = replace(contact, residuals=normal_residuals(body, heights + turn.lift(q), load, contact))
-    found = replace(contact, slip=turn.spread(slip), residuals=_residuals(pressed, turn.problem, q, slip))
+    pressed = replace(contact, residuals=normal_residuals(body, heights + tractions.lift(q), load, contact))
+    found = replace(contact, slip=tractions.spread(slip), residuals=_residuals(pressed, tractions.problem, q, slip))
     if not found.residuals.within(friction.tolerance):
         raise SolverError(f"What the file has of this step is no solution: {found.residuals}. Choose another file.")
     return found
@@ -290,7 +289,7 @@ def _check_holds(friction: Friction, normal: HalfSpaceContact, step: PressStep) 
 
 
 @dataclass(frozen=True, eq=False)
-class _Turn:
+class _Tractions:
     """Tractions under fixed pressures."""
 
     friction: Friction
@@ -364,7 +363,7 @@ class _Turn:
                 exact = self.contact(heights, load, q, m)
                 if exact.residuals.within(friction.tolerance):
                     return _Solved(q, m, 0, 0)
-        if start is not None and start[1] is not None:  # of the turn before: near, however fine the cells
+        if start is not None and start[1] is not None:  # of the iteration before: near, however fine the cells
             at = solve_tresca(self.problem, q, m, 0.1 * tolerance)
         else:
             at = solve_nested_tresca(self.problem, friction.compliance, q, m, 0.1 * tolerance)
@@ -419,9 +418,9 @@ class _Turn:
         motion[self.free] += m
         normal = self.normal
         if self.friction.coupled:
-            bent = self.lift(q)
-            residuals = normal_residuals(self.friction.body, heights + bent, load, normal)
-            normal = replace(normal, displacement=normal.displacement + bent, residuals=residuals)
+            by_traction = self.lift(q)
+            residuals = normal_residuals(self.friction.body, heights + by_traction, load, normal)
+            normal = replace(normal, displacement=normal.displacement + by_traction, residuals=residuals)
         known = {name: getattr(normal, name) for name in normal.__dataclass_fields__}
         known["residuals"] = _residuals(normal, self.problem, q, slip)
         return FrictionContact(

@@ -19,7 +19,7 @@ from fecontact.halfspace.compliance import (
     tangential_compliance,
 )
 from fecontact.halfspace.fft import Convolution, Corrected, Product, Tally, Term, kernel_spectrum, padded
-from fecontact.halfspace.friction import FIRST_TURN, MAX_STAGGERED, PER_TURN, SLIDING, Friction
+from fecontact.halfspace.friction import FIRST_TOLERANCE, MAX_STAGGERED, REDUCTION, SLIDING, Friction
 from fecontact.halfspace.grid import Even, at_offsets, even_axes, part_of, unfold
 from fecontact.halfspace.nested import GridIterate, GridLevel, solve_coarser, solve_nested
 from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
@@ -277,7 +277,7 @@ class FrictionCompliance(LinearOperator):
         return GridCompliance(self.model, self.place[rows] // 3)
 
     def solve_friction(self, problem: ContactProblem, tolerance: float) -> Solution | None:
-        """Pressures and tractions in turn, as `friction.press_step`.
+        """Pressures and tractions by staggered iteration, as `friction.press_step`.
 
         None where motions both open and slide, cells belong to several points, or no certified solution is found.
         """
@@ -304,10 +304,10 @@ class FrictionCompliance(LinearOperator):
         mu = of_cells(problem.mu, self.place[problem.points] // 3)
         slip, B, F = on_grid(problem.g), on_grid(Tt.T @ problem.B), Tt.T @ problem.F / grid.area
         x, m, q = np.zeros(problem.n), np.zeros(len(F)), None
-        within = max(FIRST_TURN, tolerance) if coupled else tolerance
-        for turn in range(MAX_STAGGERED):
+        within = max(FIRST_TOLERANCE, tolerance) if coupled else tolerance
+        for k in range(MAX_STAGGERED):
             x[normals] = 0.0
-            g = (problem.g + self @ x)[normals] if coupled and turn else problem.g[normals]
+            g = (problem.g + self @ x)[normals] if coupled and k else problem.g[normals]
             pressed = ContactProblem(self.normal(normals), g, Tn.T @ problem.B[:, normals], Tn.T @ problem.F)
             found = self.normal(normals).solve_contact(pressed, within)
             if found.status is not Status.SOLVED or not found.x.any():
@@ -333,10 +333,10 @@ class FrictionCompliance(LinearOperator):
             motion = Tn @ found.p - Tt @ m
             residuals = problem.residuals(x, motion)
             if residuals.within(tolerance):
-                return Solution(problem, x, motion, Status.SOLVED, "solved", turn + 1, "grid")
+                return Solution(problem, x, motion, Status.SOLVED, "solved", k + 1, "grid")
             if not coupled or residuals.worst > 1:
                 return None
-            within = max(tolerance, min(within, PER_TURN * residuals.worst))
+            within = max(tolerance, min(within, REDUCTION * residuals.worst))
         return None
 
 

@@ -15,6 +15,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.directions import WORLD, Directions
 from fecontact.common.error_estimate import ErrorEstimate
+from fecontact.common.region import Region
 from fecontact.common.renamed import RenamedKeys, redefined, renamed
 from fecontact.contact.interface import Interface
 from fecontact.fem.energy_error import EnergyError
@@ -25,7 +26,7 @@ from fecontact.results.error_estimate import PressureReadings, energy_errors, er
 from fecontact.results.facet_samples import beside_plane, facet_samples, pressure_shapes
 from fecontact.results.friction_fields import FrictionFields, has_reserve, reserve, traction_misfit
 from fecontact.results.recovery import RecoveredField, recovered_field
-from fecontact.results.resultants import Region, part_of, region_numbers, resultant, sides_of_plane
+from fecontact.results.resultants import part_of, region_numbers, resultant, sides_of_plane
 from fecontact.results.singular import SingularEdge, singular_edge
 from fecontact.solvers import ContactProblem
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes

@@ -17,7 +17,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import vector
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
-from fecontact.common.renamed import RenamedKeys
+from fecontact.common.region import Region
 from fecontact.contact.condensed_problem import BodyBlock
 from fecontact.contact.loads import Loading
 
@@ -27,41 +27,6 @@ if TYPE_CHECKING:
 
 #: Distance from a dividing plane, relative to the slave's size, within which a point is on both sides.
 ON_PLANE = 1e-9
-
-
-@compact_repr
-@dataclass(frozen=True, eq=False)
-class Region:
-    """A part of a contact area: a connected one, or one side of a plane.
-
-    Attributes
-    ----------
-    area : float
-        As that of the whole contact, so that parts add up to it.
-    force : (3,) array
-        Force on the first body of the contact, world axes.
-    moment : (3,) array
-        Moment on it about the contact's `reference_point`.
-    max_pressure, mean_pressure : float
-        Mean pressure; zero without contact.
-    centre_of_pressure : (3,) array
-        Centre of pressure; NaN without contact.
-    point_area : float
-        Sum of the areas of its points.
-    """
-
-    area: float
-    force: Array
-    moment: Array
-    max_pressure: float
-    mean_pressure: float
-    centre_of_pressure: Array
-    point_area: float
-
-    def summary(self) -> dict[str, Any]:
-        """Figures for scripts, ready for JSON; no centre of pressure without contact."""
-        plain = RenamedKeys({name: np.asarray(value).tolist() for name, value in vars(self).items()})
-        return plain if self.area > 0 else RenamedKeys(plain, centre_of_pressure=None)
 
 
 def resultant(contact: ContactFields, share: Array | None = None) -> tuple[Array, Array]:

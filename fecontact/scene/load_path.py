@@ -273,16 +273,12 @@ def solve_path(
         raise InputError("No contact has friction: the order of loads does not matter; use Scene.solve or Scene.sweep.")
     share("the tolerance", tolerance)
     way = _SceneSteps(model, [LoadStep.of(step) for step in steps], finite_motion, tolerance)
-    if accuracy is None:
-        if max_dofs is not None or max_seconds is not None:
-            raise InputError(
-                "max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.",
-                code="limit-without-accuracy",
-            )
+    target = Target.of(accuracy, max_dofs, max_seconds)
+    if target is None:
         return way.path(path, progress)
     if path is not None:
         raise InputError("A path that is solved to an accuracy has no file: its rows would be of changing meshes.")
-    return _path_to(way, Target(accuracy, max_dofs, max_seconds), progress)
+    return _path_to(way, target, progress)
 
 
 @dataclass(frozen=True, eq=False)

@@ -132,18 +132,13 @@ def solve_scene(
     if model.has_friction:
         refuse_with_friction(model, solver)
         settings = replace(settings, finite_motion=finite_motion is True, search="global")
-    if accuracy is None and (max_dofs is not None or max_seconds is not None):
-        raise InputError(
-            "max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.",
-            code="limit-without-accuracy",
-        )
+    target = Target.of(accuracy, max_dofs, max_seconds)
     started = time.perf_counter()
     with progress_line("solve", progress), on_processes(model, processes):
-        if accuracy is None:
+        if target is None:
             result = _solve_known(settings, model, step, ())
         else:
             step.refuse_nodal_values()
-            target = Target(accuracy, max_dofs, max_seconds)
             result = solve_to_accuracy(model, step, target, partial(_solve_known, settings))
     return _timed(result, time.perf_counter() - started)
 

@@ -43,11 +43,33 @@ def test_a_cell_that_coarser_grids_do_not_see_touches():
     z[33, 25] = -0.02  # its block of four is higher than the ball: coarser grids touch the ball alone
     contact = half.press(z, force=0.01, tolerance=1e-11)
     assert contact.pressure[33, 25] > 0
-    assert contact.n_regions == 2
-    with pytest.warns(DeprecationWarning, match="regions is now region"):
-        assert contact.regions is contact.region
+    assert contact.n_regions == len(contact.regions) == 2
     forces = reference(half, z, force=0.01).forces
     assert np.abs(contact.pressure.ravel() * half.grid.area - forces).max() < 1e-8 * forces.max()
+
+
+@pytest.mark.parametrize("mu", [None, 0.5])
+def test_regions_of_two_balls_add_up_to_the_contact(mu):
+    half = fc.HalfSpace(UNIT, size=(6.0, 3.0), shape=(64, 32))
+    x, y = half.grid.x[:, None], half.grid.y[None, :]
+    z = ((np.abs(x) - 1.5) ** 2 + y**2) / 2  # two of radius 1, alike
+    drag = {} if mu is None else {"friction": mu, "tangential": (0.0, 0.02)}
+    contact = half.press(z, force=0.2, **drag)
+    left, right = contact.regions
+    assert abs(left.area + right.area - contact.figures["area"]) < 1e-12
+    for one in (left, right):
+        np.testing.assert_allclose(one.force[1:], [0.0 if mu is None else 0.01, -0.1], rtol=0, atol=1e-9)
+        assert one.max_pressure == contact.max_pressure
+        assert abs(one.mean_pressure * one.area - 0.1) < 1e-9
+        assert abs(one.point_area - contact.point_area / 2) < 1e-12
+    assert abs(left.force[0] + right.force[0]) < 1e-9  # with friction the two draw each other nearer
+    x, y, _ = right.centre_of_pressure
+    np.testing.assert_allclose(left.centre_of_pressure, [-x, y, 0.0], rtol=0, atol=1e-9)
+    assert abs(x - 1.5) < half.grid.cell[0]
+    np.testing.assert_allclose(right.moment[:2], [-0.1 * y, 0.1 * x], rtol=0, atol=1e-9)  # about the origin
+    if mu is not None:
+        assert abs(left.moment[2] + right.moment[2] - contact.torque) < 1e-9
+    assert half.press(z + 1.0, approach=0.5).regions == ()
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5, 13, 80, 88])
