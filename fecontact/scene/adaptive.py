@@ -230,26 +230,6 @@ class Target:
             if getattr(self, name) is not None:
                 positive(f"The limit {name}", getattr(self, name))
 
-    @classmethod
-    def of(
-        cls, accuracy: float | Mapping[str, float] | None, max_dofs: int | None, max_seconds: float | None
-    ) -> Target | None:
-        """The accuracy asked for; None without one.
-
-        Raises
-        ------
-        InputError
-            If one is out of range, or there are limits alone.
-        """
-        if accuracy is not None:
-            return cls(accuracy, max_dofs, max_seconds)
-        if max_dofs is not None or max_seconds is not None:
-            raise InputError(
-                "max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.",
-                code="limit-without-accuracy",
-            )
-        return None
-
     @property
     def of_response(self) -> bool:
         """Whether errors of forces or motions are asked for."""

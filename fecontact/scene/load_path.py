@@ -43,6 +43,7 @@ from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.carried import CarriedScene
 from fecontact.scene.finite_rotation import carried_poses, check_rest, solve_finite
 from fecontact.scene.linear import Settings, solved
+from fecontact.scene.solve import refuse_limits_alone
 from fecontact.scene.sweep_case import fingerprints, loads_of, numbered
 from fecontact.solvers import TOLERANCE
 
@@ -273,12 +274,12 @@ def solve_path(
         raise InputError("No contact has friction: the order of loads does not matter; use Scene.solve or Scene.sweep.")
     share("the tolerance", tolerance)
     way = _SceneSteps(model, [LoadStep.of(step) for step in steps], finite_motion, tolerance)
-    target = Target.of(accuracy, max_dofs, max_seconds)
-    if target is None:
+    refuse_limits_alone(accuracy, max_dofs, max_seconds)
+    if accuracy is None:
         return way.path(path, progress)
     if path is not None:
         raise InputError("A path that is solved to an accuracy has no file: its rows would be of changing meshes.")
-    return _path_to(way, target, progress)
+    return _path_to(way, Target(accuracy, max_dofs, max_seconds), progress)
 
 
 @dataclass(frozen=True, eq=False)

@@ -132,13 +132,14 @@ def solve_scene(
     if model.has_friction:
         refuse_with_friction(model, solver)
         settings = replace(settings, finite_motion=finite_motion is True, search="global")
-    target = Target.of(accuracy, max_dofs, max_seconds)
+    refuse_limits_alone(accuracy, max_dofs, max_seconds)
     started = time.perf_counter()
     with progress_line("solve", progress), on_processes(model, processes):
-        if target is None:
+        if accuracy is None:
             result = _solve_known(settings, model, step, ())
         else:
             step.refuse_nodal_values()
+            target = Target(accuracy, max_dofs, max_seconds)
             result = solve_to_accuracy(model, step, target, partial(_solve_known, settings))
     return _timed(result, time.perf_counter() - started)
 
@@ -152,6 +153,20 @@ def _timed(result: ContactResult, elapsed: float) -> ContactResult:
     rest = elapsed - sum(stages.values())
     before = {"before": rest} if rest > NOTICED * elapsed else {}
     return replace(result, seconds={**before, **stages, "total": elapsed})
+
+
+def refuse_limits_alone(accuracy: object, max_dofs: object, max_seconds: object) -> None:
+    """Refuse limits of the way to an accuracy without one.
+
+    Raises
+    ------
+    InputError
+    """
+    if accuracy is None and (max_dofs is not None or max_seconds is not None):
+        raise InputError(
+            "max_dofs and max_seconds limit the way to an accuracy: give accuracy=, such as 0.02, too.",
+            code="limit-without-accuracy",
+        )
 
 
 def refuse_with_friction(model: SceneModel, solver: str | CustomSolver) -> None:
