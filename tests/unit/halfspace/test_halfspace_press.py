@@ -50,7 +50,7 @@ def test_a_cell_that_coarser_grids_do_not_see_touches():
 
 @pytest.mark.parametrize("mu", [None, 0.5])
 def test_regions_of_two_balls_add_up_to_the_contact(mu):
-    half = fc.HalfSpace(UNIT, size=(6.0, 3.0), shape=(64, 32))
+    half = fc.HalfSpace(UNIT, size=(6.0, 3.0), cells=(64, 32))
     x, y = half.grid.x[:, None], half.grid.y[None, :]
     z = ((np.abs(x) - 1.5) ** 2 + y**2) / 2  # two of radius 1, alike
     drag = {} if mu is None else {"friction": mu, "tangential": (0.0, 0.02)}
@@ -59,7 +59,7 @@ def test_regions_of_two_balls_add_up_to_the_contact(mu):
     assert abs(left.area + right.area - contact.figures["area"]) < 1e-12
     for one in (left, right):
         np.testing.assert_allclose(one.force[1:], [0.0 if mu is None else 0.01, -0.1], rtol=0, atol=1e-9)
-        assert one.max_pressure == contact.max_pressure
+        assert abs(one.max_pressure - contact.max_pressure) < 1e-9
         assert abs(one.mean_pressure * one.area - 0.1) < 1e-9
         assert abs(one.point_area - contact.point_area / 2) < 1e-12
     assert abs(left.force[0] + right.force[0]) < 1e-9  # with friction the two draw each other nearer
