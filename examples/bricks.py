@@ -56,12 +56,12 @@ def circle(folder: Path, n: int = 10) -> dict[str, float]:
         return Stage(a, motion=motion.ravel())
 
     path = _reached(equilibrium(stage, steps=16))
-    levels = np.array([state.level for state in path.states])
+    levels = np.array([state.level for state in path.steps])
     figure = Figure(figsize=(8.0, 4.4), layout="constrained")
     axes = figure.subplots()
     draw_side(axes, solid, space.q0, "y_min", shaded=False, colors="0.5")
     for level in (0.125, 0.25, 0.5, 0.75, 1.0):
-        state = path.states[int(np.argmin(np.abs(levels - level)))]
+        state = path.steps[int(np.argmin(np.abs(levels - level)))]
         drawn = draw_side(axes, solid, state.q, "y_min", cmap="plasma", limits=(0.0, 320.0), linewidths=0.3)
         tip = space.points_at(state.q, np.array([n - 1]), np.array([[1.0, 0.5, 0.5]]))[0]
         away = (6, 6) if level < 1 else (-12, 10)
@@ -81,8 +81,8 @@ def ball(folder: Path, n: int = 4, steps: int = 6) -> dict[str, float]:
     sphere, deepest = fc.RigidBody(fc.Sphere(1.0)), 0.3
     a = Assembly.of([solid], [{"bottom": "xyz", "x_min": "x", "y_min": "y"}], [fc.Contact(solid.side("top"), sphere)])
     path = _reached(equilibrium(lambda s: Stage(a.with_rigid(sphere.placed((0, 0, -deepest * s)))), steps=steps))
-    depth = np.array([0.0] + [deepest * s.level for s in path.states])
-    force = np.array([0.0] + [4 * float(s.reactions @ a.translation(UP)) for s in path.states])
+    depth = np.array([0.0] + [deepest * s.level for s in path.steps])
+    force = np.array([0.0] + [4 * float(s.reactions @ a.translation(UP)) for s in path.steps])
 
     figure = Figure(figsize=(13.0, 4.2), layout="constrained")
     curve, section, above = figure.subplots(1, 3)
@@ -138,7 +138,7 @@ def strip(folder: Path) -> dict[str, float]:
         return Stage(a.with_rigid(upper.placed((x, 0, half)), lower.placed((x, 0, -half))))
 
     path = _reached(equilibrium(stage, steps=8))
-    travel = [s for s in path.states if s.level > 0.5 - 1e-9]
+    travel = [s for s in path.steps if s.level > 0.5 - 1e-9]
     forces = []
     for state in travel:
         part = stage(state.level).assembly.conditions(state.q).parts[0]

@@ -46,7 +46,7 @@ def main(n: int = 8, until: float = 6.0, out: Path | None = None) -> dict[str, f
     )
     side = tube.space.rows_at(np.array([0]), np.array([[1.0, 0.5, 0.0]]))
     radius = np.array([(side @ q.reshape(-1, 3))[0, 0] for q in swing.frames])
-    push = [a.conditions(s.q).G.T @ s.forces[0] @ a.translation(np.array([0, 0, -2.0])) / LENGTH for s in path.states]
+    push = [a.conditions(s.q).G.T @ s.forces[0] @ a.translation(np.array([0, 0, -2.0])) / LENGTH for s in path.steps]
 
     figure = Figure(figsize=(13.0, 3.8), layout="constrained")
     *shapes, below, beside = figure.subplots(1, 5, width_ratios=(1, 1, 1, 1.2, 1.2))
@@ -57,7 +57,7 @@ def main(n: int = 8, until: float = 6.0, out: Path | None = None) -> dict[str, f
         axes.fill(0.6 * np.cos(t), 1.65 + 0.6 * np.sin(t), facecolor="0.9", edgecolor="0.4")
         axes.set(xlim=(0, 1.5), ylim=(0, 1.7), title=title)
     figure.colorbar(drawn, ax=shapes, label="equivalent stress", location="bottom", shrink=0.5)
-    below.plot([PRESSURE * s.level for s in path.states], push, "o-")
+    below.plot([PRESSURE * s.level for s in path.steps], push, "o-")
     below.set(xlabel="pressure", title="force of a roll / length")
     beside.plot(swing.frame_times, radius)
     beside.set(xlabel="time", title="radius at the side")

@@ -54,13 +54,13 @@ def main(n: int = 3, elements: int = 4, steps: int = 8, out: Path | None = None)
     path = equilibrium(lambda level: Stage(a, motion=level * motion), steps=steps)
     if not path.success:
         raise SystemExit(path.message)
-    strain = STRAIN * np.array([0.0, *(s.level for s in path.states)])
-    states = [a.q0, *(s.q for s in path.states)]
+    strain = STRAIN * np.array([0.0, *(s.level for s in path.steps)])
+    states = [a.q0, *(s.q for s in path.steps)]
     # the middle yarns: where an end is, what pulls it, how high the wave is, and what presses at their crossing
     middle = n // 2
-    pulled = np.array([0.0, *(a.part(s.reactions, middle)[-12] for s in path.states)])
+    pulled = np.array([0.0, *(a.part(s.reactions, middle)[-12] for s in path.steps)])
     shorter = -np.array([yarns[n].positions(a.part(q, n + middle))[-1, 1] - (n - 0.5) * PITCH for q in states])
-    pressed = np.array([0.0, *(s.forces[middle * n + middle].sum() for s in path.states)])
+    pressed = np.array([0.0, *(s.forces[middle * n + middle].sum() for s in path.steps)])
     waves = [[np.abs(yarns[k].points(a.part(q, k))[..., 2]).max() for q in states] for k in (middle, n + middle)]
     draw(yarns, (a.q0, path.last.q), n, strain, [pulled, pressed, shorter / (n * PITCH)]).savefig(
         folder / "woven_yarns.png", dpi=150
@@ -75,7 +75,7 @@ def main(n: int = 3, elements: int = 4, steps: int = 8, out: Path | None = None)
         "wave, pulled yarn": waves[0][-1] / RADIUS,
         "wave, yarn across": waves[1][-1] / RADIUS,
         "contraction across": shorter[-1] / (n * PITCH),
-        "defect of Coulomb's law": max(s.residuals.slip for s in path.states),
+        "defect of Coulomb's law": max(s.residuals.slip for s in path.steps),
     }
     print("\n".join(f"{name:26} {value:.5g}" for name, value in figures.items()))
     return figures

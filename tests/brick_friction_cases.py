@@ -35,9 +35,9 @@ def creep_at_rest(steps):
     a, weight = slope(1.05 * math.tan(ANGLE))
     path = equilibrium(lambda level: Stage(a, forces=weight), steps=steps)
     assert path.success
-    assert len(path.states) == steps
-    assert max(s.residuals.slip for s in path.states) < 1e-9
-    return np.abs(path.last.q - path.states[0].q).max() / np.abs(path.states[0].friction.slip[0]).max()
+    assert len(path.steps) == steps
+    assert max(s.residuals.slip for s in path.steps) < 1e-9
+    return np.abs(path.last.q - path.steps[0].q).max() / np.abs(path.steps[0].friction.slip[0]).max()
 
 
 def creep_in_shakes(shakes):
@@ -82,7 +82,7 @@ def steps_through(a, goals):
     for goal in goals:
         path = equilibrium(lambda s, p=begin, g=goal: Stage(a, motion=p + s * (g - p)), steps=1, start=last)
         assert path.success, path.message
-        states += path.states[last is not None :]
+        states += path.steps[last is not None :]
         last, begin = path.last, goal
     return states
 

@@ -29,7 +29,7 @@ def statics(points: int) -> Callable[[], int]:
     """A cantilever bent by the length of its section."""
     a = Assembly.of([bar(points)], [{"x_min": "xyz"}])
     load = traction(a.solids[0].space, "x_max", (0.0, 0.0, -0.25))
-    return lambda: sum(s.nit for s in equilibrium(lambda level: Stage(a, forces=level * load), steps=4).states)
+    return lambda: sum(s.nit for s in equilibrium(lambda level: Stage(a, forces=level * load), steps=4).steps)
 
 
 def motion(points: int) -> Callable[[], int]:
@@ -45,7 +45,7 @@ def tool(points: int) -> Callable[[], int]:
     a = Assembly.of([solid], [{"x_min": "xyz", "x_max": "xyz"}], [fc.Contact(solid.side("top"), roll)])
     at = [roll.placed((5.0, 0.0, -0.125 * k)) for k in range(5)]
     return lambda: sum(
-        s.nit for s in equilibrium(lambda level: Stage(a.with_rigid(at[round(4 * level)])), steps=4).states
+        s.nit for s in equilibrium(lambda level: Stage(a.with_rigid(at[round(4 * level)])), steps=4).steps
     )
 
 

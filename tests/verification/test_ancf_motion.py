@@ -123,7 +123,7 @@ def test_strip_between_two_rolls(row):
 
     path = equilibrium(stage, steps=8)
     assert path.success
-    for state in path.states:
+    for state in path.steps:
         if state.level < 0.5 - 1e-9:
             continue
         now = stage(state.level).assembly.conditions(state.q)

@@ -27,7 +27,7 @@ def clamped_beam(bar, force, steps=1):
     assembly = Assembly([bar], held)
     path = equilibrium(lambda level: Stage(assembly, level * f.ravel()), steps=steps)
     assert path.success
-    return [(bar.positions(state.q)[-1], bar.gradients(state.q)[-1].T) for state in path.states if state.level > 0]
+    return [(bar.positions(state.q)[-1], bar.gradients(state.q)[-1].T) for state in path.steps if state.level > 0]
 
 
 def rigidities(width, height, material, torsion):

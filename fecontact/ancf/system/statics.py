@@ -38,7 +38,9 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import share
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, SolverError
+from fecontact.common.path import Path as BasePath
 from fecontact.common.renamed import renamed
+from fecontact.common.table import Column, Table
 from fecontact.solvers.coulomb import Residuals
 
 #: Share of a rigid motion that supports resist, below which it is free.
@@ -243,24 +245,22 @@ class State(WithContacts):
 
 @compact_repr
 @dataclass(frozen=True, eq=False)
-class Path:
-    """Equilibria up to the full load.
+class Path(BasePath[State]):
+    """Equilibria up to the full load, as a sequence in order of the load level.
 
     Attributes
     ----------
+    cuts : tuple of int
+        Number of reductions of the load step before each.
     success : bool
         Whether level 1 was reached.
     message : str
-    states : tuple of State
-        In order of the load level.
-    cuts : int
-        Number of reductions of the load step.
     """
 
     success: bool
     message: str
-    states: tuple[State, ...]
-    cuts: int
+
+    states = renamed("states", "steps")
 
     @property
     def last(self) -> State:
@@ -271,27 +271,27 @@ class Path:
         SolverError
             If there is none.
         """
-        if not self.states:
+        if not self.steps:
             raise SolverError(f"No equilibrium was found, so there is no last one. {self.message}", code="no-last")
-        return self.states[-1]
+        return self.steps[-1]
+
+    def rows(self) -> list[dict[str, float]]:
+        """Level, iterations, strain energy and residuals of each equilibrium."""
+        return [
+            {"level": s.level, "iterations": s.nit, "energy": s.energy, **s.residuals.as_dict()} for s in self.steps
+        ]
 
     def __str__(self) -> str:
-        lines = [
-            self.message,
-            f"{'level':>8} {'iterations':>10} {'strain energy':>14} {'residual':>9} {'penetration':>11}",
-        ]
-        lines += [
-            f"{s.level:>8.4f} {s.nit:>10} {s.energy:>14.6g} {s.residuals.equilibrium:>9.1e} "
-            f"{s.residuals.penetration:>11.1e}"
-            for s in self.states
-        ]
-        lines += [
+        notes = [
             f"Contact {k} carries nothing, but its sides overlap by {depth:.4g}: elements or faces, whose mean gaps "
             "count, are longer than the contact. Divide them there."
-            for k, depth in enumerate(self.states[-1].overlaps if self.states else ())
+            for k, depth in enumerate(self.steps[-1].overlaps if self.steps else ())
             if depth > 0
         ]
-        return "\n".join(lines)
+        rows = self.rows()
+        heads = list(rows[0]) if rows else []
+        names: list[Column | str] = [*heads[:3], *(Column(head, ".1e") for head in heads[3:])]
+        return "\n".join([self.message, str(Table(names, [list(row.values()) for row in rows], notes))])
 
 
 def equilibrium(
@@ -335,7 +335,7 @@ def equilibrium(
     begun = start
     if start is not None and start.level >= 1:
         if Iterate.of(stage(1.0), start).distance <= tolerance:
-            return Path(True, "Full load reached: the state to go on from is in balance with it.", (start,), 0)
+            return Path((start,), (0,), True, "Full load reached: the state to go on from is in balance with it.")
         levels = np.arange(steps) / steps
         begun = replace(start, level=float(min(levels, key=lambda s: Iterate.of(stage(float(s)), start).distance)))
     level, step = 0.0 if begun is None else begun.level, 1.0 / steps
@@ -348,7 +348,7 @@ def equilibrium(
     balanced: Stage | None = None
     if begun is not None:
         stage = _fading(stage, begun, tolerance)
-    cuts, trouble = 0, ""
+    cuts, tried, trouble = [0] * len(states), 0, ""
     with tqdm(total=1.0, initial=level, desc="load", disable=None, bar_format="{l_bar}{bar}| {elapsed}") as bar:
         while level < 1 - 1e-12:
             goal = min(1.0, level + step)
@@ -359,7 +359,7 @@ def equilibrium(
                 still = _unmoved(now, goal, states[-1], tolerance) if same else None
                 state = still or _balanced(Iterate(now, q, friction, forces, no_stresses), goal, tolerance)
             except (UnstableError, InvertedError, SolverError) as error:
-                cuts, step, trouble = cuts + 1, step / 2, str(error)
+                tried, step, trouble = tried + 1, step / 2, str(error)
                 if step < MIN_STEP:
                     message = (
                         f"Stopped at level {level:.4g}: no equilibrium found with steps down to {step:.1e}. "
@@ -370,14 +370,17 @@ def equilibrium(
                             " A body that buckles, or snaps where a contact opens, has no equilibrium nearby: "
                             "`move(.., start=path.last)` follows it in time."
                         )
-                    return Path(False, message, tuple(states), cuts)
+                    return Path(tuple(states), tuple(cuts), False, message)
                 continue
             bar.update(goal - level)
             states.append(state)
+            cuts.append(tried)
+            tried = 0
             level, q, forces, friction, balanced = goal, state.q, _joined(state.forces), state.friction, now
             if state.nit <= EASY:
                 step = min(2 * step, 1.0 / steps)
-    return Path(True, f"Full load reached in {len(states) - (begun is not None)} steps.", tuple(states), cuts)
+    message = f"Full load reached in {len(states) - (begun is not None)} steps."
+    return Path(tuple(states), tuple(cuts), True, message)
 
 
 def _joined(forces: tuple[Array, ...]) -> Array:

@@ -89,9 +89,9 @@ def _circle(n: int, options: Mapping[str, Any]) -> Study:
     path = equilibrium(stage, steps=8)
     if not path.success:
         raise SolverError(f"The circle was not closed. {path.message}")
-    bent = [s for s in path.states if s.level > 0]
+    bent = [s for s in path.steps if s.level > 0]
     cases = {f"{s.level:.3f} M": (math.degrees(beam.angles(s.q)[-1]), 360.0 * s.level) for s in bent}
-    shapes = {f"{360 * s.level:.0f}°": _axis(beam, s.q) for s in path.states}
+    shapes = {f"{360 * s.level:.0f}°": _axis(beam, s.q) for s in path.steps}
     return slender_study("circle", "degrees", n, cases, shapes, time.perf_counter() - began)
 
 

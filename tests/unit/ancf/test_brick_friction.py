@@ -94,14 +94,14 @@ def test_large_drags_slide_with_exactly_mu_times_the_normal_force():
     assert np.abs(size - MU * normal).max() < 1e-9 * normal.max()
     # across the drag the block grows a little wider or narrower
     assert -end.forces[0].sum(axis=0)[0] == pytest.approx(MU * normal.sum(), rel=1e-6)
-    assert all(s.friction.friction_work >= 0 for s in path.states)
-    assert max(s.residuals.slip for s in path.states) < 1e-9
+    assert all(s.friction.friction_work >= 0 for s in path.steps)
+    assert max(s.residuals.slip for s in path.steps) < 1e-9
     # the last of the work of the support goes into friction: force times distance, less what the strain energy took
-    force = [-s.friction.forces[0].sum(axis=0)[0] for s in path.states[-2:]]
+    force = [-s.friction.forces[0].sum(axis=0)[0] for s in path.steps[-2:]]
     assert path.last.friction.friction_work == pytest.approx(force[1] * 0.1, rel=0.15)
     # a state that is on the rim of all its cones is in balance with its load and does not go on sliding
     again = equilibrium(lambda level: Stage(a, motion=moved(a, (0.4, 0, -0.05))), steps=3, start=path.last)
-    assert len(again.states) == 1
+    assert len(again.steps) == 1
 
 
 @pytest.mark.parametrize("mu", [0.3, np.inf])

@@ -30,15 +30,15 @@ def test_it_holds_without_creep(solid):
     load = a.gravity(9.81 * DOWN)
     path = equilibrium(lambda level: Stage(a, forces=load), steps=20)
     assert path.success
-    assert len(path.states) == 20
-    first, last = path.states[0], path.last
+    assert len(path.steps) == 20
+    first, last = path.steps[0], path.last
     assert first.friction.friction_work > 0
     slipped = np.abs(first.friction.slip[0]).max()
     assert np.array_equal(last.q, first.q)
     # the first state serves all: a step of the same loads is certified, not solved
-    assert [s.nit for s in path.states[1:]] == [0] * 19
-    assert max(s.friction.friction_work for s in path.states[1:]) == 0.0
-    assert max(s.residuals.slip for s in path.states) < 1e-9
+    assert [s.nit for s in path.steps[1:]] == [0] * 19
+    assert max(s.friction.friction_work for s in path.steps[1:]) == 0.0
+    assert max(s.residuals.slip for s in path.steps) < 1e-9
     assert last.friction.forces[0].sum(axis=0) == pytest.approx([-WEIGHT * math.sin(ANGLE), 0, 0], abs=1e-8)
     assert last.forces[0].sum() == pytest.approx(WEIGHT * math.cos(ANGLE), rel=1e-8)
     # the moment of the weight about the foot: normal forces lie below the centre, 0.25 above the slope
@@ -77,7 +77,7 @@ def test_it_slides_with_the_right_force(solid):
     # the block spreads a little across the slope while it slides down
     assert hanging == pytest.approx(WEIGHT * math.sin(ANGLE) - mu * normal, rel=1e-4)
     # all of it moved by the same length under a constant load
-    slid = path.last.level - path.states[-2].level
+    slid = path.last.level - path.steps[-2].level
     assert path.last.friction.friction_work == pytest.approx(mu * normal * 0.02 * slid, rel=1e-3)
 
 
@@ -112,4 +112,4 @@ def test_levels_of_the_same_loads_are_told_apart(solid):
     others += [Stage(a, forces=load, motion=0 * load), Stage(a, forces=load, follow=[FollowerPressure(0, "top", 0.1)])]
     assert not any(Stage(a, forces=load).acts_as(stage) for stage in others)
     path = equilibrium(lambda level: Stage(a, forces=load * (1.0 if level < 0.9 else 1.001)), steps=4)
-    assert [s.nit > 0 for s in path.states] == [True, False, False, True]
+    assert [s.nit > 0 for s in path.steps] == [True, False, False, True]

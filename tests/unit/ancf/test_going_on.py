@@ -110,14 +110,14 @@ def test_a_state_on_the_way_goes_on_from_its_level_and_a_finished_one_is_done():
         return Stage(a, forces=s * load)
 
     whole = equilibrium(stage, steps=4)
-    rest = equilibrium(stage, steps=4, start=whole.states[1])
-    assert [s.level for s in rest.states] == [0.5, 0.75, 1.0]
+    rest = equilibrium(stage, steps=4, start=whole.steps[1])
+    assert [s.level for s in rest.steps] == [0.5, 0.75, 1.0]
     assert rest.message == "Full load reached in 2 steps."
     assert np.abs(moved(a, rest.last) - moved(a, whole.last)).max() < SAME
     again = equilibrium(stage, steps=4, start=whole.last)
     assert again.success
     assert "in balance" in again.message
-    assert again.states == (whole.last,)
+    assert again.steps == (whole.last,)
 
 
 def test_a_state_of_other_solids_is_refused():
@@ -202,3 +202,18 @@ def test_a_record_without_fingerprints_is_refused(tmp_path):
     np.savez(tmp_path / "run.npz", **old)
     with refused(fc.InputError, "record-too-old"):
         fallen(tmp_path / "run.npz")
+
+
+def test_a_path_is_a_sequence_with_a_table_that_is_saved(tmp_path):
+    a, space = bar()
+    load = traction(space, "x_max", (0.0, 0.0, -0.1))
+    path = equilibrium(lambda level: Stage(a, forces=level * load), steps=2)
+    assert (len(path), path[0].level, path[-1] is path.last) == (2, 0.5, True)
+    assert path.figures["level"].tolist() == [0.5, 1.0]
+    assert path.column("equilibrium").max() < 1e-9
+    lines = path.save(tmp_path / "path.csv").read_text().splitlines()
+    assert lines[0] == "level,iterations,energy,penetration,tension,complementarity,equilibrium"
+    assert len(lines) == 3
+    assert len(str(path).splitlines()) == 4
+    with pytest.warns(DeprecationWarning, match=r"Path\.states is now steps"):
+        assert path.states == path.steps

@@ -119,7 +119,7 @@ def test_a_moment_on_a_hub_is_that_of_the_clamp_at_large_rotation():
     assert abs(np.arctan2(-F[2, 0], F[0, 0]) / 1.5 - 1) < 0.01  # six bricks; strains of 4 %
     on_clamp = np.cross(q.reshape(-1, 3), path.last.reactions.reshape(-1, 3)).sum(axis=0)
     assert np.abs(on_clamp + np.array([0.0, moment, 0.0])).max() < 1e-7 * moment
-    assert equilibrium(stage, start=path.last).states == (path.last,)
+    assert equilibrium(stage, start=path.last).steps == (path.last,)
 
 
 def test_a_hub_presses_a_brick_on_a_ball():

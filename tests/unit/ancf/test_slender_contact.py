@@ -93,7 +93,7 @@ def test_a_belt_slides_round_half_a_drum(n, most):
     end, normal = path.last.friction, path.last.forces[0]
     assert np.linalg.norm(end.forces[0], axis=1) == pytest.approx(mu * normal, abs=1e-9)
     assert end.residuals.slip < 1e-9
-    assert all(s.friction.friction_work >= 0 for s in path.states[1:])
+    assert all(s.friction.friction_work >= 0 for s in path.steps[1:])
 
 
 def closed_belt(EI, mus, distance=3.0, n=12, m=4):

@@ -164,4 +164,4 @@ def test_a_bar_is_drawn_across_another():
     # what pressing alone had dragged, by the turn of the bars at their skin, counts from there
     dragged -= pressed.last.friction.forces[0].sum(axis=0)
     slid = way - dragged[0] * (under**3 / (3 * bend) + at / EA)
-    assert sum(s.friction.friction_work for s in path.states[1:]) == pytest.approx(mu * normal * slid, rel=1e-3)
+    assert sum(s.friction.friction_work for s in path.steps[1:]) == pytest.approx(mu * normal * slid, rel=1e-3)

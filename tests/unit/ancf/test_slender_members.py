@@ -164,7 +164,7 @@ def test_a_crossing_passes_from_element_to_element():
     forces[one.n_dofs - 4] = -load
     path = equilibrium(lambda level: Stage(a, forces=min(1, 3 * level) * forces, motion=level * motion), steps=3)
     assert path.success
-    assert [int(s.forces[0].argmax()) for s in path.states] == [5, 4, 3]
+    assert [int(s.forces[0].argmax()) for s in path.steps] == [5, 4, 3]
     rest = at - way
     expected = load * (3 * rest**2 - rest**3) / (6 * bend) / ((rest**3 + under**3) / (3 * bend))
     # a cubic element leaves out how it bends by itself under a force within, 1e-4 of the whole
