@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Container, Mapping
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 T = TypeVar("T")
 
@@ -56,6 +56,32 @@ def renamed(old: str, new: str, read: Callable[[Any], Any] | None = None) -> Any
 
     value.__doc__ = f"Former name of `{new}`; it warns."
     return property(value)
+
+
+class FormerNames:
+    """Members that begin with an underscore now, as only the package uses them: their former names work, and warn.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> class Ball(FormerNames):
+    ...     _depth = 2.0
+    >>> with warnings.catch_warnings(record=True) as told:
+    ...     warnings.simplefilter("always")
+    ...     Ball().depth
+    2.0
+    >>> print(told[0].message)
+    Ball.depth is used by the package alone; its name will be removed.
+    """
+
+    if not TYPE_CHECKING:  # a type checker is to find them no more
+
+        def __getattr__(self, name: str) -> Any:
+            own = f"_{name}"
+            if name.startswith("_") or not (own in vars(self) or hasattr(type(self), own)):
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
+            warn(f"{type(self).__name__}.{name} is used by the package alone; its name will be removed.", stacklevel=3)
+            return getattr(self, own)
 
 
 def renamed_names(names: Mapping[str, Any], **former: str) -> Callable[[str], Any]:

@@ -71,11 +71,11 @@ class GapsBetweenNodes:
         self.surface: FacetSurface = with_nodes(contact.slave.surface(contact.surfaces[0]))
         self.other = contact.master.surface(contact.surfaces[1])
         self._relative = contact.slave.pose.relative_to(contact.master.pose)
-        self._own = _at_nodes(contact.slave, self.surface, contact.displacements[0])
+        self._own = _at_nodes(contact.slave, self.surface, contact._displacements[0])
 
     def _gap(self, x: Array, moved: Array) -> tuple[Array, Array, Mask]:
         """Gaps (n,) at points (n, 3) of the slave that move by (n, 3), normals (n, 3), and what lies beyond a rim."""
-        turn, u = self._relative.rotation, self.contact.displacements[1]
+        turn, u = self._relative.rotation, self.contact._displacements[1]
         foot = self.other.project(x @ turn.T + self._relative.translation)
         if foot.weights is None:
             theirs = u[:3] + np.cross(u[3:], foot.points)
@@ -127,14 +127,14 @@ class GapsBetweenNodes:
     def _loaded(self) -> Mask:
         """Facets (n_facets,) of the slave with a node that carries force."""
         c, out = self.contact, np.zeros(len(self.surface.facets), bool)
-        out[c.facet_numbers[(c.at_nodes @ c.pressure > 0)[c.facets].any(axis=1)]] = True
+        out[c._facet_numbers[(c._at_nodes @ c.pressure > 0)[c.facets].any(axis=1)]] = True
         return out
 
     @cached_property
     def _paired(self) -> Mask:
         """Facets (n_facets,) of the slave with contact points."""
         out = np.zeros(len(self.surface.facets), bool)
-        out[self.contact.facet_numbers] = True
+        out[self.contact._facet_numbers] = True
         return out
 
     @property
@@ -179,16 +179,16 @@ class GapsBetweenNodes:
         the gap is that of the cells.
         """
         c = self.contact
-        chosen = np.flatnonzero(self._loaded[c.facet_numbers])
+        chosen = np.flatnonzero(self._loaded[c._facet_numbers])
         if c.coupling == "mortar" or has_cells(self.surface) or not len(chosen):
             return np.zeros(len(c.weights))
-        samples = facet_samples(c.nodes, c.facets[chosen], False, c.extent, SAMPLES)
+        samples = facet_samples(c.nodes, c.facets[chosen], False, c._extent, SAMPLES)
         n = len(samples.local)
-        gap = self.at(np.repeat(c.facet_numbers[chosen], n), np.tile(samples.local, (len(chosen), 1)))
+        gap = self.at(np.repeat(c._facet_numbers[chosen], n), np.tile(samples.local, (len(chosen), 1)))
         gap[np.isinf(gap)] = 0.0
         integrals = np.einsum("fq,fqa->fa", samples.areas * gap.reshape(-1, n), samples.shapes)
         nodal = np.bincount(c.facets[chosen].ravel(), integrals.ravel(), len(c.nodes))
-        return np.minimum(c.at_nodes.T @ nodal / c.weights, 0.0)
+        return np.minimum(c._at_nodes.T @ nodal / c.weights, 0.0)
 
     @cached_property
     def unseen(self) -> Array:

@@ -60,20 +60,20 @@ class CellContact:
             return 0.0 if friction is None else friction.point_stick_area
         count = int(friction.sticking.sum())
         if count == 0 or not friction.sliding.any():
-            return contact.whole.area if count else 0.0
+            return contact._whole.area if count else 0.0
         reserve, slip = np.zeros(self.pressure.shape), np.where(np.isfinite(self.gap), 0.0, np.inf)
         reserve[tuple(self.place)] = contact.stick.pressure
         slip[tuple(self.place)] = np.where(friction.sliding, np.linalg.norm(friction.slip, axis=1), 0.0)
         found = edge_area(edge_cells(reserve, slip, self.surface.periodic), count)[0] * self.surface.cell_area
-        return min(found, contact.whole.area)
+        return min(found, contact._whole.area)
 
     def estimate(self, found: ErrorEstimate) -> ErrorEstimate:
         """An estimate with the errors of the cells in place of those of facets between their centres."""
         contact, surface = self.contact, self.surface
         coarse, part = None, WHOLE
-        if contact.cell_problem is not None and not found.reason:
-            cells = np.ravel_multi_index(tuple(self.place[:, contact.candidates]), self.pressure.shape)
-            coarse, part = cast(HalfSpace, contact.slave).coarse_pressure(cells, contact.cell_problem)
+        if contact._cell_problem is not None and not found.reason:
+            cells = np.ravel_multi_index(tuple(self.place[:, contact._candidates]), self.pressure.shape)
+            coarse, part = cast(HalfSpace, contact.slave).coarse_pressure(cells, contact._cell_problem)
         arrays = (surface.cells, self.pressure, self.gap, coarse, part, self.edge)
         of_cells = cells_error_estimate(*arrays, surface.point_forces)
         if of_cells.reason or found.reason:
@@ -96,9 +96,9 @@ class CellContact:
 
 def cell_contact(contact: ContactFields) -> CellContact | None:
     """The pressure on the cells of a half-space that is the slave of a contact; None for other slaves."""
-    if not is_half_space(contact.surface):
+    if not is_half_space(contact._surface):
         return None
-    surface = cast(GridSurface, contact.surface)
+    surface = cast(GridSurface, contact._surface)
     own, grid = contact.slave.pose.to_body(contact.points)[:, :2], surface.cells
     place = np.rint((own - [grid.x[0], grid.y[0]]) / grid.cell).astype(np.int64).T
     pressure, gap = np.zeros(grid.shape), np.full(grid.shape, np.inf)

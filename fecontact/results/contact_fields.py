@@ -16,7 +16,7 @@ from fecontact.common.compact_repr import compact_repr
 from fecontact.common.directions import WORLD, Directions
 from fecontact.common.error_estimate import ErrorEstimate
 from fecontact.common.region import Region
-from fecontact.common.renamed import RenamedKeys, redefined, renamed
+from fecontact.common.renamed import FormerNames, RenamedKeys, redefined, renamed
 from fecontact.contact.interface import Interface
 from fecontact.fem.energy_error import EnergyError
 from fecontact.results.between_nodes import GapsBetweenNodes
@@ -29,7 +29,7 @@ from fecontact.results.recovery import RecoveredField, recovered_field
 from fecontact.results.resultants import part_of, region_numbers, resultant, sides_of_plane
 from fecontact.results.singular import SingularEdge, singular_edge
 from fecontact.solvers import ContactProblem
-from fecontact.surfaces.facet_surface import FacetSurface, facets_of, with_nodes
+from fecontact.surfaces.facet_surface import FacetSurface, facets_of
 
 #: Difference of both areas, relative, up to which they are the same.
 SAME = 1e-9
@@ -43,7 +43,7 @@ ABOVE_PEAK = 1.01
 
 @compact_repr
 @dataclass(frozen=True, eq=False)
-class ContactFields:
+class ContactFields(FormerNames):
     """Pressures, gaps and resultants of one contact. Points and vectors are in world axes.
 
     Fields at points are those of the slave; `force`, `moment` and all resultants are on the body that is named first in
@@ -59,46 +59,20 @@ class ContactFields:
     normals : (n, 3) array
         Force vectors on the slave per unit of contact force; unit vectors out of the master, or their means over a
         multiplier function (mortar coupling).
-    centres : (n, 3) array
-        Points of action: the points, or their means over a multiplier function.
-    couples : (n, 3) array
-        Moments about the reference point per unit of contact force.
     weights : (n,) array
         Area of each point.
     forces : (n,) array
         Contact forces along the normals, zero where there is no contact.
     gap : (n,) array
         Gaps after deformation.
-    candidates : (n_candidates,) int array
-        Candidate points of the solution.
-    nodes : (m, 3) array
-        All nodes of the facets that face the master at least partly.
-    node_numbers : (m,) int array
-        Their numbers in the slave's mesh.
-    at_nodes : (m, n) csr_matrix
-        Matrix from values at the points to the nodes; rows of nodes that face nothing are empty.
-    facets : (n_facets, 3 | 4 | 8 | 9) int array
-        Facets that face the master at least partly, in terms of the nodes (3 columns: sides of a section).
-    facet_numbers : (n_facets,) int array
-        Their numbers among the facets of the whole surface.
-    sharing : (n, n_surface_facets) csr_matrix
-        Which point has a value on which facet of the whole surface; points are neighbours if they share one.
     reference_point : (3,) array
         Reference point of `moment`: that of the first body.
-    displacements : ((n_dofs,) array, (n_dofs,) array)
-        Of slave and master, in their own axes.
     coupling : str
         'nodal' or 'mortar'.
     note : str
         Note on the two meshes and the coupling.
     friction : FrictionFields, optional
         Tractions and slip, of a contact with friction.
-    directions : Directions
-        Names of directions, for axes of maps.
-    swapped : bool
-        Whether the slave is the body named second.
-    cell_problem : ContactProblem, optional
-        Problem of the candidates where these are all its rows: cells of a half-space below a rigid body.
     """
 
     slave: Body
@@ -106,42 +80,57 @@ class ContactFields:
     surfaces: tuple[str, str]
     points: Array
     normals: Array
-    centres: Array
-    couples: Array
     weights: Array
     forces: Array
     gap: Array
-    candidates: IntArray
-    nodes: Array
-    node_numbers: IntArray
-    at_nodes: sp.csr_matrix
-    facets: IntArray
-    facet_numbers: IntArray
-    sharing: sp.csr_matrix
     reference_point: Array
-    displacements: tuple[Array, Array]
     coupling: str
     note: str
+    #: Points of action (n, 3): the points, or their means over a multiplier function.
+    _centres: Array
+    #: Moments (n, 3) about the reference point per unit of contact force.
+    _couples: Array
+    #: Candidate points (n_candidates,) of the solution.
+    _candidates: IntArray
+    #: All nodes (m, 3) of the facets that face the master at least partly, and their numbers (m,) in the slave's mesh.
+    nodes: Array
+    _node_numbers: IntArray
+    #: Matrix (m, n) from values at the points to the nodes; rows of nodes that face nothing are empty.
+    _at_nodes: sp.csr_matrix
+    #: These facets (n_facets, 3 | 4 | 8 | 9) in terms of the nodes (3 columns: sides of a section), and their numbers
+    #: (n_facets,) among the facets of the whole surface.
+    facets: IntArray
+    _facet_numbers: IntArray
+    #: Which point has a value on which facet of the whole surface (n, n_surface_facets); points are neighbours if they
+    #: share one.
+    _sharing: sp.csr_matrix
+    #: The slave's surface, in its own axes.
+    _surface: FacetSurface
+    #: Of slave and master (n_dofs,), in their own axes.
+    _displacements: tuple[Array, Array]
+    #: Whether the slave is the body named second.
+    _swapped: bool = False
     friction: FrictionFields | None = None
+    #: Names of directions, for axes of maps.
     directions: Directions = WORLD
-    swapped: bool = False
-    cell_problem: ContactProblem | None = field(default=None, repr=False)
+    #: Problem of the candidates where these are all its rows: cells of a half-space below a rigid body.
+    _cell_problem: ContactProblem | None = field(default=None, repr=False)
 
     @property
     def bodies(self) -> tuple[Body, Body]:
         """The bodies in the order of the `Contact`; forces are on the first."""
-        return (self.master, self.slave) if self.swapped else (self.slave, self.master)
+        return (self.master, self.slave) if self._swapped else (self.slave, self.master)
 
     @property
     def label(self) -> str:
         """Its bodies and surfaces in the order of the `Contact`."""
         names = [f"{body.name}.{name}" for body, name in zip((self.slave, self.master), self.surfaces, strict=True)]
-        return " on ".join(names[::-1] if self.swapped else names)
+        return " on ".join(names[::-1] if self._swapped else names)
 
     @property
-    def sign(self) -> float:
+    def _sign(self) -> float:
         """-1 where the first body is the master: factor from forces on the slave to resultants."""
-        return -1.0 if self.swapped else 1.0
+        return -1.0 if self._swapped else 1.0
 
     @property
     def pressure(self) -> Array:
@@ -154,7 +143,7 @@ class ContactFields:
         return self.forces > 0
 
     @cached_property
-    def whole(self) -> Region:
+    def _whole(self) -> Region:
         """Resultants and area: what prints, summaries, files, tables, maps and pages show."""
         return part_of(self, np.ones(len(self.forces)), np.ones(len(self.facets)))
 
@@ -177,19 +166,19 @@ class ContactFields:
         """Area that sticks, by its outline or, where there is none, by the share of points; zero without friction."""
         if self.friction is None or self.point_area == 0:
             return 0.0
-        if self.on_cells is not None:
-            return self.on_cells.stick_area
+        if self._on_cells is not None:
+            return self._on_cells.stick_area
         if (outline := self.stick_outline) is not None:
-            return min(outline.area, self.whole.area)
-        return self.friction.point_stick_area / self.point_area * self.whole.area
+            return min(outline.area, self._whole.area)
+        return self.friction.point_stick_area / self.point_area * self._whole.area
 
     @property
     def slip_area(self) -> float:
         """The rest of `area`; zero without friction."""
-        return 0.0 if self.friction is None else self.whole.area - self.stick_area
+        return 0.0 if self.friction is None else self._whole.area - self.stick_area
 
-    edge_area = renamed("edge_area", "area", lambda contact: contact.whole.area)
-    edge_mean_pressure = renamed("edge_mean_pressure", "mean_pressure", lambda contact: contact.whole.mean_pressure)
+    edge_area = renamed("edge_area", "area", lambda contact: contact._whole.area)
+    edge_mean_pressure = renamed("edge_mean_pressure", "mean_pressure", lambda contact: contact._whole.mean_pressure)
 
     @property
     def mean_pressure(self) -> float:
@@ -198,9 +187,9 @@ class ContactFields:
 
     def _redefined(self, name: str, meaning: str, former: str) -> float:
         """A figure that had another value before, with a warning where it has."""
-        if abs(self.whole.area - self.point_area) > SAME * self.point_area:
+        if abs(self._whole.area - self.point_area) > SAME * self.point_area:
             redefined(name, meaning, former)
-        return float(getattr(self.whole, name))
+        return float(getattr(self._whole, name))
 
     @property
     def force(self) -> Array:
@@ -214,7 +203,7 @@ class ContactFields:
 
     def _on_first(self, name: str, value: Array) -> Array:
         """A resultant, with a warning where it was on the other body before."""
-        if self.swapped:
+        if self._swapped:
             redefined(name, f"that on {self.bodies[0].name!r}, which the contact names first", "that on the other body")
         return value
 
@@ -227,7 +216,7 @@ class ContactFields:
     def centre_of_pressure(self) -> Array:
         """Mean position (3,) weighted by force; NaN without contact."""
         total = self.total_force
-        return self.forces @ self.centres / total if total > 0 else np.full(3, np.nan)
+        return self.forces @ self._centres / total if total > 0 else np.full(3, np.nan)
 
     @property
     def max_pressure(self) -> float:
@@ -243,45 +232,45 @@ class ContactFields:
     def regions(self) -> tuple[Region, ...]:
         """Connected parts of the contact area, the most loaded first; points are connected by facets they share."""
         numbers = range(1, self.region.max(initial=0) + 1)
-        return tuple(part_of(self, self.region == k, self.facet_region == k) for k in numbers)
+        return tuple(part_of(self, self.region == k, self._facet_region == k) for k in numbers)
 
     @cached_property
-    def facet_region(self) -> IntArray:
+    def _facet_region(self) -> IntArray:
         """Connected region (n_facets,) of each facet, 0 without force."""
-        at_nodes = self.at_nodes.copy()
+        at_nodes = self._at_nodes.copy()
         at_nodes.data = self.region[at_nodes.indices].astype(float)
         return np.asarray(at_nodes.max(axis=1).toarray().ravel()[self.facets].max(axis=1), dtype=np.int64)
 
     @cached_property
-    def on_cells(self) -> CellContact | None:
+    def _on_cells(self) -> CellContact | None:
         """The pressure on the cells of a half-space; None for other slaves."""
         return cell_contact(self)
 
     @cached_property
-    def areas(self) -> tuple[Array, Array]:
+    def _areas(self) -> tuple[Array, Array]:
         """Parts of `area`: of each facet (n_facets,) within the outline, and of points (n,) that none surrounds.
 
         Cells of a half-space are points, with the edge located within them.
         """
         of_facets, of_points = np.zeros(len(self.facets)), np.where(self.active, self.weights, 0.0)
-        if self.on_cells is not None:
-            return of_facets, self.on_cells.areas
-        if self.readings is None or not self.readings.spanned >= FACES_ACROSS:
+        if self._on_cells is not None:
+            return of_facets, self._on_cells.areas
+        if self._readings is None or not self._readings.spanned >= FACES_ACROSS:
             return of_facets, of_points
         n = self.region.max() + 1
-        found = np.bincount(self.facet_region, self.outline.areas, n)
+        found = np.bincount(self._facet_region, self.outline.areas, n)
         peaks = np.zeros(n)
         np.maximum.at(peaks, self.region, self.pressure)
         located = ABOVE_PEAK * found * peaks >= np.bincount(self.region, self.forces, n)
-        return np.where(located[self.facet_region], self.outline.areas, 0.0), of_points * ~located[self.region]
+        return np.where(located[self._facet_region], self.outline.areas, 0.0), of_points * ~located[self.region]
 
     @cached_property
-    def singular_edge(self) -> SingularEdge | None:
+    def _singular_edge(self) -> SingularEdge | None:
         """Edge towards which the pressure grows without bound, see `results.singular`; None where there is none."""
         return singular_edge(self)
 
     @cached_property
-    def readings(self) -> PressureReadings | None:
+    def _readings(self) -> PressureReadings | None:
         """Reconstructions of the pressure, from which errors are estimated; None without pressure."""
         return readings_of(self)
 
@@ -299,16 +288,16 @@ class ContactFields:
         >>> print(result.contacts[0].error_estimate)
         pressure: about 18 % (peak 5 %, area 6 %), resolved by 3.5 faces across
         """
-        found = error_estimate(self, self.readings)
-        if self.on_cells is not None:
-            return self.on_cells.estimate(found)
-        if self.unseen > 0:
-            peak = min(1.0, float(self.between_nodes.unseen.max()) / self.max_pressure)
-            found = replace(found, pressure=float(np.hypot(found.pressure, self.unseen)), peak=max(found.peak, peak))
-        if self.traction_misfit is None:
+        found = error_estimate(self, self._readings)
+        if self._on_cells is not None:
+            return self._on_cells.estimate(found)
+        if self._unseen > 0:
+            peak = min(1.0, float(self._between_nodes.unseen.max()) / self.max_pressure)
+            found = replace(found, pressure=float(np.hypot(found.pressure, self._unseen)), peak=max(found.peak, peak))
+        if self._traction_misfit is None:
             return found
-        others = found.geometry**2 + found.interior**2 + self.unseen**2
-        return replace(found, traction=float(np.sqrt(self.traction_misfit[1] ** 2 + others)))
+        others = found.geometry**2 + found.interior**2 + self._unseen**2
+        return replace(found, traction=float(np.sqrt(self._traction_misfit[1] ** 2 + others)))
 
     @cached_property
     def stick(self) -> ContactFields | None:
@@ -320,7 +309,7 @@ class ContactFields:
         if self.friction is None or not has_reserve(self.friction):
             return None
         forces, gap = reserve(self.friction, self.pressure)
-        return replace(self, forces=forces, gap=gap, friction=None, cell_problem=None)
+        return replace(self, forces=forces, gap=gap, friction=None, _cell_problem=None)
 
     @property
     def stick_outline(self) -> ContactOutline | None:
@@ -332,35 +321,35 @@ class ContactFields:
         return self.stick.outline if held is not None and held.spanned >= FACES_ACROSS else None
 
     @cached_property
-    def traction_misfit(self) -> tuple[Array, float] | None:
+    def _traction_misfit(self) -> tuple[Array, float] | None:
         """Error of the tractions on the facets of `readings`, and over all tractions; None without friction."""
-        if self.stick is None or self.friction is None or self.readings is None:
+        if self.stick is None or self.friction is None or self._readings is None:
             return None
-        return traction_misfit(self.readings, self._stick_readings, self.friction)
+        return traction_misfit(self._readings, self._stick_readings, self.friction)
 
     @cached_property
     def _stick_readings(self) -> PressureReadings | None:
         """Readings of what sticks, at the samples of `readings`; None where nothing does."""
-        return None if self.stick is None or self.readings is None else readings_of(self.stick, self.readings.samples)
+        return None if self.stick is None or self._readings is None else readings_of(self.stick, self._readings.samples)
 
     @cached_property
-    def between_nodes(self) -> GapsBetweenNodes:
+    def _between_nodes(self) -> GapsBetweenNodes:
         """Gaps over the faces between contact points, see `results.between_nodes`."""
         return GapsBetweenNodes(self)
 
     @cached_property
-    def unseen(self) -> float:
+    def _unseen(self) -> float:
         """Relative error (L2) of the pressure due to a rigid shape that varies between the nodes; 0 without contact."""
-        if self.readings is None:
+        if self._readings is None:
             return 0.0
-        found = self.readings
-        squares = self.between_nodes.unseen[self.facet_numbers[found.facets]] ** 2
+        found = self._readings
+        squares = self._between_nodes.unseen[self._facet_numbers[found.facets]] ** 2
         return min(1.0, float(np.sqrt(squares @ found.areas.sum(axis=1) / found.norm))) if found.norm > 0 else 0.0
 
     @cached_property
-    def energy_errors(self) -> tuple[EnergyError, EnergyError]:
+    def _energy_errors(self) -> tuple[EnergyError, EnergyError]:
         """Errors in the cells of slave and master below the contact, see `fem.energy_error`."""
-        return energy_errors(self, self.readings)
+        return energy_errors(self, self._readings)
 
     @cached_property
     def error_indicators(self) -> Array:
@@ -369,10 +358,10 @@ class ContactFields:
         Refine where they are large. Their squares, integrated over the facets, are those of `error_estimate.pressure`
         less its parts `geometry` and `interior`, times the integral of the squared pressure.
         """
-        out = np.zeros(self.sharing.shape[1])
-        if self.readings is not None:
-            found = self.readings
-            out[self.facet_numbers[found.facets]] = np.sqrt(found.misfit / found.whole)
+        out = np.zeros(self._sharing.shape[1])
+        if self._readings is not None:
+            found = self._readings
+            out[self._facet_numbers[found.facets]] = np.sqrt(found.misfit / found.whole)
         return out
 
     @cached_property
@@ -410,11 +399,6 @@ class ContactFields:
         """
         return recovered_field(self, self.error_estimate.faces_across)
 
-    @property
-    def misfit(self) -> float:
-        """Relative L2 misfit of the pressure's reconstructions, the part of `error_estimate` due to faces and edge."""
-        return np.nan if self.readings is None else self.readings.error
-
     def split_by_plane(self, point: ArrayLike, normal: ArrayLike) -> tuple[Region, Region]:
         """Resultants on both sides of a plane, for instance medial and lateral.
 
@@ -449,16 +433,16 @@ class ContactFields:
         """
         return sides_of_plane(self, point, normal)
 
-    def shares(self, point: Array, normal: Array) -> tuple[Array, Array]:
+    def _shares(self, point: Array, normal: Array) -> tuple[Array, Array]:
         """Shares (n,) and (n_facets,) of points and facets on the side of a plane to which its unit normal points.
 
         That of a point is the part of the integral of the function by which its pressure is interpolated.
         """
-        every = facet_samples(self.nodes, self.facets, self.coupling == "mortar", self.extent, SAMPLES)
+        every = facet_samples(self.nodes, self.facets, self.coupling == "mortar", self._extent, SAMPLES)
         parts = np.stack([every.areas * beside_plane(every, point, normal), every.areas])
         nodal = np.einsum("sfq,fqa->sfa", parts, every.shapes).reshape(2, -1)
-        part, whole = (self.at_nodes.T @ np.bincount(self.facets.ravel(), v, len(self.nodes)) for v in nodal)
-        here = np.heaviside((self.centres - point) @ normal, 0.5)
+        part, whole = (self._at_nodes.T @ np.bincount(self.facets.ravel(), v, len(self.nodes)) for v in nodal)
+        here = np.heaviside((self._centres - point) @ normal, 0.5)
         share = np.divide(part, whole, out=here, where=whole > 0)
         return np.clip(share, 0.0, 1.0), np.divide(*parts.sum(axis=2))
 
@@ -469,7 +453,7 @@ class ContactFields:
             master=self.master.name,
             surfaces=list(self.surfaces),
             force_on=self.bodies[0].name,
-            **self.whole.summary(),
+            **self._whole.summary(),
             error_estimate=self.error_estimate.summary(),
             regions=len(self.regions),
             region_resultants=[region.summary() for region in self.regions],
@@ -502,9 +486,9 @@ class ContactFields:
         areas : (n_samples,) array
             Area of each sample.
         """
-        every = facet_samples(self.nodes, self.facets, self.coupling == "mortar", self.extent, n)
+        every = facet_samples(self.nodes, self.facets, self.coupling == "mortar", self._extent, n)
         points = every.points.reshape(-1, 3)
-        found = np.einsum("fqa,fa->fq", every.shapes, (self.at_nodes @ values)[self.facets])
+        found = np.einsum("fqa,fa->fq", every.shapes, (self._at_nodes @ values)[self.facets])
         return points, self._facing(points, found.ravel()), every.areas.ravel()
 
     def _facing(self, points: Array, values: Array) -> Array:
@@ -519,28 +503,18 @@ class ContactFields:
     @property
     def loaded_facets(self) -> Mask:
         """Facets (n_facets,) with a loaded node."""
-        return np.asarray((self.at_nodes @ self.forces > 0)[self.facets].any(axis=1))
+        return np.asarray((self._at_nodes @ self.forces > 0)[self.facets].any(axis=1))
 
     @property
-    def is_curve(self) -> bool:
+    def _is_curve(self) -> bool:
         """Whether the contact is between sections: facets are sides of three nodes."""
         return self.facets.shape[1] == 3
 
-    def extent(self, points: Array) -> Array:
+    def _extent(self, points: Array) -> Array:
         """Out-of-plane extent (n,) of a section's side at points (n, 3): thickness or circumference; one in space."""
-        return self.surface.extent(self.slave.pose.to_body(points))
+        return self._surface.extent(self.slave.pose.to_body(points))
 
-    @property
-    def surface(self) -> FacetSurface:
-        """The slave's surface, in its own axes."""
-        return with_nodes(self.slave.surface(self.surfaces[0]))
-
-    @property
-    def is_ring(self) -> bool:
-        """Whether the contact is between bodies of revolution."""
-        return self.surface.revolved
-
-    def interpolated(self, values: Array, local: Array, beyond: float = 0.0) -> Array:
+    def _interpolated(self, values: Array, local: Array, beyond: float = 0.0) -> Array:
         """A nodal field (n_points,) interpolated in all facets at common coordinates: (n_facets, n_q).
 
         The coordinates are those of the square, (n_q, 2), or of a section's side, (n_q, 1).
@@ -548,13 +522,13 @@ class ContactFields:
         By the facets' shape functions, or by the multiplier basis (mortar coupling). Nodes that face nothing, of faces
         that overhang the master's rim, have the value `beyond`.
         """
-        nodal = self.at_nodes @ values
-        nodal[np.diff(self.at_nodes.indptr) == 0] = beyond
+        nodal = self._at_nodes @ values
+        nodal[np.diff(self._at_nodes.indptr) == 0] = beyond
         shapes = pressure_shapes(self.facets, local, self.coupling == "mortar")
         return np.einsum("fqa,fa->fq", shapes, nodal[self.facets])
 
 
-def _sharing(at_nodes: sp.csr_matrix, facets: IntArray) -> sp.csr_matrix:
+def facets_of_points(at_nodes: sp.csr_matrix, facets: IntArray) -> sp.csr_matrix:
     """Which contact points (n,) have a value at a node of which facet (n_facets,)."""
     facet = np.repeat(np.arange(len(facets)), facets.shape[1])
     around = sp.csr_matrix((np.ones(facets.size), (facets.ravel(), facet)), shape=(at_nodes.shape[0], len(facets)))
@@ -590,23 +564,24 @@ def contact_fields(
         surfaces=interface.surfaces,
         points=slave.pose.to_world(pairing.slave_points),
         normals=normals,
-        centres=centres,
-        couples=couples,
         weights=pairing.weights,
         forces=pairing.of_points(forces),
         gap=gap,
-        candidates=candidates,
-        nodes=slave.pose.to_world(surface.points[shown]),
-        node_numbers=shown,
-        at_nodes=pairing.at_nodes[shown],
-        facets=local.reshape(-1, surface.facets.shape[1]),
-        facet_numbers=pairing.covered,
-        sharing=_sharing(pairing.at_nodes, surface.facets),
         reference_point=reference,
-        displacements=displacements,
         coupling=pairing.coupling,
         note=interface.note,
-        swapped=swapped,
+        _centres=centres,
+        _couples=couples,
+        _candidates=candidates,
+        nodes=slave.pose.to_world(surface.points[shown]),
+        _node_numbers=shown,
+        _at_nodes=pairing.at_nodes[shown],
+        facets=local.reshape(-1, surface.facets.shape[1]),
+        _facet_numbers=pairing.covered,
+        _sharing=facets_of_points(pairing.at_nodes, surface.facets),
+        _surface=surface,
+        _displacements=displacements,
+        _swapped=swapped,
     )
 
 

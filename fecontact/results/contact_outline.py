@@ -444,7 +444,7 @@ def _beyond(contact: ContactFields, level: Array) -> Mask:
 
     With nodal coupling all nodes past the rim face nothing.
     """
-    beyond = np.diff(contact.at_nodes.indptr) == 0
+    beyond = np.diff(contact._at_nodes.indptr) == 0
     if contact.coupling != "mortar":
         return beyond
     beside = np.zeros(len(level), bool)
@@ -467,10 +467,10 @@ def _to_covered(contact: ContactFields, level: Array, beyond: Mask, areas: Array
     pose, surface, numbers = (
         slave.pose.relative_to(master.pose),
         master.surface(contact.surfaces[1]),
-        contact.facet_numbers[rim],
+        contact._facet_numbers[rim],
     )
     shares = covered_shares(
-        contact.surface, surface, pose.rotation, pose.translation, numbers, line_share(slave, master)
+        contact._surface, surface, pose.rotation, pose.translation, numbers, line_share(slave, master)
     )
     covered = whole[rim] * shares
     only_rim = (inside | beyond)[contact.facets[rim]].all(axis=1)
@@ -520,12 +520,12 @@ def _triangles(facets: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
 
 def _hanging(contact: ContactFields) -> IntArray:
     """Sides (n, 3) between nodes of coarse facets, divided on the other side: both ends and the middle."""
-    ties = contact.surface.hanging
+    ties = contact._surface.hanging
     if ties is None or not len(ties.edges):
         return np.zeros((0, 3), np.int64)
     linear = ties.edges[:, 3] < 0
     ends = [ties.edges[linear][:, [0, 2, 1]], *(ties.edges[~linear][:, k] for k in ([0, 1, 3], [1, 2, 4]))]
-    place = places_among(contact.node_numbers, len(contact.surface.points))
+    place = places_among(contact._node_numbers, len(contact._surface.points))
     here = place[np.concatenate(ends)]
     return np.asarray(here[(here >= 0).all(axis=1)])
 
@@ -564,7 +564,7 @@ def _areas(contact: ContactFields, cut: _Cut) -> tuple[Array, Array]:
 def _section_areas(contact: ContactFields, levels: Array) -> tuple[Array, Array]:
     """Area (n,) inside the edge of each side of a section by the levels at both ends and the middle, and whole area."""
     level = levels[contact.facets]
-    samples = facet_samples(contact.nodes, contact.facets, False, contact.extent, SAMPLES)
+    samples = facet_samples(contact.nodes, contact.facets, False, contact._extent, SAMPLES)
     place, which = samples.local[:, 0], (samples.local[:, 0] > 0.5).astype(int)
     first, last = level[:, [0, 2]][:, which], level[:, [2, 1]][:, which]
     share = (2 * place - which)[None]
@@ -584,7 +584,7 @@ def _curves(contact: ContactFields, cut: _Cut, hanging: IntArray) -> tuple[Outli
     sizes = np.concatenate([of_node, of_node[cut.crossed].mean(axis=1)])
     normals = cut.with_middles(averaged_normals(contact.nodes, contact.facets)[0])
     normals = np.concatenate([normals, normals[cut.crossed].sum(axis=1)])
-    mirrors = planes_of_symmetry(contact.surface, contact.slave.pose, contact.node_numbers)
+    mirrors = planes_of_symmetry(contact._surface, contact.slave.pose, contact._node_numbers)
     out = []
     for chosen in _loops(start, end):
         own = start[chosen]

@@ -322,7 +322,7 @@ def _edge_zone(corners: IntArray, cut: Mask, n: int) -> Mask:
 
 def _hanging(contact: ContactFields) -> sp.csr_matrix:
     """Weights (n_nodes, n_nodes) by which hanging nodes follow from others; empty rows for all other nodes."""
-    at_nodes = contact.at_nodes
+    at_nodes = contact._at_nodes
     single = np.diff(at_nodes.indptr) == 1
     node_of_point = sp.csr_matrix(sp.diags(single.astype(float)) @ at_nodes).T
     return sp.csr_matrix(sp.diags((~single).astype(float)) @ at_nodes @ node_of_point)
@@ -406,7 +406,7 @@ def regions_with_edge(contact: ContactFields) -> list[EdgeRegion]:
     Moments give the place and the axes of an outline, whatever the mesh; its size only if the pressure is that of
     Hertz. The outline (`results.contact_outline`) gives the size.
     """
-    at_nodes = contact.at_nodes.copy()
+    at_nodes = contact._at_nodes.copy()
     at_nodes.data = contact.region[at_nodes.indices].astype(float)
     of_node = at_nodes.max(axis=1).toarray().ravel().astype(np.int64)
     of_facet = of_node[contact.facets]
@@ -419,7 +419,7 @@ def regions_with_edge(contact: ContactFields) -> list[EdgeRegion]:
             continue
         own, alien = (of_facet == k).any(axis=1), ((of_facet != k) & (of_facet > 0)).any(axis=1)
         near = (beside @ (beside.T @ own.astype(float)) > 0) & ~alien
-        mirrors = planes_of_symmetry(contact.surface, contact.slave.pose, contact.node_numbers[of_node == k])
+        mirrors = planes_of_symmetry(contact._surface, contact.slave.pose, contact._node_numbers[of_node == k])
         forces = contact.forces[points]
         outline = ellipse_of_moments(contact.points[points], forces, forces @ contact.normals[points], mirrors)
         if areas[near].sum() == 0:
@@ -574,7 +574,7 @@ class _Problem:
 
     def on_rows(self, nodal: Array) -> Array:
         """Forces (n_candidates, k) of the problem from nodal ones (n_nodes, k) of the contact."""
-        at_points = np.asarray(self.contact.at_nodes.T @ nodal)
+        at_points = np.asarray(self.contact._at_nodes.T @ nodal)
         out = np.zeros((self.problem.n, nodal.shape[1]))
         known = self.rows >= 0
         if at_points[~known].any():
@@ -612,7 +612,7 @@ def edge_pressure(contact: ContactFields, problem: ContactProblem, first: int, f
     if reason := _unsuitable(contact):
         return replace(none, note=reason)
     rows = np.full(len(contact.points), -1)
-    rows[contact.candidates] = first + np.arange(len(contact.candidates))
+    rows[contact._candidates] = first + np.arange(len(contact._candidates))
     areas = nodal_areas(contact.nodes, contact.facets[:, :4])
     setting = _Problem(contact, problem, rows, forces, areas)
     try:
@@ -624,7 +624,7 @@ def edge_pressure(contact: ContactFields, problem: ContactProblem, first: int, f
     except _NotFoundError as reason:
         return replace(none, note=f"nodal pressure: {reason}")
     at_points = np.zeros(len(contact.points))
-    at_points[contact.candidates] = answer.forces[rows[contact.candidates]]
+    at_points[contact._candidates] = answer.forces[rows[contact._candidates]]
     parts = tuple(regions), tuple(answer.functions), tuple(answer.coefficients)
     out = EdgePressure(contact, *parts, at_points, None)
     residuals = _residuals(setting, answer, moved, _change(out))
@@ -642,10 +642,10 @@ def _unsuitable(contact: ContactFields) -> str:
     """Why a contact has no pressure with a square root on facets; empty if it may have one."""
     reasons = (
         (not contact.active.any(), "nothing touches"),
-        (contact.is_curve, "the bodies are sections"),
+        (contact._is_curve, "the bodies are sections"),
         (contact.coupling != "nodal", "with mortar coupling forces are means over multiplier functions"),
         (contact.friction is not None, "with friction the pressures follow from the tractions too"),
-        (contact.surface.cell_area is not None, "the surface is a grid of cells"),
+        (contact._surface.cell_area is not None, "the surface is a grid of cells"),
         (
             contact.slave.is_foundation or contact.master.is_foundation,
             "on an elastic foundation the pressure falls to zero linearly",
@@ -771,7 +771,8 @@ def _residuals(setting: _Problem, answer: _Answer, moved: float, change: float) 
 
 def _objection(found: EdgePressure, r: EdgeResiduals) -> str:
     """Why an edge pressure does not pass; empty if it does."""
-    likely = MAX_CHANGE * found.contact.misfit
+    assert found.contact._readings is not None
+    likely = MAX_CHANGE * found.contact._readings.error
     checks = (
         (r.tension > TENSION, f"it would pull, by {r.tension:.1%} of its peak"),
         (r.overlap > OVERLAP, f"the bodies would overlap beside it, by {r.overlap:.1%} of the elastic deflection"),

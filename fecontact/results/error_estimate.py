@@ -153,7 +153,7 @@ def readings_of(contact: ContactFields, samples: int | None = None) -> PressureR
     blocks = [_read(contact, field, past, chosen[k : k + BLOCK], n, highest) for k in range(0, len(chosen), BLOCK)]
     *read, at_peak = (np.concatenate(part) for part in zip(*blocks, strict=True))
     peak, offset = float(field.pressure.max()), np.inf
-    if contact.singular_edge is None:
+    if contact._singular_edge is None:
         peak = float(field.pressure[highest])
         offset = float(abs(peak - at_peak.mean()))
     bounded = field.bounded[chosen]
@@ -187,7 +187,7 @@ def _past_rim(contact: ContactFields, chosen: IntArray) -> Mask:
     mine, past = np.zeros((2, len(contact.nodes)), bool)
     mine[contact.facets[chosen]] = True
     if contact.coupling != "mortar":
-        mine &= np.diff(contact.at_nodes.indptr) == 0
+        mine &= np.diff(contact._at_nodes.indptr) == 0
     past[mine] = past_rim(contact, contact.nodes[mine])
     return past
 
@@ -201,7 +201,7 @@ def _read(
     facets at the master's rim that of the nodes inside goes on up to the rim.
     """
     facets, mortar = contact.facets[chosen], contact.coupling == "mortar"
-    samples = facet_samples(contact.nodes, facets, mortar, contact.extent, n)
+    samples = facet_samples(contact.nodes, facets, mortar, contact._extent, n)
     shapes, straight = samples.shapes, hats(facets, samples.local, mortar)
     covered = np.ones(samples.areas.shape, bool)
     rim = past[facets].any(axis=1)
@@ -233,13 +233,13 @@ def _rim_error(contact: ContactFields, field: NodalPressure, past: Mask, chosen:
     if contact.coupling == "mortar" or not len(rim):
         return out
     facets = contact.facets[chosen[rim]]
-    samples = facet_samples(contact.nodes, facets, False, contact.extent, RIM_SAMPLES)
+    samples = facet_samples(contact.nodes, facets, False, contact._extent, RIM_SAMPLES)
     straight = hats(facets, samples.local, False)
     shares = np.einsum("fq,fqa->fa", samples.areas, straight) * ~past[facets]
     at = np.einsum("fa,fai->fi", shares, contact.nodes[facets]) / shares.sum(axis=1, keepdims=True)
     pressure = np.einsum("fqa,fa->fq", without(straight, past[facets]), field.pressure[facets])
     forces = np.where(past_rim(contact, samples.points), 0.0, samples.areas * pressure)
-    region, off, moment = contact.facet_region[chosen[rim]], np.zeros(len(rim)), 0.0
+    region, off, moment = contact._facet_region[chosen[rim]], np.zeros(len(rim)), 0.0
     for k in np.unique(region):  # of many contacts few
         points, middle = contact.region == k, _middle(contact, k)
         moment += contact.forces[points] @ ((contact.points[points] - middle) ** 2).sum(axis=1)
@@ -256,10 +256,10 @@ def _middle(contact: ContactFields, region: int) -> Array:
     mine, pose = contact.region == region, contact.slave.pose
     force = contact.forces[mine] / contact.forces[mine].sum()
     middle = force @ contact.points[mine]
-    nodes = contact.node_numbers[contact.at_nodes @ mine.astype(float) > 0]
-    for mirror in planes_of_symmetry(contact.surface, pose, nodes):
+    nodes = contact._node_numbers[contact._at_nodes @ mine.astype(float) > 0]
+    for mirror in planes_of_symmetry(contact._surface, pose, nodes):
         middle = middle - ((middle - mirror.point) @ mirror.normal) * mirror.normal
-    if contact.is_ring and _reaches_axis(radius := pose.to_body(contact.points[mine])[:, 0]):
+    if contact._surface.revolved and _reaches_axis(radius := pose.to_body(contact.points[mine])[:, 0]):
         middle = middle - (radius @ force) * pose.rotation[:, 0]
     return np.asarray(middle)
 
@@ -278,8 +278,8 @@ def error_estimate(contact: ContactFields, readings: PressureReadings | None) ->
     # pressures that would pull part instead, so that they are never off by more than all of them
     norm = readings.norm
     geometry = min(1.0, float(geometry_error(contact) * np.sqrt(max(area, counted) / norm))) if norm > 0 else 0.0
-    edge = contact.singular_edge
-    interior = interior_error(contact.energy_errors)
+    edge = contact._singular_edge
+    interior = interior_error(contact._energy_errors)
     pressure = float(np.sqrt(readings.error**2 + geometry**2 + interior**2))
     cornered = contact.facets.shape[1] > 3 and triangular(contact.facets).any()
     of_area = AREA_SHARE_OF_TRIANGLES if cornered else AREA_SHARE
@@ -314,7 +314,7 @@ def energy_errors(contact: ContactFields, readings: PressureReadings | None) -> 
     if readings is None:
         return NO_CELLS, NO_CELLS
     width = max(readings.across, NARROWEST) * float(_lengths(contact, readings.facets).mean())
-    points, (ours, theirs) = contact.points[contact.active], contact.displacements
+    points, (ours, theirs) = contact.points[contact.active], contact._displacements
     return (
         contact.slave.energy_error(ours, contact.slave.pose.to_body(points), width),
         contact.master.energy_error(theirs, contact.master.pose.to_body(points), width),
@@ -327,14 +327,14 @@ def faces_across(contact: ContactFields, readings: PressureReadings) -> float:
     The number on the shorter diameter of an ellipse with the same number of faces, including mirror images.
     """
     share = readings.in_contact / readings.whole
-    at_nodes = contact.at_nodes.copy()
+    at_nodes = contact._at_nodes.copy()
     at_nodes.data = contact.region[at_nodes.indices].astype(float)
     region = at_nodes.max(axis=1).toarray().ravel().astype(np.int64)
-    of_facet = contact.facet_region[readings.facets]
+    of_facet = contact._facet_region[readings.facets]
     load = np.bincount(contact.region, contact.forces)
     least = min(MIN_REGION * load.sum(), load.max())  # of many regions none may carry so much
     chosen = [k for k in np.flatnonzero(load >= least) if k > 0]
-    return min(_across(contact, readings, of_facet == k, share, contact.node_numbers[region == k]) for k in chosen)
+    return min(_across(contact, readings, of_facet == k, share, contact._node_numbers[region == k]) for k in chosen)
 
 
 def _across(contact: ContactFields, readings: PressureReadings, chosen: Mask, share: Array, numbers: IntArray) -> float:
@@ -343,7 +343,7 @@ def _across(contact: ContactFields, readings: PressureReadings, chosen: Mask, sh
     points, weights = readings.points[chosen].reshape(-1, 3), readings.areas[chosen]
     if contact.facets.shape[1] == 3:
         radius = contact.slave.pose.to_body(points)[:, 0]
-        return float(2 * n if contact.is_ring and _reaches_axis(radius) else n)
+        return float(2 * n if contact._surface.revolved and _reaches_axis(radius) else n)
     weights = np.where(readings.smooth[chosen] > 0, weights, 0.0).ravel()
     if not weights.any():
         return float(n)

@@ -120,9 +120,9 @@ def values_of(contact: ContactFields, what: str) -> Array:
 def shades_of(contact: ContactFields, what: str, values: Array) -> Array:
     """A field (n_facets, n_q) at `local_points` of all facets, from its values (n,); pressures as recovered."""
     local = local_points(contact.facets)
-    if what == "pressure" and not contact.is_curve:
+    if what == "pressure" and not contact._is_curve:
         return contact.recovered.at(local)
-    return contact.interpolated(values, local, values.max(initial=0.0) if what == "gap" else 0.0)
+    return contact._interpolated(values, local, values.max(initial=0.0) if what == "gap" else 0.0)
 
 
 def scale_top(contact: ContactFields) -> float:
@@ -132,7 +132,7 @@ def scale_top(contact: ContactFields) -> float:
     peak would leave all else of a map pale.
     """
     peak = contact.max_pressure
-    if contact.is_curve or contact.singular_edge is None or not contact.active.any():
+    if contact._is_curve or contact._singular_edge is None or not contact.active.any():
         return peak
     pressure, area = contact.pressure[contact.active], contact.weights[contact.active]
     order = np.argsort(pressure)
@@ -172,10 +172,10 @@ def field_map(contact: ContactFields, what: str) -> FieldMap:
         values=values,
         areas=contact.weights,
         shades=shades_of(contact, what, values).astype(np.float32),
-        curves=() if contact.is_curve else tuple(curve.points for curve in contact.outline.curves),
+        curves=() if contact._is_curve else tuple(curve.points for curve in contact.outline.curves),
         regions=tuple((r.centre_of_pressure, float(np.linalg.norm(r.force))) for r in contact.regions),
         top=scale_top(contact) if what == "pressure" else float(values.max(initial=0.0)),
-        is_ring=contact.is_curve and contact.is_ring,
+        is_ring=contact._is_curve and contact._surface.revolved,
     )
 
 

@@ -71,9 +71,9 @@ def window_patches(result: ContactResult) -> Iterator[WindowPatch]:
 
 
 def _patch(result: ContactResult, interface: Interface, contact: ContactFields) -> WindowPatch:
-    body, surface, shown = interface.slave, interface.slave_surface, contact.node_numbers
+    body, surface, shown = interface.slave, interface.slave_surface, contact._node_numbers
     u, stress = _inside(result, interface, shown)
-    pressure, gap = (contact.at_nodes @ values for values in (contact.pressure, contact.gap))
+    pressure, gap = (contact._at_nodes @ values for values in (contact.pressure, contact.gap))
     fields = {
         "displacement": u,
         "stress": stress,

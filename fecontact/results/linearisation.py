@@ -277,7 +277,7 @@ def _indentation(fields: ContactFields) -> float:
     # by what carries, and not by a distance of rounding: a point alone has none from itself
     if np.count_nonzero(fields.forces > ALONE * total) < 2:
         return np.inf
-    arm = fields.centres - fields.forces @ fields.centres / total
+    arm = fields._centres - fields.forces @ fields._centres / total
     width = 3 * float(np.sqrt(fields.forces @ (arm**2).sum(axis=1) / total))
     return total / fields.point_area * width * softness
 
@@ -285,7 +285,7 @@ def _indentation(fields: ContactFields) -> float:
 def _looked_at(fields: ContactFields) -> IntArray:
     """Points in contact and the nearest others, at most `MAX_POINTS` each; all pairs without contact."""
     active = np.flatnonzero(fields.active)
-    others = fields.candidates[fields.forces[fields.candidates] <= 0] if len(active) else np.arange(len(fields.gap))
+    others = fields._candidates[fields.forces[fields._candidates] <= 0] if len(active) else np.arange(len(fields.gap))
     nearest = others[np.argsort(fields.gap[others], kind="stable")[:MAX_POINTS]]
     return np.concatenate([active[:: 1 + len(active) // MAX_POINTS], nearest])
 

@@ -110,9 +110,9 @@ def _summary(result: ContactResult) -> str:
     rows = [
         (
             c.label,
-            _vector(c.whole.force),
-            c.whole.area if c.active.any() else "no contact",
-            *(c.max_pressure, c.whole.mean_pressure),
+            _vector(c._whole.force),
+            c._whole.area if c.active.any() else "no contact",
+            *(c.max_pressure, c._whole.mean_pressure),
             *((str(c.error_estimate), _vector(c.centre_of_pressure)) if c.active.any() else ("", "")),
         )
         for c in result.contacts

@@ -250,7 +250,7 @@ def edge_level(contact: ContactFields) -> Array:
     contact : ContactFields
     """
     nodes, facets = contact.nodes, contact.facets
-    inside = contact.at_nodes @ contact.pressure > 0
+    inside = contact._at_nodes @ contact.pressure > 0
     size = facet_sizes(nodes, facets)
     level = np.where(inside, size, -size)
     here = inside[facets].any(axis=1) & (~inside)[facets].any(axis=1)
@@ -266,7 +266,7 @@ def edge_level(contact: ContactFields) -> Array:
     least = np.where(at_edge, -LIMIT, CLEAR) * size
     bound = np.where(inside, np.maximum(mean, least), np.minimum(mean, -least))
     unfitted = np.where(inside, LIMIT / 2, -LIMIT / 2) * size
-    facing = np.diff(contact.at_nodes.indptr) > 0
+    facing = np.diff(contact._at_nodes.indptr) > 0
     near = np.zeros(len(nodes), bool)
     near[facets[chosen]] = True
     return np.where(near & facing, np.where(count > 0, bound, unfitted), level)
@@ -292,12 +292,12 @@ def _fitted_levels(contact: ContactFields, chosen: IntArray) -> tuple[Array, Mas
 
 
 def _patches(contact: ContactFields, chosen: IntArray, centres: Array, axes: Array) -> _Patches:
-    known = np.diff(contact.at_nodes.indptr) == 1
+    known = np.diff(contact._at_nodes.indptr) == 1
     facet, node = patches(contact.facets, chosen, known)
     local = np.einsum("pdi,pi->pd", axes[facet], contact.nodes[node] - centres[facet])
-    weights = node_weights((contact.at_nodes @ contact.weights)[node], local)
-    pressure = (contact.at_nodes @ contact.pressure)[node]
-    gap = np.maximum(contact.at_nodes @ contact.gap, 0.0)[node]
+    weights = node_weights((contact._at_nodes @ contact.weights)[node], local)
+    pressure = (contact._at_nodes @ contact.pressure)[node]
+    gap = np.maximum(contact._at_nodes @ contact.gap, 0.0)[node]
     size = 1 / np.linalg.norm(axes[:, 0], axis=1)
     modulus = 1 / sum(1 / body.contact_modulus for body in (contact.slave, contact.master))
     return _Patches(facet, monomials(local), local, weights, pressure > 0, pressure, gap, size, modulus)
@@ -381,15 +381,15 @@ class NodalPressure(NamedTuple):
 
 def nodal_pressure(contact: ContactFields) -> NodalPressure | None:
     """Pressure of a contact at the nodes of its facets; None without pressure."""
-    nodal = contact.at_nodes @ contact.pressure
+    nodal = contact._at_nodes @ contact.pressure
     # nodes between contact points, as on a triangle's sides in a mortar coupling, carry no information
-    known = np.where(np.diff(contact.at_nodes.indptr) == 1, nodal, np.nan)
+    known = np.where(np.diff(contact._at_nodes.indptr) == 1, nodal, np.nan)
     if not (known > 0).any():
         return None
     loaded = (nodal[contact.facets] > 0).any(axis=1)
-    if (edge := contact.singular_edge) is None:
+    if (edge := contact._singular_edge) is None:
         return NodalPressure(nodal, known, loaded, loaded)
-    at_edge = np.asarray(contact.at_nodes @ edge.points > 0)
+    at_edge = np.asarray(contact._at_nodes @ edge.points > 0)
     known[at_edge] = np.nan
     return NodalPressure(nodal, known, loaded, loaded & ~at_edge[contact.facets].any(axis=1))
 
@@ -401,7 +401,7 @@ def recovered_on(contact: ContactFields, field: NodalPressure, chosen: IntArray)
     # only facets with pressure: which others were paired is a matter of the search
     counted = np.flatnonzero(field.bounded)
     facets, own = contact.facets[counted], np.searchsorted(counted, chosen)
-    return recovered(contact.nodes, facets, own, field.known, contact.at_nodes @ contact.weights, power)
+    return recovered(contact.nodes, facets, own, field.known, contact._at_nodes @ contact.weights, power)
 
 
 #: Faces across a contact from which its pressure is recovered.
@@ -448,7 +448,7 @@ class RecoveredField:
     def sampled(self, n: int = 4) -> tuple[Array, Array, Array]:
         """Points (n_samples, 3), pressures and areas (n_samples,), n x n on each facet, as `ContactFields.sampled`."""
         contact = self.contact
-        every = facet_samples(contact.nodes, contact.facets, contact.coupling == "mortar", contact.extent, n)
+        every = facet_samples(contact.nodes, contact.facets, contact.coupling == "mortar", contact._extent, n)
         return every.points.reshape(-1, 3), self.at(every.local).ravel(), every.areas.ravel()
 
 
@@ -457,10 +457,10 @@ def recovered_field(contact: ContactFields, across: float) -> RecoveredField:
     field, n = nodal_pressure(contact), len(contact.nodes)
     none = np.zeros(len(contact.facets), bool)
     if field is None or contact.facets.shape[1] == 3 or not across >= RESOLVED:
-        nodal = np.asarray(contact.at_nodes @ contact.pressure)
+        nodal = np.asarray(contact._at_nodes @ contact.pressure)
         return RecoveredField(contact, nodal, np.zeros(n), np.zeros(n), none)
     facets, level = contact.facets, edge_level(contact)
-    facing = (np.diff(contact.at_nodes.indptr) > 0)[facets].all(axis=1)
+    facing = (np.diff(contact._at_nodes.indptr) > 0)[facets].all(axis=1)
     smooth = facing & (field.bounded | ~field.loaded)
     crossed = (level > 0)[facets].any(axis=1) & (level <= 0)[facets].any(axis=1)
     cut = none if contact.coupling == "mortar" else crossed & smooth
@@ -493,7 +493,7 @@ def _factor(contact: ContactFields, field: NodalPressure, level: Array, cut: Mas
     local = np.einsum("pdi,pi->pd", axes[facet], contact.nodes[node] - centres[facet])
     size = 1 / np.linalg.norm(axes[:, 0], axis=1)
     depth = level[node] / size[facet]
-    weights = node_weights((contact.at_nodes @ contact.weights)[node], local) / np.maximum(depth, MIN_DEPTH)
+    weights = node_weights((contact._at_nodes @ contact.weights)[node], local) / np.maximum(depth, MIN_DEPTH)
     terms = monomials(local)[:, :LINEAR] * depth[:, None]
     values = field.pressure[node] ** _power(contact)
     coefficients = fitted(facet, terms, values, weights, np.ones(len(facet), bool), len(chosen)) / size[:, None]

@@ -57,10 +57,10 @@ def report(result: ContactResult) -> str:
     for c in result.contacts:
         lines += [
             f"{c.label} ({c.note})",
-            f"  force on {c.bodies[0].name:<12} {_numbers(c.whole.force)}{units.suffix('force')}",
-            f"  moment                {_numbers(c.whole.moment)}{units.suffix('moment')}",
-            f"  area                  {c.whole.area:>13.6g}{square}   in {len(c.regions)} region(s)",
-            f"  pressure max, mean    {c.max_pressure:>13.6g} {c.whole.mean_pressure:>13.6g}{units.suffix('stress')}",
+            f"  force on {c.bodies[0].name:<12} {_numbers(c._whole.force)}{units.suffix('force')}",
+            f"  moment                {_numbers(c._whole.moment)}{units.suffix('moment')}",
+            f"  area                  {c._whole.area:>13.6g}{square}   in {len(c.regions)} region(s)",
+            f"  pressure max, mean    {c.max_pressure:>13.6g} {c._whole.mean_pressure:>13.6g}{units.suffix('stress')}",
         ]
         if c.active.any():
             lines.append(f"  error of {c.error_estimate}")

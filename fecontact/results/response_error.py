@@ -154,7 +154,7 @@ class ResponseErrors:
             pull = contact.forces @ contact.normals
             size = float(np.linalg.norm(pull))
             along = np.zeros(problem.n)
-            along[self._start[k] : self._start[k + 1]] = contact.normals[contact.candidates] @ pull
+            along[self._start[k] : self._start[k + 1]] = contact.normals[contact._candidates] @ pull
             y = change.by(along[closed] / size, np.zeros(len(problem.F)))
             if np.abs(y).max() * elastic > MIN_CHANGE * forces.max() * size:
                 yield "force", self._products(closed, y, size)
@@ -192,7 +192,7 @@ class ResponseErrors:
     @cached_property
     def _start(self) -> IntArray:
         """First candidate of each contact among all of them, and their number."""
-        return np.cumsum([0] + [len(c.candidates) for c in self.contacts])
+        return np.cumsum([0] + [len(c._candidates) for c in self.contacts])
 
     @cached_property
     def _deflection(self) -> Array:
@@ -208,11 +208,11 @@ class ResponseErrors:
             own, gaps = y[of_contact], self.condensed.problem.g[of_contact]
             if not contact.active.any() or not own.any():
                 continue
-            work += float(own @ contact.between_nodes.means[contact.candidates])
+            work += float(own @ contact._between_nodes.means[contact._candidates])
             # approach of the bodies at the contact beyond that of the point where they meet first
             beyond = 2 * float(own @ (gaps - gaps.min()))
             growth += beyond
-            if contact.slave.is_foundation or is_half_space(contact.surface):
+            if contact.slave.is_foundation or is_half_space(contact._surface):
                 beyond = float(own @ self._deflection[of_contact])
                 beyond *= 1.0 if contact.slave.is_foundation else OF_CELLS
             else:

@@ -121,7 +121,7 @@ class ContactResult:
     @property
     def message(self) -> str:
         """The status in a sentence."""
-        if self.status == Status.NO_CONTACT and any(c.between_nodes.overlap for c in self.contacts):
+        if self.status == Status.NO_CONTACT and any(c._between_nodes.overlap for c in self.contacts):
             return "no contact point touches, but bodies overlap between the nodes: see the warnings"
         return self.solution.message
 
@@ -463,7 +463,7 @@ class ContactResult:
         >>> edge.accepted, abs(edge.outlines[0].semi_axes[0] / hertz.a - 1) < 2e-3
         (True, True)
         """
-        start = np.cumsum([0] + [len(c.candidates) for c in self.contacts])
+        start = np.cumsum([0] + [len(c._candidates) for c in self.contacts])
         forces = self.solution.forces
         pairs = zip(self.contacts, start[:-1].tolist(), strict=True)
         return tuple(edge_pressure(c, self.problem, first, forces) for c, first in pairs)
@@ -596,10 +596,10 @@ def make_result(
             k = len(contacts)
             swapped = contact.slave is not scene.contacts[k].slave
             fields = contact_fields(contact, candidates, forces, gap, (own, other), swapped)
-            rubbing = None if k not in friction else replace(friction[k], sign=fields.sign)
+            rubbing = None if k not in friction else replace(friction[k], sign=fields._sign)
             alone = contact.master.is_rigid and solution.problem.n == len(candidates)
-            problem = solution.problem if alone and is_half_space(fields.surface) else None
-            contacts.append(replace(fields, friction=rubbing, directions=scene.directions, cell_problem=problem))
+            problem = solution.problem if alone and is_half_space(fields._surface) else None
+            contacts.append(replace(fields, friction=rubbing, directions=scene.directions, _cell_problem=problem))
     seconds = dict(timer.seconds)
     seconds["total"] = sum(seconds.values())
     memory = {"before": timer.before, **timer.memory}

@@ -33,24 +33,24 @@ def resultant(contact: ContactFields, share: Array | None = None) -> tuple[Array
     """Force (3,) and moment (3,), friction included, on the first body of a contact; of shares (n,) of its points."""
     share = np.ones(len(contact.forces)) if share is None else share
     forces, friction = contact.forces * share, contact.friction
-    force, moment = forces @ contact.normals, forces @ contact.couples
+    force, moment = forces @ contact.normals, forces @ contact._couples
     if friction is not None:
         force = force + share @ friction.resultants
-        moment = moment + share @ friction.moments(contact.centres - contact.reference_point)
-    return contact.sign * force, contact.sign * moment
+        moment = moment + share @ friction.moments(contact._centres - contact.reference_point)
+    return contact._sign * force, contact._sign * moment
 
 
 def part_of(contact: ContactFields, share: Array, of_facets: Array) -> Region:
     """Resultants of a part of a contact, friction included, by the shares (n,) and (n_facets,) of points and facets."""
     forces, (force, moment) = contact.forces * share, resultant(contact, share)
-    total, area = float(forces.sum()), float(contact.areas[0] @ of_facets + contact.areas[1] @ share)
+    total, area = float(forces.sum()), float(contact._areas[0] @ of_facets + contact._areas[1] @ share)
     return Region(
         area=area,
         force=force,
         moment=moment,
         max_pressure=float(contact.pressure[share > 0].max(initial=0.0)),
         mean_pressure=total / area if area > 0 else 0.0,
-        centre_of_pressure=forces @ contact.centres / total if total > 0 else np.full(3, np.nan),
+        centre_of_pressure=forces @ contact._centres / total if total > 0 else np.full(3, np.nan),
         point_area=float((contact.weights * share)[contact.active].sum()),
     )
 
@@ -61,7 +61,7 @@ def region_numbers(contact: ContactFields) -> IntArray:
     Points are connected by the facets they share.
     """
     active = contact.active
-    member = contact.sharing.multiply(active[:, None]).tocsr()
+    member = contact._sharing.multiply(active[:, None]).tocsr()
     _, label = connected_components(member @ member.T, directed=False)
     load = np.bincount(label, contact.forces)
     kinds = np.unique(label[active])
@@ -77,9 +77,9 @@ def sides_of_plane(contact: ContactFields, point: ArrayLike, normal: ArrayLike) 
     if length == 0:
         raise InputError("The normal of the dividing plane must not be zero.", code="normal-zero")
     p = vector("The point of the dividing plane", point)
-    distance = (contact.centres - p) @ (n / length)
+    distance = (contact._centres - p) @ (n / length)
     near = np.abs(distance) <= ON_PLANE * contact.slave.size
-    share, of_facets = contact.shares(p, n / length)
+    share, of_facets = contact._shares(p, n / length)
     front, back = part_of(contact, share, of_facets), part_of(contact, 1 - share, 1 - of_facets)
     peaks = (float(contact.pressure[near | side].max(initial=0.0)) for side in (distance > 0, distance < 0))
     return replace(front, max_pressure=next(peaks)), replace(back, max_pressure=next(peaks))

@@ -183,7 +183,7 @@ def _sharp_tip(contact: ContactFields) -> SingularEdge | None:
     highest = int(np.argmax(pressure))
     surface = facets_of(contact.slave.surface(contact.surfaces[0]))
     assert surface is not None
-    size = float(surface.mean_facet_size[contact.sharing[highest].indices].mean())
+    size = float(surface.mean_facet_size[contact._sharing[highest].indices].mean())
     tip = sharpest(heights, master.pose.to_body(contact.points[[highest]])[0, :2], size)
     if tip.power > KINK or contact.slave.contact_modulus * tip.slope < MIN_KINK * pressure[highest]:
         return None
@@ -216,8 +216,8 @@ def _rough_exponent(
     if own is None or (below is None and np.isfinite(other.contact_modulus)):
         return smooth
     shear = None
-    facets = np.asarray(contact.sharing[at].sum(axis=0)).ravel() > 0
-    beside = np.flatnonzero(contact.active & (contact.sharing @ facets > 0))
+    facets = np.asarray(contact._sharing[at].sum(axis=0)).ravel() > 0
+    beside = np.flatnonzero(contact.active & (contact._sharing @ facets > 0))
     if friction.sticking[beside].mean() < 0.5:
         on_body = friction.forces[at] if body is contact.slave else -friction.forces[at]
         inwards = contact.points[contact.active].mean(axis=0) - contact.points[at]
@@ -266,7 +266,7 @@ def _at_edges(contact: ContactFields, active: IntArray) -> tuple[Mask, Mask]:
     slave, master, names = contact.slave, contact.master, contact.surfaces
     surface = facets_of(slave.surface(names[0]))
     assert surface is not None
-    shared = contact.sharing[active]
+    shared = contact._sharing[active]
     size = (shared @ surface.mean_facet_size) / np.maximum(np.asarray(shared.sum(axis=1)).ravel(), 1)
     spacing = size if surface.facets.shape[1] == 4 else size / 2
     place, none = contact.points[active], np.zeros(len(active), bool)

@@ -120,10 +120,10 @@ def large_strains(result: ContactResult) -> Iterator[str]:
 def strained_half_spaces(result: ContactResult) -> Iterator[str]:
     """Warnings of strains and slopes too large for the theory of half-spaces, as of a half-space alone."""
     for contact in result.contacts:
-        if (cells := contact.on_cells) is not None:
+        if (cells := contact._on_cells) is not None:
             number = result.scene.bodies.index(contact.slave)
             moved = result.loading.frames[number].modes(result.motions[number][:, None])[:, 0]
-            into = (moved - contact.displacements[0]).reshape(-1, 3) @ cells.surface.normal
+            into = (moved - contact._displacements[0]).reshape(-1, 3) @ cells.surface.normal
             found = validity_warnings(contact.slave, cells.pressure, cells.gap, into.reshape(cells.pressure.shape))
             yield from (f"{contact.slave.name!r}: {text}" for text in found)
 
@@ -218,7 +218,7 @@ def mended(result: ContactResult) -> Iterator[str]:
 def unbounded_pressures(result: ContactResult) -> Iterator[str]:
     """Notes of pressures without bound."""
     for contact in result.contacts:
-        if (edge := contact.singular_edge) is not None:
+        if (edge := contact._singular_edge) is not None:
             yield (
                 f"The pressure between {contact.slave.name!r} and {contact.master.name!r} is {edge.peak}: its largest "
                 f"value, {contact.max_pressure:.3g}, depends on the mesh. Round the edge to get one that does not."
@@ -346,7 +346,7 @@ def overlap_left(result: ContactResult) -> Iterator[str]:
         master = _side(result, interface.master, interface.surfaces[1])
         if slave is None or master is None:
             continue
-        ours = interface.pairing.nodes[contact.candidates]
+        ours = interface.pairing.nodes[contact._candidates]
         one, elastic, size, facets = _deepest(slave, master, np.asarray(np.isin(slave.before.facets, ours).any(axis=1)))
         other, yielded, _, _ = _deepest(master, slave, facets)
         depth, given = max(one, other), elastic + yielded
@@ -389,9 +389,9 @@ def _deepest(one: _Side, other: _Side, chosen: Mask) -> tuple[float, float, floa
 def overlap_between_nodes(result: ContactResult) -> Iterator[str]:
     """Warnings of faces that the other body reaches between their nodes, none of which carries force."""
     for contact in result.contacts:
-        if (found := contact.between_nodes.overlap) is not None:
+        if (found := contact._between_nodes.overlap) is not None:
             place = ", ".join(f"{x:.4g}" for x in contact.slave.pose.to_world(found.points[:1])[0])
-            nodes, faces = ("cells", "cells") if has_cells(contact.surface) else ("nodes of a face", "faces")
+            nodes, faces = ("cells", "cells") if has_cells(contact._surface) else ("nodes of a face", "faces")
             yield (
                 f"{contact.slave.name!r} and {contact.master.name!r} overlap by {found.depth:.3g} at ({place}), "
                 f"between {nodes} of {contact.slave.name!r} that carry no force: Hertz's formulas give about "
@@ -429,7 +429,7 @@ def coarse_pressures(result: ContactResult) -> Iterator[str]:
         elif estimate.largest > MAX_ERROR:
             cause = (
                 f"the shape of {contact.master.name!r} varies between the nodes. Refine the faces there{remedy}."
-                if contact.unseen**2 > estimate.pressure**2 / 2
+                if contact._unseen**2 > estimate.pressure**2 / 2
                 else _cause(estimate, remedy)
             )
             yield f"The pressure between {between} may be off by about {estimate.amount}: {cause}"

@@ -59,17 +59,17 @@ def marked_facets(contact: ContactFields, tolerance: float) -> Mask:
         faces are marked: those at the edge
         without much of the error are left out.
     """
-    read = contact.readings
+    read = contact._readings
     assert read is not None
-    active = (contact.at_nodes @ contact.pressure > 0)[contact.facets]
+    active = (contact._at_nodes @ contact.pressure > 0)[contact.facets]
     share = _share(contact.error_estimate.pressure, tolerance)
     out = active.any(axis=1) & ~active.all(axis=1) & (share >= BULK)
     out[read.facets[_most(read.misfit, share)]] = True
-    unseen = contact.between_nodes.unseen[contact.facet_numbers]
+    unseen = contact._between_nodes.unseen[contact._facet_numbers]
     out |= unseen > tolerance * np.sqrt((contact.pressure**2 @ contact.weights) / contact.point_area)
     sideways = _share(contact.error_estimate.traction or 0.0, tolerance)
-    if contact.traction_misfit is not None and sideways > 0:
-        out[read.facets[_most(contact.traction_misfit[0], sideways)]] = True
+    if contact._traction_misfit is not None and sideways > 0:
+        out[read.facets[_most(contact._traction_misfit[0], sideways)]] = True
     if contact.error_estimate.peak <= AIM * tolerance:
         return out
     off = np.abs(read.smooth - read.interpolated).max(axis=1) > tolerance * contact.max_pressure
@@ -98,13 +98,13 @@ def marked_cells(contact: ContactFields, tolerance: float) -> tuple[IntArray, In
     Those with most of the squared error in the energy norm, if the elements below keep the estimate above the
     tolerance whatever the faces are; fewer where it is nearly met.
     """
-    error = np.concatenate([e.error for e in contact.energy_errors])
+    error = np.concatenate([e.error for e in contact._energy_errors])
     # half-spaces and rigid bodies have no cells
     if contact.error_estimate.interior < WORTH * tolerance or not len(error):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     chosen = np.zeros(len(error), bool)
     chosen[_most(error, _share(contact.error_estimate.pressure, tolerance))] = True
-    ours, theirs = contact.energy_errors
+    ours, theirs = contact._energy_errors
     return ours.cells[chosen[: len(ours.cells)]], theirs.cells[chosen[len(ours.cells) :]]
 
 
@@ -301,7 +301,7 @@ def _step(result: ContactResult, target: Target, seconds: float) -> Step:
     estimates = [c.error_estimate for c in result.contacts if c.active.any()]
     hanging = [b.mesh.hanging for b in result.elastic_bodies]
     # of a contact between the nodes nothing is known
-    unknown = float(any(c.between_nodes.overlap for c in result.contacts))
+    unknown = float(any(c._between_nodes.overlap for c in result.contacts))
     return Step(
         n_dofs=result.n_dofs,
         n_hanging=sum(len(h.nodes) for h in hanging if h is not None),
@@ -310,7 +310,7 @@ def _step(result: ContactResult, target: Target, seconds: float) -> Step:
         traction=max((e.traction for e in estimates if e.traction is not None), default=None),
         peak=max([unknown, *(e.peak for e in estimates)]),
         max_pressure=max((c.max_pressure for c in result.contacts), default=0.0),
-        area=sum(c.whole.area for c in result.contacts),
+        area=sum(c._whole.area for c in result.contacts),
         seconds=seconds,
         area_error=max([unknown, *(e.area for e in estimates)]),
         **_response(result, target.of_response),
@@ -319,7 +319,7 @@ def _step(result: ContactResult, target: Target, seconds: float) -> Step:
 
 def _response(result: ContactResult, known: bool = True) -> dict[str, Any]:
     """Errors of forces and motions where they are to be known: the whole of them where bodies overlap unseen."""
-    unseen = any(c.between_nodes.overlap for c in result.contacts)
+    unseen = any(c._between_nodes.overlap for c in result.contacts)
     return {n: 1.0 if unseen else e for n, e in vars(result.response_error).items()} if known else {}
 
 
@@ -354,7 +354,7 @@ def _known(contact: ContactFields, interface: Interface) -> KnownContact | None:
     """Known contact for the solution on the next meshes, with a margin of a share of a face."""
     if not contact.active.any():
         return None
-    largest = contact.sharing.multiply(interface.slave_surface.mean_facet_size).max(axis=1)
+    largest = contact._sharing.multiply(interface.slave_surface.mean_facet_size).max(axis=1)
     return KnownContact(contact.points, contact.active, EDGE * largest.toarray().ravel())
 
 
@@ -365,7 +365,7 @@ def _divided(scene: SceneModel, result: ContactResult, target: Target, again: bo
     edges: dict[int, dict[str, Array]] = {}
     number = {id(b): k for k, b in enumerate(result.scene.bodies)}
     touching = [c for c in result.contacts if c.active.any()]
-    overlaps = [(number[id(c.slave)], c.surfaces[0], o) for c in result.contacts if (o := c.between_nodes.overlap)]
+    overlaps = [(number[id(c.slave)], c.surfaces[0], o) for c in result.contacts if (o := c._between_nodes.overlap)]
     wanted = {id(c): target.pressure(c.error_estimate) for c in touching}
     over = max((c.error_estimate.worst / t for c in touching if (t := wanted[id(c)])), default=0.0)
     # beside an edge where the pressure has no bound, more divisions do not help
@@ -380,7 +380,7 @@ def _divided(scene: SceneModel, result: ContactResult, target: Target, again: bo
         if accuracy is None or (response is not None and SAFETY * contact.error_estimate.worst <= accuracy):
             continue
         both = (interface.slave, interface.master)
-        own = contact.facet_numbers[marked_facets(contact, accuracy / SAFETY)]
+        own = contact._facet_numbers[marked_facets(contact, accuracy / SAFETY)]
         for body, name, facets in zip(both, interface.surfaces, (own, facets_opposite(interface, own)), strict=True):
             of_body = marks.setdefault(number[id(body)], {})
             of_body[name] = np.union1d(of_body.get(name, facets), facets)

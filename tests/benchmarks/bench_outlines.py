@@ -69,15 +69,15 @@ def true_area(contact, exact):
 def row(name, size, result, exact, true=None):
     contact = result.contacts[0]
     true, mortar = true or true_area(contact, exact), contact.coupling == "mortar"
-    before = 0.0 if contact.readings is None else float(contact.readings.in_contact.sum())
+    before = 0.0 if contact._readings is None else float(contact._readings.in_contact.sum())
     x, nodal, areas = contact.sampled(contact.pressure, 12)
     _, recovered, _ = contact.recovered.sampled(12)
-    samples = facet_samples(contact.nodes, contact.facets, mortar, contact.extent, 12)
-    squares = (contact.at_nodes @ contact.pressure)[contact.facets] ** 2
+    samples = facet_samples(contact.nodes, contact.facets, mortar, contact._extent, 12)
+    squares = (contact._at_nodes @ contact.pressure)[contact.facets] ** 2
     root = np.sqrt(np.maximum(np.einsum("fqa,fa->fq", hats(contact.facets, samples.local, mortar), squares), 0.0))
     known = exact(x)
     errors = [np.sqrt(areas @ (p - known) ** 2 / (areas @ known**2)) for p in (nodal, root.ravel(), recovered)]
-    offs = [a / true - 1 for a in (contact.point_area, before, contact.whole.area)]
+    offs = [a / true - 1 for a in (contact.point_area, before, contact._whole.area)]
     print(name, size, *offs, *errors, flush=True)
     return (
         f"| {name} | {size} | "

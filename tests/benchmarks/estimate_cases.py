@@ -286,6 +286,6 @@ def of_pressure(
     known = exact(x)
     scalars = {
         "peak": (contact.max_pressure / known.max(), told.peak),
-        "area": (contact.whole.area / areas[known > 0].sum(), told.area),
+        "area": (contact._whole.area / areas[known > 0].sum(), told.area),
     }
     return found | {n: (abs(r - 1), e) for n, (r, e) in scalars.items() if np.isfinite(e)}

@@ -106,7 +106,7 @@ def truth(name: str, kind: type = AxisymmetricBody, friction: float | None = Non
     if contact.friction is not None:
         sideways = (np.linalg.norm(contact.friction.forces, axis=1) / contact.weights)[order]
     return Truth(
-        abs(float(contact.whole.force[2])),
+        abs(float(contact._whole.force[2])),
         float(p.max()),
         float(edge),
         lambda x: np.sqrt(np.interp(x, at, squares, right=0.0)),
@@ -125,7 +125,7 @@ def judged(
     area = known.edge if plane else share * np.pi * known.edge**2
     scalars = {
         "peak": (abs(contact.max_pressure / known.peak - 1), told.peak),
-        "area": (abs(contact.whole.area / area - 1), told.area),
+        "area": (abs(contact._whole.area / area - 1), told.area),
     }
     found |= {figure: both for figure, both in scalars.items() if np.isfinite(both[1])}
     if told.traction is not None:
@@ -137,7 +137,7 @@ def judged(
     if estimate is not None:
         # a contact's own estimate is that at the force found
         found = {figure: (error, math.hypot(own, estimate)) for figure, (error, own) in found.items()}
-        force = abs(float(contact.whole.force[2])) / share
+        force = abs(float(contact._whole.force[2])) / share
         error = force / known.force - 1 if compared == "force" else SCENES[name].motion / moved - 1
         found[compared] = abs(error), estimate
     return Judged(result.n_dofs, found)
@@ -300,7 +300,7 @@ def in_a_scene(n: int, compared: str) -> Judged:
     found = {
         "mean": (float(np.linalg.norm(contact.pressure - known) / np.linalg.norm(known)), told.pressure),
         "peak": (abs(contact.max_pressure / exact.p0 - 1), told.peak),
-        "area": (abs(contact.whole.area / math.pi - 1), told.area),
+        "area": (abs(contact._whole.area / math.pi - 1), told.area),
         "force": (abs(contact.total_force / exact.force - 1), result.response_error.force),
         "approach": (abs(exact.approach / moved - 1), result.response_error.approach),
     }
@@ -321,7 +321,7 @@ def on_foundation(first: float, element: str, compared: str) -> Judged:
     estimate = getattr(result.response_error, compared)
     if estimate is not None:
         moved = abs(result.rigid_motion(rigid).translation[2])
-        error = 4 * abs(contact.whole.force[2]) / force - 1 if compared == "force" else depth / moved - 1
+        error = 4 * abs(contact._whole.force[2]) / force - 1 if compared == "force" else depth / moved - 1
         found[compared] = abs(error), estimate
     return Judged(0, found)
 

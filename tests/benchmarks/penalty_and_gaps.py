@@ -35,7 +35,7 @@ def pressed_ball(level: int) -> fc.ContactResult:
 def node_stiffness(result: fc.ContactResult) -> NDArray[np.float64]:
     """Stiffness of the bodies at a contact node, their mean spread over the nodes by their areas."""
     contact = result.contacts[0]
-    areas = contact.weights[contact.candidates]
+    areas = contact.weights[contact._candidates]
     return areas / areas.mean() / result.problem.S.diagonal().mean()
 
 
@@ -130,7 +130,7 @@ def draw_pressures(axes: Any, result: fc.ContactResult, k0: NDArray[np.float64])
         "16 increments": gap_elements(problem, 1e-4 * k0, HARD * k0, 16).forces,
         "64 increments": gap_elements(problem, 1e-4 * k0, HARD * k0, 64).forces,
     }
-    chosen = contact.candidates
+    chosen = contact._candidates
     r = np.hypot(*contact.points[chosen, :2].T) / HERTZ.a
     order = np.argsort(r)
     for (name, forces), style in zip(found.items(), ("k.-", "C0.", "C2.", "C1x", "C3x"), strict=True):

@@ -11,6 +11,8 @@ import pytest
 
 import fecontact
 from fecontact.app.cli import main
+from fecontact.common.renamed import FormerNames
+from fecontact.results.contact_fields import ContactFields
 
 HEAVY = ("numpy", "scipy", "skfem", "meshio", "matplotlib", "gmsh", "pyvista", "qpsolvers", "pypardiso")
 
@@ -90,3 +92,31 @@ def test_rooms_are_attributes_and_others_are_not() -> None:
         fecontact.Skene  # noqa: B018
     with pytest.raises(ImportError, match="Skene"):
         from fecontact import Skene  # noqa: F401
+
+
+#: What a class shows its users; what only the package uses begins with an underscore.
+SHOWN = {
+    "ContactFields": """
+        slave master bodies surfaces label note coupling friction points normals weights forces pressure gap active
+        nodes facets loaded_facets directions region regions outline recovered stick stick_outline area point_area
+        stick_area slip_area mean_pressure max_pressure total_force centre_of_pressure force moment reference_point
+        error_estimate error_indicators split_by_plane sampled summary edge_area edge_mean_pressure
+    """,
+}
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_a_class_shows_what_users_handle(name: str) -> None:
+    kind = {"ContactFields": ContactFields}[name]
+    shown = {member for member in (*dir(kind), *kind.__annotations__) if not member.startswith("_")}
+    assert shown == set(SHOWN[name].split())
+
+
+def test_a_member_that_has_become_private_is_found_under_its_former_name_and_warns() -> None:
+    class Ball(FormerNames):
+        _depth = 2.0
+
+    with pytest.warns(DeprecationWarning, match="used by the package alone"):
+        assert Ball().depth == 2.0
+    with pytest.raises(AttributeError, match="no attribute 'width'"):
+        Ball().width  # noqa: B018

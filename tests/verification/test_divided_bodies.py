@@ -224,7 +224,7 @@ def test_a_divided_block_on_a_flat_is_exact(kind, make, row):
         assert contact.coupling == "nodal"
         # shown at all nodes of the faces, hanging ones too
         assert len(contact.nodes) > len(contact.points)
-        error = max(np.abs(contact.at_nodes @ contact.pressure - 1).max(), worst(result, [body]))
+        error = max(np.abs(contact._at_nodes @ contact.pressure - 1).max(), worst(result, [body]))
         row(case, "largest pressure or stress error", 0.0, error, PATCH, result.n_dofs)
         assert abs(contact.area - np.prod(np.ptp(mesh.points[:, :2], axis=0))) < PATCH
         assert np.abs(contact.gap).max() < PATCH
@@ -262,7 +262,7 @@ def test_uniform_pressure_passes_divided_faces(kind, pair, coupling, row):
     result = scene.solve(pressures={(up, "top"): 1.0}, finite_motion=False)
     contact = result.contacts[0]
     case = f"{pair}, {kind}, {contact.coupling}"
-    error = max(np.abs(contact.at_nodes @ contact.pressure - 1).max(), worst(result, [up, low]))
+    error = max(np.abs(contact._at_nodes @ contact.pressure - 1).max(), worst(result, [up, low]))
     row(case, "largest pressure or stress error", 0.0, error, PATCH)
     assert abs(contact.area - 8) < PATCH
     assert result.residuals().equilibrium < 1e-12
@@ -286,7 +286,7 @@ def test_bending_passes_divided_faces(kind, pair, coupling, row):
     scene = fc.Scene([up, low], [fc.Contact(up, low, swap="never", coupling=coupling)])
     result = scene.solve(motions={up: {"z": -4e-2, "ry": 1.5e-2}}, finite_motion=False)
     contact = result.contacts[0]
-    error = np.abs(contact.at_nodes @ contact.pressure - (4e-2 + 1.5e-2 * (contact.nodes[:, 0] - 2)) / 4).max()
+    error = np.abs(contact._at_nodes @ contact.pressure - (4e-2 + 1.5e-2 * (contact.nodes[:, 0] - 2)) / 4).max()
     case = f"bending, {pair}, {kind}, {contact.coupling}"
     row(case, "largest pressure error / mean", 0.0, error / 1e-2, PATCH)
     row(case, "bending moment", 1.5e-2 / 4 * 2 * 4**3 / 12, abs(result.reaction(low)[4]), PATCH)
@@ -351,7 +351,7 @@ def test_uniform_pressure_passes_divided_faces_of_every_kind(kind, width, row):
         scene = fc.Scene([slave, master], [fc.Contact(slave, master, swap="never", coupling=coupling)])
         result = scene.solve(pressures={(body, "x_min"): 1.0}, finite_motion=False)
         contact = result.contacts[0]
-        error = np.abs(contact.at_nodes @ contact.pressure - 1).max()
+        error = np.abs(contact._at_nodes @ contact.pressure - 1).max()
         case = f"divided {kind} of {width} nodes, {slave.name} on {'a flat' if master is plane else master.name}"
         row(case, "largest pressure error", 0.0, error, PATCH)
         assert abs(contact.area - 3 * height) < PATCH

@@ -53,7 +53,7 @@ def test_a_block_divided_below_a_ball(kind, nu, row):
     for name, mesh in zip(("divided", "small", "large"), meshes, strict=True):
         result, ball = pressed(mesh, nu)
         contact, approach = result.contacts[0], result.rigid_motion(ball).translation[2]
-        found[name] = (contact.nodes, contact.at_nodes @ contact.pressure, approach, result.n_dofs)
+        found[name] = (contact.nodes, contact._at_nodes @ contact.pressure, approach, result.n_dofs)
         assert result.residuals().penetration < 1e-10
     points, small, approach, n = found["small"]
 

@@ -45,9 +45,9 @@ def test_two_condyles_share_the_load_by_statics(row):
     contact = result.contacts[0]
     pushed = contact.forces[:, None] * contact.normals  # on the flat
     share, centre = [], []
-    for side in (contact.centres[:, 0] < 0, contact.centres[:, 0] > 0):
+    for side in (contact._centres[:, 0] < 0, contact._centres[:, 0] > 0):
         force = pushed[side].sum(axis=0)
-        moment_y = np.cross(contact.centres[side], pushed[side]).sum(axis=0)[1]
+        moment_y = np.cross(contact._centres[side], pushed[side]).sum(axis=0)[1]
         share.append(-force[2] / load)
         centre.append(-moment_y / force[2])  # where the resultant crosses the plane of the pole line, z = 0
     statics = (centre[1] - xp) / (centre[1] - centre[0])

@@ -211,7 +211,7 @@ def test_ball_at_rest_on_a_plate(row):
     plate = fc.ElasticBody(block, STEEL, contact="top", supports={"bottom": "xyz"}, name="plate")
     result = fc.Scene([ball, plate], [fc.Contact(ball, plate)]).solve(forces={ball: (0, 0, -FORCE)})
     contact = result.contacts[0]
-    row("16 ball at rest on a plate", "force carried", FORCE, contact.whole.force[2], SAME, result.n_dofs)
+    row("16 ball at rest on a plate", "force carried", FORCE, contact._whole.force[2], SAME, result.n_dofs)
     assert np.abs(contact.centre_of_pressure[:2]).max() < 1e-6 * RADIUS
     motion = result.rigid_motion(ball)
     # sliding costs nothing and is left alone; the plate's flat facets must not make up a slope to slide on

@@ -24,7 +24,7 @@ from fecontact.common.arrays import Array, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.units import Units
-from fecontact.results.contact_fields import ContactFields
+from fecontact.results.contact_fields import ContactFields, facets_of_points
 from fecontact.results.files import save_csv
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.solvers.coulomb import friction_limit, sticks
@@ -173,17 +173,15 @@ def _on_faces(
     shown, local = np.unique(surface.facets[covered], return_inverse=True)
     means, n, reference = part.means[facing], part.projection.normals, slave.reference_point
     at_nodes = sp.csr_matrix((np.ones(len(facing)), (facing, np.arange(len(facing)))), (len(weights), len(facing)))
-    facet = np.repeat(np.arange(len(surface.facets)), surface.facets.shape[1])
-    around = sp.csr_matrix((np.ones(facet.size), (surface.facets.ravel(), facet)), (len(weights), len(surface.facets)))
     forces, weights = forces[facing], weights[facing]
     return ContactFields(
         slave=slave, master=master, surfaces=(slave.contact[0], master.contact[0]),
-        points=surface.points[facing], normals=means @ n, centres=means @ x,
-        couples=means @ np.cross(x - reference, n), weights=weights, forces=forces, gap=part.gap[facing],
-        candidates=np.arange(len(facing)), nodes=surface.points[shown], node_numbers=shown, at_nodes=at_nodes[shown],
-        facets=local.reshape(-1, surface.facets.shape[1]), facet_numbers=covered,
-        sharing=sp.csr_matrix(at_nodes.T @ around), reference_point=reference,
-        displacements=(np.zeros(slave.n_dofs), np.zeros(master.n_dofs)), coupling="mortar", note="",
+        points=surface.points[facing], normals=means @ n, weights=weights, forces=forces, gap=part.gap[facing],
+        reference_point=reference, coupling="mortar", note="", _centres=means @ x,
+        _couples=means @ np.cross(x - reference, n), _candidates=np.arange(len(facing)), nodes=surface.points[shown],
+        _node_numbers=shown, _at_nodes=at_nodes[shown], facets=local.reshape(-1, surface.facets.shape[1]),
+        _facet_numbers=covered, _sharing=facets_of_points(at_nodes, surface.facets), _surface=surface,
+        _displacements=(np.zeros(slave.n_dofs), np.zeros(master.n_dofs)),
         friction=_friction(mu, forces, weights, tangential[facing], slip[facing]),
     )  # fmt: skip
 

@@ -137,7 +137,7 @@ def _row(result: ContactResult, accuracy: float, cpu: float, wall: float) -> dic
         "estimate": max((c.error_estimate.pressure for c in contacts if c.active.any()), default=0.0),
         "pressure L2": None,
         "largest": max(c.max_pressure for c in contacts),
-        "area": float(sum(c.whole.area for c in contacts)),
+        "area": float(sum(c._whole.area for c in contacts)),
         "CPU s": cpu,
         "wall s": wall,
     }

@@ -345,7 +345,7 @@ def _block(setting: Setting) -> Study:
     figures = {
         "friction under the pull": Figure(-float(last.force[0]), pull),
         f"slip in {STEPS:,} steps of this load": Figure(float(np.abs(last.moved - first.moved).max()), 0.0),
-        "share of the area that sticks": Figure(stuck.stick_area / stuck.whole.area),
+        "share of the area that sticks": Figure(stuck.stick_area / stuck._whole.area),
         "friction when all slides": Figure(abs(float(dragged.forces[-1, 0, 0])), limit),
         "work of friction of a slide": Figure(float(dragged.friction_work[-1, 0]), limit * slid),
         "least work of a step": Figure(min(float(dragged.friction_work.min()), 0.0), 0.0),

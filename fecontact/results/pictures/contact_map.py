@@ -103,7 +103,7 @@ def draw_friction(axes: Any, contact: ContactFields, units: Units) -> None:
     """Draw sizes and directions of tractions of friction."""
     friction = contact.friction
     assert friction is not None
-    if contact.is_curve:
+    if contact._is_curve:
         draw_friction_curve(axes, contact, friction, units)
         return
     draw_field(axes, field_map(contact, "friction"), units)

@@ -125,7 +125,7 @@ def plot_contacts(
         For an unknown field, style or contact, gaps with sensels, or a pitch that is not positive.
     """
     _check_map(result, what, style, pitch, contacts, same_colours)
-    if style == "sensels" and any(c.is_curve for c in result.contacts):
+    if style == "sensels" and any(c._is_curve for c in result.contacts):
         raise InputError("A contact of sections is a curve, on which no film of sensels fits; leave style='smooth'.")
     shown = [result.contacts[k] for k in (range(len(result.contacts)) if contacts is None else contacts)]
     if axes is not None:
@@ -141,7 +141,7 @@ def plot_contacts(
             draw_friction(panel, contact, names)
         else:
             kept = field_map(contact, what)
-            if contact.is_curve:
+            if contact._is_curve:
                 draw_curve(panel, kept, names, top)
             elif style == "sensels":
                 draw_sensels(panel, contact, pitch, names, top)
@@ -179,7 +179,7 @@ def _check_map(
 
 
 def _title(contact: ContactFields, units: Units) -> str:
-    whole = contact.whole
+    whole = contact._whole
     if not contact.active.any():
         return f"{contact.label}\nno contact"
     return (
@@ -192,7 +192,7 @@ def _title(contact: ContactFields, units: Units) -> str:
 
 def _figure_size(contacts: Sequence[ContactFields], columns: int, rows: int) -> tuple[float, float]:
     """Size in inches for maps with colour bar and title, in the contacts' proportions, or for curves."""
-    if any(c.is_curve for c in contacts):
+    if any(c._is_curve for c in contacts):
         return 6.4 * columns, 4.6 * rows
     sides = [np.subtract(*reversed(map_window(c, map_of(c)))) for c in contacts]
     tallest = max(float(height / width) if width > 0 else 1.0 for width, height in sides)

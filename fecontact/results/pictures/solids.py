@@ -261,7 +261,7 @@ def rigid_patches(result: ContactResult, scale: float) -> tuple[Array, IntArray]
     """
     points, quads, start = [np.zeros((0, 3))], [np.zeros((0, 4), np.int64)], 0
     for contact in result.contacts:
-        if contact.master.is_rigid and not contact.is_curve:
+        if contact.master.is_rigid and not contact._is_curve:
             motion = result.state.motions[result.scene.bodies.index(contact.master)]
             x, q = _patch(contact, contact.master)
             begin = result.given(contact.master).pose.to_world(contact.master.pose.to_body(x))

@@ -36,7 +36,7 @@ def test_pressure_is_force_per_present_area_and_cauchys():
     assert wide > 1.1  # so that present and initial areas differ by a fifth
     assert np.abs(contact.pressure + cauchy).max() < 1e-9  # Newton's tolerance
     assert abs(contact.point_area - wide**2) < 1e-9
-    assert abs(contact.whole.area - wide**2) < 1e-9
+    assert abs(contact._whole.area - wide**2) < 1e-9
     assert np.abs(contact.force - [0.0, 0.0, -cauchy * wide**2]).max() < 1e-9
     assert np.abs(contact.centre_of_pressure - [wide / 2, wide / 2, 1 - stretch]).max() < 1e-9
     assert contact.regions[0].max_pressure == contact.max_pressure
@@ -88,7 +88,7 @@ def test_outline_map_and_table_of_a_ball_in_a_block(tmp_path):
         * 2.0
         * (circle.points[:, 2].mean() - circle.points[:, 2].min() + 2.0 - np.sqrt(4 - radius.mean() ** 2))
     )
-    assert abs(contact.whole.area / cap - 1) < 0.05
+    assert abs(contact._whole.area / cap - 1) < 0.05
     state.plot(path=tmp_path / "map.png")
     assert (tmp_path / "map.png").stat().st_size > 0
     with state.save(tmp_path / "points.csv").open(newline="") as file:

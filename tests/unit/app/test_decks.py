@@ -98,7 +98,7 @@ def deck(tmp_path):
 
 def force(result):
     """Force on the upper body, whichever the deck names first."""
-    whole, (first, _) = result.contacts[0].whole, result.contacts[0].bodies
+    whole, (first, _) = result.contacts[0]._whole, result.contacts[0].bodies
     return whole.force if first.name != "Lower" else -whole.force
 
 

@@ -42,22 +42,22 @@ def test_the_area_is_that_of_the_overlap(overlap, coupling, cells):
     contact = hanging(overlap, cells, coupling)
     assert contact.active.all()
     assert abs(contact.point_area / overlap - 1) < 1e-9
-    assert abs(contact.whole.area / overlap - 1) < 1e-12
-    assert abs(contact.whole.mean_pressure * overlap - 1) < 1e-9
+    assert abs(contact._whole.area / overlap - 1) < 1e-12
+    assert abs(contact._whole.mean_pressure * overlap - 1) < 1e-9
 
 
 @pytest.mark.parametrize("element", ["hex8", "hex27"])
 def test_the_area_for_other_elements(element):
-    assert abs(hanging(0.37, coupling="nodal", element=element).whole.area / 0.37 - 1) < 1e-12
+    assert abs(hanging(0.37, coupling="nodal", element=element)._whole.area / 0.37 - 1) < 1e-12
 
 
 @pytest.mark.parametrize("coupling", ["nodal", "mortar"])
 def test_the_rim_runs_through_faces_of_which_two_nodes_face_nothing(coupling):
     """Source: geometry; also where the pressure of the nodes past the rim is zero."""
     contact = hanging(0.63, (8, 4, 2), coupling, "hex8")
-    assert contact.readings.across >= FACES_ACROSS
-    assert abs(contact.whole.area / 0.63 - 1) < 1e-12
-    assert abs(hanging(0.37, (3, 3, 2), coupling, "hex8").whole.area / 0.37 - 1) < 1e-12
+    assert contact._readings.across >= FACES_ACROSS
+    assert abs(contact._whole.area / 0.63 - 1) < 1e-12
+    assert abs(hanging(0.37, (3, 3, 2), coupling, "hex8")._whole.area / 0.37 - 1) < 1e-12
 
 
 def test_the_corner_of_the_other_body_within_a_face():
@@ -67,7 +67,7 @@ def test_the_corner_of_the_other_body_within_a_face():
     scene = fc.Scene([lower, upper], [fc.Contact(upper, lower, coupling="mortar")])
     contact = scene.solve(motions={upper: {"z": -1e-3}}).contacts[0]
     assert contact.active.all()
-    assert abs(contact.whole.area / 0.63 - 1) < 1e-12
+    assert abs(contact._whole.area / 0.63 - 1) < 1e-12
 
 
 def test_triangles_at_the_rim_are_covered_in_part():
@@ -90,7 +90,7 @@ def test_sections_that_hang_over():
         scene = fc.Scene([lower, upper], [fc.Contact(upper, lower, coupling=coupling)])
         contact = scene.solve(forces={upper: (0, 0, -1)}).contacts[0]
         assert abs(contact.weights.sum() / (2 * 0.37) - 1) < 1e-9
-        assert abs(contact.whole.area / (2 * 0.37) - 1) < 1e-12
+        assert abs(contact._whole.area / (2 * 0.37) - 1) < 1e-12
 
 
 def test_faces_under_a_rigid_punch_are_covered_to_a_share_of_a_face():
@@ -151,7 +151,7 @@ def test_a_face_larger_than_the_body_below_it_is_coupled_by_mortar():
     upper = solid("upper", "bottom", "top", (1, 1, 1), "hex8")
     contact = fc.Scene([lower, upper], [fc.Contact(upper, lower)]).solve(forces={upper: (0, 0, -1)}).contacts[0]
     assert contact.coupling == "mortar"
-    assert abs(contact.whole.area / 0.09 - 1) < 1e-9
+    assert abs(contact._whole.area / 0.09 - 1) < 1e-9
 
 
 def test_whole_surfaces_have_no_rim_and_their_own_weights():

@@ -119,7 +119,7 @@ def test_partly_covered_punch_carries_no_pressure_beyond_the_edge():
         result = fc.Scene([lower, upper], [fc.Contact(*pair)]).solve(motions={upper: {"z": -0.01}})
         contact = result.contacts[0]
         assert contact.coupling == "mortar"
-        pushed = contact.centres[contact.active]
+        pushed = contact._centres[contact.active]
         assert pushed.min(axis=0)[:2].min() > -1e-12
         assert pushed.max(axis=0)[:2].max() < 1 + 1e-12
         # the resultant is on the middle of the block to its share of the off-centre lower one
@@ -250,7 +250,7 @@ def test_forces_and_moments_are_continuous_as_a_rim_moves_over_the_faces(mu, shi
         up = fc.ElasticBody(mesh, SOLID, "bottom", {"top": "xyz"}, name="up").placed((shift, 0.0, 1.0))
         result = fc.Scene([low, up], [fc.Contact(up, low, friction=mu)]).solve(motions={up: {"z": -0.02, "x": 0.004}})
         (contact,) = result.contacts
-        place = contact.forces @ contact.centres[:, 0] / contact.total_force
+        place = contact.forces @ contact._centres[:, 0] / contact.total_force
         sideways = 0.0
         if mu:
             sideways = contact.friction.forces[:, 0].sum()

@@ -136,7 +136,7 @@ def test_bodies_that_overlap_carry_force_or_warn(door: str, depth: float) -> Non
     if not result.contacts[0].total_force:
         assert "overlap" in result.message
         # between the depth itself and that along a cone's flank
-        assert 0.85 * depth < result.contacts[0].between_nodes.overlap.depth < 1.001 * depth
+        assert 0.85 * depth < result.contacts[0]._between_nodes.overlap.depth < 1.001 * depth
 
 
 @pytest.mark.parametrize("door", DOORS)
@@ -149,7 +149,7 @@ def test_bodies_a_hair_apart_are_not_warned_of(door: str) -> None:
 
 def test_figures_of_the_warning_are_those_of_hertz() -> None:
     """R 2, depth 1e-4: force 4/3 E* sqrt(R) d^1.5; the cap's area 2 pi R d (Johnson 1985, section 4.2)."""
-    found = ball_on(block(), 1e-4).contacts[0].between_nodes.overlap
+    found = ball_on(block(), 1e-4).contacts[0]._between_nodes.overlap
     assert abs(found.force / (4 / 3 * MODULUS * 2.0**0.5 * 1e-4**1.5) - 0.94) < 0.02  # 0.94 by its formula
     assert abs(found.width / (2 * np.pi * 2.0 * 1e-4) ** 0.5 - 1) < 0.02
     assert np.abs(found.points[0] - [0.27, 0.31, 1.0]).max() < 1e-6
@@ -170,7 +170,7 @@ def test_force_by_divided_meshes_is_continuous_in_the_depth() -> None:
     for depth in np.array([1e-3, 1.1e-3, 2e-3]):
         result = ball_on(block(n=4), depth, accuracy=0.2, max_dofs=2500)
         hertz = 4 / 3 * MODULUS * 2.0**0.5 * depth**1.5
-        assert result.contacts[0].between_nodes.overlap is None
+        assert result.contacts[0]._between_nodes.overlap is None
         assert abs(result.contacts[0].total_force / hertz - 1) < 0.25
 
 
@@ -212,19 +212,19 @@ def wavy(amplitude: float) -> ContactResult:
 def test_a_wave_with_a_crest_at_every_node_is_seen() -> None:
     """Its pressure by Westergaard, pi E* A / lambda (Johnson 1985, section 13.2), over the root mean square found."""
     contact = wavy(1e-4).contacts[0]
-    found = float(np.sqrt(np.mean(contact.between_nodes.unseen**2)))
+    found = float(np.sqrt(np.mean(contact._between_nodes.unseen**2)))
     assert abs(found / (np.pi * MODULUS * 1e-4 * 6 / 2**0.5) - 1) < 0.15  # by 16 samples of a face
-    assert contact.error_estimate.pressure > contact.unseen > 0.1
+    assert contact.error_estimate.pressure > contact._unseen > 0.1
     (text,) = wavy(1e-4).warnings
     assert "the shape of 'rigid' varies between the nodes" in text
 
 
 def test_a_flat_shape_and_a_round_one_hide_nothing() -> None:
-    assert wavy(0.0).contacts[0].unseen < 1e-9
+    assert wavy(0.0).contacts[0]._unseen < 1e-9
     assert not wavy(0.0).warnings
     ball = pressed(block(n=6), rigid(fc.Sphere(1.0), (0.5, 0.5, 1.0)), 0.05).contacts[0]
     assert ball.active.sum() > 3
-    assert ball.unseen < 0.03
+    assert ball._unseen < 0.03
 
 
 def test_a_bump_between_the_nodes_is_divided_for() -> None:

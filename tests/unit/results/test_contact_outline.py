@@ -57,11 +57,11 @@ def exact(points: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(("element", "area", "off"), [("hex20", 0.02, 0.01), ("hex8", 0.05, 0.03)])
 def test_circle_of_hertz(element, area, off):
     contact = quarter(element, 0.125).contacts[0]
-    assert abs(contact.whole.area / (math.pi * CONTACT**2 / 4) - 1) < area
+    assert abs(contact._whole.area / (math.pi * CONTACT**2 / 4) - 1) < area
     assert abs(radii(contact) / CONTACT - 1).max() < off
     (curve,) = contact.outline.curves
     # the curve, seen along the axis, and the facets have one area but for the smoothing
-    assert abs(curve.area / contact.whole.area - 1) < 2e-3
+    assert abs(curve.area / contact._whole.area - 1) < 2e-3
     points, nodal, areas = contact.sampled(contact.pressure, 8)
     error, own = (np.sqrt(areas @ (p - exact(points)) ** 2) for p in (contact.recovered.sampled(8)[1], nodal))
     assert error < 0.6 * own  # found: 0.3 and 0.5 times
@@ -69,8 +69,8 @@ def test_circle_of_hertz(element, area, off):
 
 def test_divided_mesh_has_one_closed_curve():
     contact = quarter("hex8", 0.25, accuracy=0.05).contacts[0]
-    assert contact.surface.hanging is not None
-    assert abs(contact.whole.area / (math.pi * CONTACT**2 / 4) - 1) < 5e-3
+    assert contact._surface.hanging is not None
+    assert abs(contact._whole.area / (math.pi * CONTACT**2 / 4) - 1) < 5e-3
     assert abs(radii(contact) / CONTACT - 1).max() < 5e-3
 
 
@@ -90,14 +90,14 @@ def test_ring_has_a_hole():
     assert outer.area > 0 > hole.area
     assert outer.is_edge.all()
     assert hole.is_edge.all()
-    assert abs((outer.area + hole.area) / contact.whole.area - 1) < 5e-3
+    assert abs((outer.area + hole.area) / contact._whole.area - 1) < 5e-3
     for curve in (outer, hole):
         radius = np.linalg.norm(curve.points[:, :2], axis=1)
         assert np.ptp(radius) < 0.02 * radius.mean()  # a sixth of a face
     # against itself on the same mesh turned by 45 degrees below the torus
     turned = body.placed(rotation=fc.rotation_about((0, 0, 1), np.pi / 4))
     other = fc.Scene([turned, torus], [fc.Contact(turned, torus)]).solve(motions={torus: {"z": -0.05}}).contacts[0]
-    assert abs(other.whole.area / contact.whole.area - 1) < 0.01
+    assert abs(other._whole.area / contact._whole.area - 1) < 0.01
 
 
 def punched(swap: str) -> fc.ContactResult:
@@ -116,7 +116,7 @@ def test_sharp_punch_has_its_own_outline(swap):
     contact = punched(swap).contacts[0]
     (curve,) = contact.outline.curves
     assert not curve.is_edge.any()
-    assert abs(contact.whole.area / 1.7**2 - 1) < 1e-5  # halvings of a face to 1e-6
+    assert abs(contact._whole.area / 1.7**2 - 1) < 1e-5  # halvings of a face to 1e-6
     assert abs(np.abs(curve.points[:, :2]).max(axis=1) - 0.85).max() < 1e-5
 
 
@@ -131,7 +131,7 @@ def test_section_against_hertz():
     result = fc.Scene([body, rigid], [fc.Contact(body, rigid)]).solve(forces={rigid: (0, 0, force / 2)})
     exact = hertz.line((RADIUS, math.inf), (None, SOFT), force=force).a
     assert abs(exact / CONTACT - 1) < 1e-12
-    assert abs(result.contacts[0].whole.area / exact - 1) < 0.01
+    assert abs(result.contacts[0]._whole.area / exact - 1) < 0.01
     assert result.contacts[0].outline.curves == ()
 
 
@@ -141,7 +141,7 @@ def test_foundation_ends_where_the_ball_leaves_its_plane():
     layer = fc.ElasticLayer(SOFT, thickness=0.1, surface=(plate, "top"), law="bonded")
     ball = fc.RigidBody(Paraboloid(RADIUS))
     result = fc.Scene([layer, ball], [fc.Contact(layer, ball)]).solve(motions={ball: {"z": -0.0125}})
-    assert abs(result.contacts[0].whole.area / (math.pi * 0.25) - 1) < 5e-3
+    assert abs(result.contacts[0]._whole.area / (math.pi * 0.25) - 1) < 5e-3
 
 
 def test_thin_layer_is_read_like_springs():
@@ -151,7 +151,7 @@ def test_thin_layer_is_read_like_springs():
     body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.2), "top", held)
     ball = fc.RigidBody(Paraboloid(RADIUS)).placed((0, 0, 0.02))
     contact = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(motions={ball: {"z": -0.0125}}).contacts[0]
-    assert abs(contact.whole.area / (math.pi * 0.25 / 4) - 1) < 0.04
+    assert abs(contact._whole.area / (math.pi * 0.25 / 4) - 1) < 0.04
 
 
 def test_recovered_pressure_of_a_uniform_contact_is_its_own():
@@ -167,11 +167,11 @@ def test_recovered_pressure_of_a_uniform_contact_is_its_own():
 def test_pressure_of_few_faces_or_at_a_sharp_edge_is_kept():
     few = quarter("hex20", 0.25).contacts[0]
     assert few.error_estimate.faces_across < 4
-    assert np.array_equal(few.recovered.pressure, few.at_nodes @ few.pressure)
+    assert np.array_equal(few.recovered.pressure, few._at_nodes @ few.pressure)
     contact = punched("auto").contacts[0]
-    edge = contact.at_nodes @ contact.singular_edge.points > 0
+    edge = contact._at_nodes @ contact._singular_edge.points > 0
     assert edge.any()
-    assert np.array_equal(contact.recovered.pressure[edge], (contact.at_nodes @ contact.pressure)[edge])
+    assert np.array_equal(contact.recovered.pressure[edge], (contact._at_nodes @ contact.pressure)[edge])
 
 
 def test_smoothing_keeps_ends_and_mirror_images():
@@ -204,10 +204,10 @@ def test_no_edge_is_located_on_fewer_than_two_faces(force, across, located):
     ball = fc.RigidBody(fc.Sphere(1.0)).placed((0.02, 0.013, 0.0))
     (contact,) = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(forces={ball: (0, 0, -force)}).contacts
     assert abs(contact.error_estimate.faces_across - across) <= 0.1
-    assert abs(contact.whole.area / (contact.outline.area if located else contact.area) - 1) < 1e-12
+    assert abs(contact._whole.area / (contact.outline.area if located else contact.area) - 1) < 1e-12
     # a block of 20 x 20 faces, where both have seven or three faces across
     fine = {0.001: 0.0232, 0.01: 0.1088}[force]
-    assert abs(contact.whole.area / fine - 1) <= (0.01 if located else 0.3)
+    assert abs(contact._whole.area / fine - 1) <= (0.01 if located else 0.3)
     if not located:  # what the outline would have been: two thirds of it
         assert abs(contact.outline.area / fine - 1) > 0.3
 

@@ -148,7 +148,7 @@ def test_uniform_pressure_has_no_error():
     contact = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}}).contacts[0]
     assert contact.error_estimate.pressure < 1e-9
     assert contact.error_estimate.peak < 1e-9
-    assert abs(contact.whole.area - 1.0) < 1e-9
+    assert abs(contact._whole.area - 1.0) < 1e-9
     assert np.abs(contact.error_indicators).max() < 1e-9 * contact.max_pressure
 
 
@@ -164,8 +164,8 @@ def test_indicators_add_up_to_the_estimate_and_are_largest_at_the_edge():
     by_faces = np.sqrt(estimate.pressure**2 - estimate.geometry**2 - estimate.interior**2)
     assert abs(total / norm / by_faces - 1) < 0.01  # 24 and 6 samples a side
     worst = surface.facets[np.argmax(contact.error_indicators)]
-    active = contact.at_nodes @ contact.pressure > 0
-    pressed = np.isin(worst, contact.node_numbers[active])
+    active = contact._at_nodes @ contact.pressure > 0
+    pressed = np.isin(worst, contact._node_numbers[active])
     assert pressed.any()
     assert not pressed.all()
 
@@ -178,7 +178,7 @@ def test_without_contact_there_is_nothing_to_estimate():
     contact = result.contacts[0]
     assert np.isnan(contact.error_estimate.pressure)
     assert "nothing to estimate" in str(contact.error_estimate)
-    assert contact.whole.area == 0.0
+    assert contact._whole.area == 0.0
     assert not contact.error_indicators.any()
     assert json.loads(json.dumps(result.summary()))["contacts"][0]["error_estimate"]["pressure"] is None
 
@@ -254,17 +254,17 @@ def test_below_a_punch_whose_rim_lies_within_faces(n, element, friction):
     error = np.sqrt(areas[inside] @ (pressure[inside] - true) ** 2 / (areas[inside] @ true**2))
     assert 0.5 <= found.error_estimate.pressure / error <= 3
     assert found.error_estimate.area < 0.5
-    assert abs(found.readings.areas.sum() / found.whole.area - 1) < 0.35  # six samples along a face
+    assert abs(found._readings.areas.sum() / found._whole.area - 1) < 0.35  # six samples along a face
 
 
 def test_forces_at_a_rim_along_the_sides_of_faces_act_where_they_are():
     contact = under_a_punch(np.linspace(0, 0.5, 5), 0.25 + 1e-9)
-    assert contact.readings.rim.max() < 1e-12
+    assert contact._readings.rim.max() < 1e-12
     quarter = under_a_punch(np.linspace(0, 0.5, 5), 0.3)
-    assert quarter.readings.rim.sum() > 0.01
+    assert quarter._readings.rim.sum() > 0.01
     x = np.linspace(0, 1, 9)
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (x, x, 4)).translated((-0.5, -0.5, 0.0))
     body, punch = fc.ElasticBody(mesh, SOLID, "top", {"bottom": "xyz"}), fc.RigidBody(FlatPunch(sides=(0.6, 0.6)))
     punch = punch.placed((0, 0, 1.0))
     whole = fc.Scene([body, punch], [fc.Contact(body, punch)]).solve(motions={punch: {"z": -0.03}}).contacts[0]
-    assert abs(whole.readings.rim.sum() - quarter.readings.rim.sum()) < 1e-9
+    assert abs(whole._readings.rim.sum() - quarter._readings.rim.sum()) < 1e-9

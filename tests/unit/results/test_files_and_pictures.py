@@ -187,7 +187,7 @@ def test_an_unbounded_peak_does_not_take_the_scale():
     punch = fc.RigidBody(fc.surfaces.FlatPunch(1.0), name="punch")
     result = fc.Scene([plate, punch], [fc.Contact(plate, punch)]).solve(motions={punch: {"z": -0.01}})
     (contact,) = result.contacts
-    assert contact.singular_edge is not None
+    assert contact._singular_edge is not None
     axes, bar = result.plot("pressure").axes
     top = bar.get_ylim()[1]
     below = contact.weights[contact.pressure <= top].sum() - contact.weights[~contact.active].sum()

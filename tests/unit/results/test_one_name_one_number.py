@@ -75,7 +75,7 @@ def doors(path: LoadPath, folder: Path) -> Doors:
         yield "object", f"force_{axis}", float(force[k]), EXACT
     yield "parts", "area", sum(region.area for region in contact.regions), EXACT
     yield "parts", "force_z", sum(region.force[2] for region in contact.regions), EXACT
-    if not contact.is_curve:
+    if not contact._is_curve:
         sides = contact.split_by_plane((0.05, 0.0, 0.0), (1.0, 0.2, 0.0))
         yield "sides", "area", sum(side.area for side in sides), EXACT
         yield "sides", "force_z", sum(side.force[2] for side in sides), EXACT
@@ -259,8 +259,8 @@ def test_a_half_space_in_a_scene_is_the_one_alone() -> None:
     alone = half.press(surface, approach=0.05)
     bowl = fc.RigidBody(surface, name="bowl")
     (contact,) = fc.Scene([half, bowl], [fc.Contact(half, bowl)]).solve(motions={bowl: {"z": -0.05}}).contacts
-    assert abs(contact.whole.area / alone.figures["area"] - 1) < 1e-6
-    assert abs(contact.whole.mean_pressure / alone.figures["mean_pressure"] - 1) < 1e-6
+    assert abs(contact._whole.area / alone.figures["area"] - 1) < 1e-6
+    assert abs(contact._whole.mean_pressure / alone.figures["mean_pressure"] - 1) < 1e-6
     ours, theirs = contact.error_estimate, alone.error_estimate
     assert abs(ours.pressure / theirs.pressure - 1) < 0.3  # 2.3 % and 1.1 % before
     assert ours.faces_across == theirs.faces_across
@@ -302,9 +302,14 @@ def test_a_contact_s_force_is_on_the_body_named_first(swap: str) -> None:
         shift = result.solved(upper).pose.to_world(upper.reference_point) - contact.reference_point
         moment = held[3:] + np.cross(shift, held[:3])
         figures, scale = contact.summary(), np.abs(held).max()
-        for force in (contact.whole.force, path.forces[-1, 0], figures["force"], sum(r.force for r in contact.regions)):
+        for force in (
+            contact._whole.force,
+            path.forces[-1, 0],
+            figures["force"],
+            sum(r.force for r in contact.regions),
+        ):
             np.testing.assert_allclose(force, sign * held[:3], atol=1e-9 * scale)
-        np.testing.assert_allclose(contact.whole.moment, sign * moment, atol=1e-9 * scale)
+        np.testing.assert_allclose(contact._whole.moment, sign * moment, atol=1e-9 * scale)
         np.testing.assert_allclose(figures["friction"]["force"][0], sign * held[0], rtol=0.2)  # the rest leans
         np.testing.assert_allclose(path.table().column("force_x")[-1], sign * held[0], atol=1e-9 * scale)
         assert contact.label.startswith(first)
@@ -331,20 +336,20 @@ def test_a_force_through_three_points_has_an_area(n: int) -> None:
     contact = fc.Scene([body, plate], [fc.Contact(body, plate)]).solve(forces={plate: (0, 0, -10.0)}).contacts[0]
     assert contact.active.sum() == 3
     assert contact.outline.area * contact.max_pressure < 10.0  # what was printed before, as area 0 for the coarser
-    assert contact.whole.area * contact.max_pressure >= 10.0 * (1 - 1e-9)
-    assert abs(contact.whole.area * contact.whole.mean_pressure / 10.0 - 1) < 0.01  # forces lean on the facets
-    assert abs(sum(region.area for region in contact.regions) / contact.whole.area - 1) < EXACT
+    assert contact._whole.area * contact.max_pressure >= 10.0 * (1 - 1e-9)
+    assert abs(contact._whole.area * contact._whole.mean_pressure / 10.0 - 1) < 0.01  # forces lean on the facets
+    assert abs(sum(region.area for region in contact.regions) / contact._whole.area - 1) < EXACT
 
 
 def test_former_names_warn_and_give_what_they_did() -> None:
     contact = stacked("upper", 0.3)[0][-1].contacts[0]
     for owner, old, new in (
-        (contact, "edge_area", contact.whole.area),
-        (contact, "edge_mean_pressure", contact.whole.mean_pressure),
+        (contact, "edge_area", contact._whole.area),
+        (contact, "edge_mean_pressure", contact._whole.mean_pressure),
         (contact.friction, "dissipated", contact.friction.friction_work),
         (contact.friction, "stick_area", contact.friction.point_stick_area),
     ):
         with pytest.warns(DeprecationWarning, match=f"{old} is now"):
             assert getattr(owner, old) == new
     with pytest.warns(DeprecationWarning, match="'outline_area' is now 'area'"):
-        assert contact.summary()["outline_area"] == contact.whole.area
+        assert contact.summary()["outline_area"] == contact._whole.area

@@ -130,12 +130,12 @@ def test_a_ball_reaches_into_flat_faces_between_their_nodes():
     assert contact.active.all()
     inner = np.abs(contact.points[:, :2]).max(axis=1) < 0.4
     chord = 0.25**2 / 600
-    assert np.abs(contact.between_nodes.means[inner] + chord).max() < 0.08 * chord
+    assert np.abs(contact._between_nodes.means[inner] + chord).max() < 0.08 * chord
     smooth = fc.ElasticBody(
         fc.shapes.block((1.0, 1.0, 0.5), (4, 4, 2)).translated((-0.5, -0.5, -0.5)), SOFT, "top", {"bottom": "xyz"}
     )
     better = fc.Scene([smooth, ball], [fc.Contact(smooth, ball)]).solve(motions={ball: {"z": -0.02}})
-    assert np.abs(better.contacts[0].between_nodes.means).max() < 1e-3 * chord
+    assert np.abs(better.contacts[0]._between_nodes.means).max() < 1e-3 * chord
 
 
 def test_bulky_bodies_by_force_and_by_motion():

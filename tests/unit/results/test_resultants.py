@@ -88,7 +88,7 @@ def test_a_plane_anywhere_divides_a_uniform_pressure_by_its_area():
         # changes by up to 3 / 8 there, which a quarter of the sample's width may get wrongly
         assert abs(left.force[2] / 0.01 - x) <= 3 / 8 / 4 / 24
         assert abs(left.area - x) <= 3 / 8 / 4 / 24
-        assert abs(contact.shares(np.array([x, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]))[1].mean() - (1 - x)) <= 1e-12
+        assert abs(contact._shares(np.array([x, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]))[1].mean() - (1 - x)) <= 1e-12
         assert right.max_pressure == pytest.approx(0.01)
     # a corner cut off askew: the samples are squares parallel to the plane
     _, corner = contact.split_by_plane((0.4, 0.0, 0.0), (1.0, 1.0, 0.0))

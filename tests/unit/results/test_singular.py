@@ -124,7 +124,7 @@ def test_planes_of_symmetry_are_no_edges_of_a_quarter():
     upper = fc.ElasticBody(mesh, SOLID, "bottom", {"top": "xyz"} | sides, name="upper")
     scene = fc.Scene([upper, lower], [fc.Contact(upper, lower, swap="never")])
     contact = scene.solve(motions={upper: {"z": -0.01}}).contacts[0]
-    marked = contact.points[contact.singular_edge.points]
+    marked = contact.points[contact._singular_edge.points]
     assert len(marked) == 9
     assert (marked[:, :2].max(axis=1) > 0.5 - 1e-9).all()
 

@@ -73,15 +73,15 @@ def test_hanging_nodes_carry_no_force_and_follow(body, result):
     u = result.displacement(body)
     assert np.abs(u[ties.nodes] - ties.weights @ u).max() < 1e-15
     # their pressure is shown: that of the faces they follow
-    shown = contact.at_nodes @ contact.pressure
+    shown = contact._at_nodes @ contact.pressure
     pressure = np.zeros(len(body.mesh.points))
-    pressure[contact.node_numbers] = shown
-    on = np.isin(ties.nodes, contact.node_numbers)
+    pressure[contact._node_numbers] = shown
+    on = np.isin(ties.nodes, contact._node_numbers)
     assert np.abs(pressure[ties.nodes[on]]).max() > 0
     assert np.abs(pressure[ties.nodes] - ties.weights @ pressure)[on].max() < 1e-15
     # the points that are no candidates are checked where the body's displacement takes them
     assert result.residuals().penetration < 1e-10
-    assert len(contact.gap) > len(contact.candidates)
+    assert len(contact.gap) > len(contact._candidates)
     points = contact.points + u[result.interfaces[0].pairing.nodes]
     motion = result.rigid_motion(result.scene.bodies[1]).translation
     centre = np.array([0.05, 0.02, RADIUS]) + motion
@@ -168,11 +168,11 @@ def test_the_pose_does_not_matter(body, result):
 
 def test_all_is_searched_or_what_is_near(body, result):
     other, _ = pressed(body, search="global")
-    assert np.abs(other.contacts[0].at_nodes @ other.contacts[0].pressure).max() > 0
+    assert np.abs(other.contacts[0]._at_nodes @ other.contacts[0].pressure).max() > 0
     pressures = []
     for r in (result, other):
         p = np.zeros(len(body.mesh.points))
-        p[r.contacts[0].node_numbers] = r.contacts[0].at_nodes @ r.contacts[0].pressure
+        p[r.contacts[0]._node_numbers] = r.contacts[0]._at_nodes @ r.contacts[0].pressure
         pressures.append(p)
     assert np.abs(pressures[0] - pressures[1]).max() < SAME
     two = fc.ElasticBody(block("hex20", (1.2,)), SOLID, "top", {"bottom": "xyz"}, name="other")
@@ -217,7 +217,7 @@ def test_files_and_pictures_show_all_nodes(body, result, tmp_path):
     assert len(file.points) == len(used)
     pressure = np.zeros(len(body.mesh.points))
     contact = result.contacts[0]
-    pressure[contact.node_numbers] = contact.at_nodes @ contact.pressure
+    pressure[contact._node_numbers] = contact._at_nodes @ contact.pressure
     assert np.abs(file.point_data["contact_pressure"] - pressure[used]).max() < 1e-15
     hanging = np.isin(used, body.mesh.hanging.nodes)
     assert np.abs(file.point_data["contact_pressure"][hanging]).max() > 0

@@ -65,7 +65,7 @@ def test_two_balls_share_the_cells():
     scene = fc.Scene([half, one, two], [fc.Contact(one, half), fc.Contact(two, half)])
     result = scene.solve(forces={one: (0, 0, -100.0), two: (0, 0, -50.0)})
     assert result.residuals().worst < 1e-10
-    assert [round(float(c.whole.force[2]), 8) for c in result.contacts] == [100.0, 50.0]
+    assert [round(float(c._whole.force[2]), 8) for c in result.contacts] == [100.0, 50.0]
     assert abs(result.contacts[0].centre_of_pressure[0] + 0.7) < 0.002
 
 
@@ -140,7 +140,7 @@ def test_a_contact_on_cells_has_one_estimate_and_one_area(shape, load):
     figures = ("pressure", "peak", "area", "interior", "faces_across")
     # coarser grids are solved to 1e-3 of the same start
     assert [getattr(found, f) for f in figures] == pytest.approx([getattr(own, f) for f in figures], rel=1e-5)
-    assert result.contacts[0].whole.area == pytest.approx(alone.figures["area"], rel=1e-6)
+    assert result.contacts[0]._whole.area == pytest.approx(alone.figures["area"], rel=1e-6)
     assert (found.unbounded is None) == (own.unbounded is None)
     given = {"force": "approach", "approach": "force"}[load]
     # in a scene the bodies meet first at the middle of a cell, not at the tip between four

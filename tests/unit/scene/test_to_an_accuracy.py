@@ -230,7 +230,7 @@ def test_linear_cells_are_divided_below_the_contact_too():
         ours, theirs = marked_cells(contact, 0.05)
         assert (len(ours) > 0) == marked
         assert len(theirs) == 0
-        assert np.isin(ours, contact.energy_errors[0].cells).all()
+        assert np.isin(ours, contact._energy_errors[0].cells).all()
 
 
 # poses settle to 1e-4 of the elastic displacement, and the error is of the square; or linearised motions are bearable
