@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         WindowedBody,
         rotation_about,
     )
+    from fecontact.common.error_estimate import ErrorEstimate
     from fecontact.common.errors import (
         FecontactError,
         InputError,
@@ -60,8 +61,13 @@ if TYPE_CHECKING:
     from fecontact.mesh.section_mesh import SectionMesh
     from fecontact.mesh.surface_mesh import SurfaceMesh
     from fecontact.results.case_table import CaseTable
+    from fecontact.results.contact_fields import ContactFields
+    from fecontact.results.convergence import Convergence
+    from fecontact.results.friction_fields import FrictionFields
     from fecontact.results.result import ContactResult
-    from fecontact.results.resultants import DividingPlane
+    from fecontact.results.resultants import DividingPlane, Region
+    from fecontact.scene.cost import Explanation
+    from fecontact.scene.load_path import LoadPath
     from fecontact.scene.scene import Scene
     from fecontact.solvers import available_solvers
     from fecontact.surfaces.repair import repair_surface
@@ -74,12 +80,17 @@ __all__ = [
     "Body",
     "CaseTable",
     "Contact",
+    "ContactFields",
     "ContactResult",
+    "Convergence",
     "DividingPlane",
     "ElasticBody",
     "ElasticLayer",
+    "ErrorEstimate",
+    "Explanation",
     "FecontactError",
     "FrictionContact",
+    "FrictionFields",
     "FrictionPath",
     "GroodSuntay",
     "HalfSpace",
@@ -89,6 +100,7 @@ __all__ = [
     "Joint",
     "Layer",
     "LoadCurve",
+    "LoadPath",
     "LocalBody",
     "Material",
     "Mesh",
@@ -101,6 +113,7 @@ __all__ = [
     "PlaneBody",
     "Pose",
     "PressStep",
+    "Region",
     "RigidBody",
     "Scene",
     "SectionMesh",
@@ -132,65 +145,45 @@ __all__ = [
 
 __version__ = VERSION
 
-#: Module of each public name, imported on first use (PEP 562), so that numerical packages are not imported before.
-_PLACES = {
-    "AncfBody": "fecontact.ancf.bricks.body:AncfBody",
-    "AssembledBody": "fecontact.bodies:AssembledBody",
-    "AxisymmetricBody": "fecontact.bodies:AxisymmetricBody",
-    "Body": "fecontact.bodies:Body",
-    "CaseTable": "fecontact.results.case_table:CaseTable",
-    "Contact": "fecontact.contact.contact:Contact",
-    "ContactResult": "fecontact.results.result:ContactResult",
-    "DividingPlane": "fecontact.results.resultants:DividingPlane",
-    "ElasticBody": "fecontact.bodies:ElasticBody",
-    "ElasticLayer": "fecontact.bodies:ElasticLayer",
-    "FecontactError": "fecontact.common.errors:FecontactError",
-    "FrictionContact": "fecontact.halfspace:FrictionContact",
-    "FrictionPath": "fecontact.halfspace:FrictionPath",
-    "GroodSuntay": "fecontact.app.joint.knee_angles:GroodSuntay",
-    "HalfSpace": "fecontact.bodies:HalfSpace",
-    "HalfSpaceContact": "fecontact.halfspace:HalfSpaceContact",
-    "HolmesMow": "fecontact.fem.laws:HolmesMow",
-    "InputError": "fecontact.common.errors:InputError",
-    "Joint": "fecontact.app.joint.joint:Joint",
-    "Layer": "fecontact.halfspace:Layer",
-    "LoadCurve": "fecontact.halfspace:LoadCurve",
-    "LocalBody": "fecontact.bodies:LocalBody",
-    "WindowedBody": "fecontact.bodies:WindowedBody",
-    "Material": "fecontact.common.material:Material",
-    "Mesh": "fecontact.mesh.mesh:Mesh",
-    "MeshError": "fecontact.common.errors:MeshError",
-    "MissingPackageError": "fecontact.common.errors:MissingPackageError",
-    "MooneyRivlin": "fecontact.fem.laws:MooneyRivlin",
-    "NeoHookean": "fecontact.fem.laws:NeoHookean",
-    "Ogden": "fecontact.fem.laws:Ogden",
-    "Plane": "fecontact.bodies:Plane",
-    "PlaneBody": "fecontact.bodies:PlaneBody",
-    "Pose": "fecontact.bodies:Pose",
-    "PressStep": "fecontact.halfspace:PressStep",
-    "RigidBody": "fecontact.bodies:RigidBody",
-    "Scene": "fecontact.scene.scene:Scene",
-    "SectionMesh": "fecontact.mesh.section_mesh:SectionMesh",
-    "SolverError": "fecontact.common.errors:SolverError",
-    "SolverNotFoundError": "fecontact.common.errors:SolverNotFoundError",
-    "Sphere": "fecontact.bodies:Sphere",
-    "Spring": "fecontact.contact.springs:Spring",
-    "StVenantKirchhoff": "fecontact.fem.laws:StVenantKirchhoff",
-    "SupportError": "fecontact.common.errors:SupportError",
-    "SurfaceMesh": "fecontact.mesh.surface_mesh:SurfaceMesh",
-    "available_solvers": "fecontact.solvers:available_solvers",
-    "extrude": "fecontact.mesh.layer:extrude",
+#: Modules of the public names, imported on first use (PEP 562), so that numerical packages are not imported before.
+_MODULES = {
+    "ancf.bricks.body": "AncfBody",
+    "app.joint.joint": "Joint",
+    "app.joint.knee_angles": "GroodSuntay",
+    "app.joint.motion_file": "read_motion",
+    "app.scene_file.scene_file": "read_scene",
+    "bodies": "AssembledBody AxisymmetricBody Body ElasticBody ElasticLayer HalfSpace LocalBody Plane PlaneBody Pose "
+    "RigidBody Sphere WindowedBody rotation_about",
+    "common.error_estimate": "ErrorEstimate",
+    "common.errors": "FecontactError InputError MeshError MissingPackageError SolverError SolverNotFoundError "
+    "SupportError",
+    "common.material": "Material",
+    "contact.contact": "Contact",
+    "contact.springs": "Spring",
+    "fem.laws": "HolmesMow MooneyRivlin NeoHookean Ogden StVenantKirchhoff",
+    "halfspace": "FrictionContact FrictionPath HalfSpaceContact Layer LoadCurve PressStep",
+    "mesh.layer": "extrude",
+    "mesh.mesh": "Mesh merge",
+    "mesh.read": "read_mesh read_section read_surface",
+    "mesh.section_mesh": "SectionMesh",
+    "mesh.surface_mesh": "SurfaceMesh",
+    "results.case_table": "CaseTable",
+    "results.contact_fields": "ContactFields",
+    "results.convergence": "Convergence",
+    "results.friction_fields": "FrictionFields",
+    "results.result": "ContactResult",
+    "results.resultants": "DividingPlane Region",
+    "scene.cost": "Explanation",
+    "scene.load_path": "LoadPath",
+    "scene.scene": "Scene",
+    "solvers": "available_solvers",
+    "surfaces.repair": "repair_surface",
+    "surfaces.solid": "mesh_solid",
+}
+#: Place of each public name; some are modules.
+_PLACES = {name: f"fecontact.{module}:{name}" for module, names in _MODULES.items() for name in names.split()} | {
     "hertz": "fecontact.analytic.hertz",
-    "merge": "fecontact.mesh.mesh:merge",
-    "mesh_solid": "fecontact.surfaces.solid:mesh_solid",
     "pick": "fecontact.mesh.pick",
-    "read_mesh": "fecontact.mesh.read:read_mesh",
-    "read_motion": "fecontact.app.joint.motion_file:read_motion",
-    "read_scene": "fecontact.app.scene_file.scene_file:read_scene",
-    "read_section": "fecontact.mesh.read:read_section",
-    "read_surface": "fecontact.mesh.read:read_surface",
-    "repair_surface": "fecontact.surfaces.repair:repair_surface",
-    "rotation_about": "fecontact.bodies:rotation_about",
     "sections": "fecontact.mesh.section_shapes",
     "shapes": "fecontact.mesh.shapes",
     "surfaces": "fecontact.surfaces",
