@@ -222,11 +222,6 @@ class Body:
         """Whether the compliance of many rows is an operator, never a matrix."""
         return False
 
-    @property
-    def is_placed(self) -> bool:
-        """Whether its contact surface is known before a scene is solved; False: see `scene.windows`."""
-        return True
-
     def met_by(self, partner: Body) -> Self:
         """The body as it meets a partner in a contact; itself unless its surface follows the partner's."""
         return self

@@ -32,12 +32,27 @@ class Dimension:
     ----------
     name : str
         'space', 'plane', 'axis', or 'twist': axis with torsion.
+    kind, article : str
+        The kind of its bodies in words, and with its article.
     motions : tuple of int
         Rigid components that a body has there.
+    revolved : bool
+        Whether bodies are of revolution.
+    turning : tuple of int
+        Axes about which a force at a point turns a body; none of revolution, whose forces are on the axis.
+    where, ways, turns : str
+        The plane or axis in words, and how a body can be translated and turned there.
     """
 
     name: str
+    kind: str
+    article: str
     motions: tuple[int, ...]
+    revolved: bool = True
+    turning: tuple[int, ...] = ()
+    where: str = "axis"
+    ways: str = "along z"
+    turns: str = "half round about x"
 
     def check_pose(self, body: Body) -> None:
         """Refuse a section off the plane or the axis; rigid bodies are checked by their surfaces."""
@@ -52,31 +67,6 @@ class Dimension:
         mirrored = self.revolved and Q[0, 0] < 1 - ROUNDING
         if abs(Q[axis, axis]) < 1 - ROUNDING or mirrored:
             raise InputError(f"{body.name!r} has been turned out of the {self.where}; it can turn {self.turns}.")
-
-    @property
-    def revolved(self) -> bool:
-        """Whether bodies are of revolution."""
-        return self.name in ("axis", "twist")
-
-    @property
-    def turning(self) -> list[int]:
-        """Axes about which a force at a point turns a body; none of revolution, whose forces are on the axis."""
-        return [] if self.revolved else [c - 3 for c in self.motions if c >= 3]
-
-    @property
-    def where(self) -> str:
-        """The plane or axis, in words."""
-        return "axis" if self.revolved else "plane y = 0"
-
-    @property
-    def ways(self) -> str:
-        """Possible translations of a body, in words."""
-        return "along z" if self.revolved else "along x and z"
-
-    @property
-    def turns(self) -> str:
-        """Possible rotations of a body, in words."""
-        return "half round about x" if self.revolved else "about y, or half round about an axis in the plane"
 
     def check_frame(self, frame: RigidMotionConstraints) -> None:
         """Refuse loads and motions that do not exist in this dimension.
@@ -137,20 +127,18 @@ class Dimension:
                 code="load-not-in-plane",
             )
 
-    @property
-    def article(self) -> str:
-        """The kind of scene with its article, in words."""
-        return {"space": "a spatial", "plane": "a plane"}.get(self.name, "an axisymmetric")
-
 
 def _named(components: Iterable[int]) -> str:
     return ", ".join(COMPONENTS[c] for c in components)
 
 
-SPACE = Dimension("space", (0, 1, 2, 3, 4, 5))
-PLANE = Dimension("plane", (0, 2, 4))
-AXIS = Dimension("axis", (2,))
-TWIST = Dimension("twist", (2, 5))
+SPACE = Dimension("space", "spatial", "a spatial", (0, 1, 2, 3, 4, 5), False, (0, 1, 2))
+PLANE = Dimension(
+    "plane", "plane", "a plane", (0, 2, 4), False, (1,), "plane y = 0", "along x and z",
+    "about y, or half round about an axis in the plane",
+)  # fmt: skip
+AXIS = Dimension("axis", "axisymmetric", "an axisymmetric", (2,))
+TWIST = Dimension("twist", "axisymmetric with torsion", "an axisymmetric", (2, 5))
 SETTINGS = {s.name: s for s in (SPACE, PLANE, AXIS, TWIST)}
 
 
@@ -167,7 +155,7 @@ def setting_of(bodies: Sequence[Body]) -> Dimension:
         if body.dimension is not None:
             kinds.setdefault(SETTINGS[body.dimension], body)
     if len(kinds) > 1:
-        names = "; ".join(f"{b.name!r} is {_KINDS[s.name]}" for s, b in kinds.items())
+        names = "; ".join(f"{b.name!r} is {s.kind}" for s, b in kinds.items())
         raise InputError(
             f"Spatial, plane and axisymmetric bodies cannot share a scene, with torsion or without: {names}. Model "
             "all bodies in one way; rigid bodies go with any.",
@@ -183,9 +171,6 @@ def setting_of(bodies: Sequence[Body]) -> Dimension:
             code="thickness-differs",
         )
     return setting
-
-
-_KINDS = {"space": "spatial", "plane": "plane", "axis": "axisymmetric", "twist": "axisymmetric with torsion"}
 
 
 def check_contacts(contacts: Sequence[Contact]) -> None:

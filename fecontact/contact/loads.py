@@ -134,8 +134,74 @@ class LoadStep:
         return cls(**keyed, gravity=given.get("gravity"))
 
     def on(self, bodies: Sequence[Body]) -> Loading:
-        """The loads sorted by body; errors as from `make_loading`."""
-        return make_loading(bodies, **vars(self))
+        """The loads sorted by body.
+
+        Raises
+        ------
+        InputError
+            If a key is not a body of the scene or a boundary of its mesh, or gravity acts on a body without density.
+        """
+        whole, local = self._checked(bodies)
+        setting = setting_of(bodies)
+        _check_forces(setting, local, self.gravity)
+        frames, distributed = [], []
+        for body in bodies:
+            pose, parts, pushes = body.pose, [], []
+            for (b, place), force in local.items():
+                if b is not body:
+                    continue
+                if isinstance(place, str):
+                    f = vector(f"The force on {place!r} of {body.name!r}", force)
+                    parts.append(body.boundary_force(place, f @ pose.rotation))
+                    continue
+                point = vector(f"The point of the force on {body.name!r}", place)
+                f = vector(f"The force at {place} of {body.name!r}", force)
+                if (nodal := body.point_force(point, f @ pose.rotation)) is None:
+                    pushes.append((pose.to_world(point), f))
+                else:
+                    parts.append(nodal)
+            frame = constrain_rigid_motion(
+                body, whole.get(body), self.moments.get(body), self.motions.get(body), self.free.get(body, ()),
+                pushes, setting.turning,
+            )  # fmt: skip
+            setting.check_frame(frame)
+            parts += [pressed(b, name, p) for (b, name), p in self.pressures.items() if b is body]
+            parts += [pulled(b, name, t, setting) for (b, name), t in self.tractions.items() if b is body]
+            if self.gravity is not None:
+                weight = body.body_force(vector("Gravity", self.gravity) @ pose.rotation)
+                parts += [] if weight is None else [weight]
+            if frame.spread:
+                parts.append(_spread(frame))
+            frames.append(frame)
+            distributed.append(np.sum(parts, axis=0) if parts else None)
+        farthest = max((b.farthest / b.size for b in bodies), default=0.0)
+        return Loading(tuple(frames), tuple(distributed), max(SMALLEST, LAST_DIGITS * farthest))
+
+    def _checked(self, bodies: Sequence[Body]) -> tuple[dict[Body, ArrayLike], dict[tuple[Body, Any], ArrayLike]]:
+        """Forces on bodies as a whole, and on their boundaries and points, after a check of all keys."""
+        whole: dict[Any, ArrayLike] = {}
+        local: dict[tuple[Body, Any], ArrayLike] = {}
+        for key, value in self.forces.items():
+            if not isinstance(key, tuple):
+                whole[key] = value
+                continue
+            if len(key) != 2 or not (isinstance(key[1], str) or _is_point(key[1])):
+                raise InputError(
+                    "A force acts on a body, on (body, 'boundary') or on (body, (x, y, z)); found the key "
+                    f"{shown(key)}.",
+                    code="load-key",
+                )
+            local[key] = value
+        for what, spread in (("pressure", self.pressures), ("traction", self.tractions)):
+            for place in spread:
+                if not isinstance(place, tuple) or len(place) != 2 or not isinstance(place[1], str):
+                    raise InputError(
+                        f"A {what} acts on (body, 'boundary'); found the key {shown(place)}.", code="load-key"
+                    )
+        members = [*whole, *self.moments, *self.motions, *self.free]
+        for member in [*members, *(place[0] for place in (*local, *self.pressures, *self.tractions))]:
+            check_member(member, bodies)
+        return whole, local
 
     def carried(self, body: Callable[[Any], Any]) -> LoadStep:
         """The same loads on other bodies."""
@@ -257,85 +323,6 @@ def _lengths(vectors: Array) -> Array:
     return np.asarray(np.linalg.norm(vectors.reshape(len(vectors) // 3, 3, vectors.shape[1]), axis=1))
 
 
-def make_loading(
-    bodies: Sequence[Body],
-    forces: Mapping[object, ArrayLike] | None,
-    moments: Mapping[Body, ArrayLike] | None,
-    motions: Mapping[Body, Mapping[str, float]] | None,
-    free: Mapping[Body, str] | None,
-    pressures: Mapping[tuple[Body, str], Any] | None,
-    gravity: ArrayLike | None,
-    tractions: Mapping[tuple[Body, str], Any] | None = None,
-) -> Loading:
-    """Loads sorted by body.
-
-    Raises
-    ------
-    InputError
-        If a key is not a body of the scene or a boundary of its mesh, or gravity acts on a body without density.
-    """
-    moments, motions = mapping("moments", moments), mapping("motions", motions)
-    free, pressures = mapping("free", free), mapping("pressures", pressures)
-    tractions = mapping("tractions", tractions)
-    whole, boundary = _split_keys(mapping("forces", forces))
-    for what, spread in (("pressure", pressures), ("traction", tractions)):
-        for place in spread:
-            if not isinstance(place, tuple) or len(place) != 2 or not isinstance(place[1], str):
-                raise InputError(f"A {what} acts on (body, 'boundary'); found the key {shown(place)}.", code="load-key")
-    for given in (whole, moments, motions, free):
-        for key in given:
-            check_member(key, bodies)
-    for member, _ in [*boundary, *pressures, *tractions]:
-        check_member(member, bodies)
-    setting = setting_of(bodies)
-    _check_forces(setting, boundary, gravity)
-    frames, distributed = [], []
-    for body in bodies:
-        placed, pushes = _point_forces(body, boundary)
-        frame = constrain_rigid_motion(
-            body,
-            whole.get(body),
-            moments.get(body),
-            motions.get(body),
-            free.get(body, ()),
-            pushes,
-            setting.turning,
-        )
-        setting.check_frame(frame)
-        parts = placed + [
-            _boundary_force(b, place, f) for (b, place), f in boundary.items() if b is body and isinstance(place, str)
-        ]
-        parts += [pressed(b, name, p) for (b, name), p in pressures.items() if b is body]
-        parts += [pulled(b, name, t, setting) for (b, name), t in tractions.items() if b is body]
-        if gravity is not None:
-            weight = body.body_force(vector("Gravity", gravity) @ body.pose.rotation)
-            parts += [] if weight is None else [weight]
-        if frame.spread:
-            parts.append(_spread(frame))
-        frames.append(frame)
-        distributed.append(np.sum(parts, axis=0) if parts else None)
-    farthest = max((b.farthest / b.size for b in bodies), default=0.0)
-    return Loading(tuple(frames), tuple(distributed), max(SMALLEST, LAST_DIGITS * farthest))
-
-
-def _point_forces(
-    body: Body, local: Mapping[tuple[Body, Any], ArrayLike]
-) -> tuple[list[Array], list[tuple[Array, Array]]]:
-    """Forces at points of a body: nodal forces, and forces on the body as a whole with their world points."""
-    nodal: list[Array] = []
-    pushes: list[tuple[Array, Array]] = []
-    for (b, place), force in local.items():
-        if b is body and not isinstance(place, str):
-            point = vector(f"The point of the force on {body.name!r}", place)
-            f = vector(f"The force at {place} of {body.name!r}", force)
-            found = body.point_force(point, f @ body.pose.rotation)
-            if found is None:
-                pushes.append((body.pose.to_world(point), f))
-            else:
-                nodal.append(found)
-    return nodal, pushes
-
-
 def _check_forces(setting: Dimension, local: Mapping[tuple[Body, Any], ArrayLike], gravity: ArrayLike | None) -> None:
     """Refuse forces and gravity that do not exist in a plane or axisymmetric scene."""
     for (body, place), force in local.items():
@@ -343,23 +330,6 @@ def _check_forces(setting: Dimension, local: Mapping[tuple[Body, Any], ArrayLike
         setting.check_force(vector(what, force), what)
     if gravity is not None:
         setting.check_force(vector("Gravity", gravity), "Gravity")
-
-
-def _split_keys(forces: Mapping[object, ArrayLike]) -> tuple[dict[Body, ArrayLike], dict[tuple[Body, str], ArrayLike]]:
-    whole: dict = {}
-    boundary: dict = {}
-    for key, value in forces.items():
-        if isinstance(key, tuple):
-            if len(key) != 2 or not (isinstance(key[1], str) or _is_point(key[1])):
-                raise InputError(
-                    "A force acts on a body, on (body, 'boundary') or on (body, (x, y, z)); found the key "
-                    f"{shown(key)}.",
-                    code="load-key",
-                )
-            boundary[key] = value
-        else:
-            whole[key] = value
-    return whole, boundary
 
 
 def _is_point(place: object) -> bool:
@@ -384,11 +354,6 @@ def check_member(key: object, bodies: Sequence[Body], what: str = "A load or mot
             f"{what} is given for {name!r}, which is not a body of this scene (they are {names}).{namesake}",
             code="not-in-scene",
         )
-
-
-def _boundary_force(body: Body, name: str, force: ArrayLike) -> Array:
-    f = vector(f"The force on {name!r} of {body.name!r}", force)
-    return body.boundary_force(name, f @ body.pose.rotation)
 
 
 def mass_weighted(frame: RigidMotionConstraints, motions: Array) -> Array:

@@ -38,7 +38,7 @@ from fecontact.results.linearisation import CarriedMotion, LinearisationError
 from fecontact.results.report import model_size, peak_memory, report
 from fecontact.results.response_error import ResponseErrors
 from fecontact.results.resultants import hold_of_body, hold_of_boundary, resultant
-from fecontact.results.warnings import CHECKS, NOTES
+from fecontact.results.warnings import notes_of, warnings_of
 from fecontact.solvers import ContactProblem, Residuals, Solution, Status
 
 
@@ -184,12 +184,9 @@ class ContactResult:
 
     def _elastic(self, body: Body) -> tuple[int, ElasticBody]:
         k = self._number(body)
-        if body.is_rigid:
-            raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.", code="rigid")
-        if not elastic_among([body]):
-            raise InputError(f"{body.name!r} has no field of finite elements by itself; see displacement and contacts.")
-        (posed,) = elastic_among([self.scene.bodies[k]])
-        return k, posed
+        for posed in elastic_among([self.scene.bodies[k]]):
+            return k, posed
+        raise _no_field(body)
 
     def solved(self, body: Body) -> Body:
         """The body as it was solved, in its final pose and on its last mesh, to which its fields belong."""
@@ -294,13 +291,11 @@ class ContactResult:
 
     def _inner(self, body: Body) -> InnerFields:
         k = self._number(body)
-        if body.is_rigid:
-            raise InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.", code="rigid")
         part = self.condensed.parts[k]
         forces = (self.friction or self.solution).forces[part.index]
         inner = self.scene.bodies[k].inner_fields(self.state.displacements[k], part.rows, forces)
         if inner is None:
-            raise InputError(f"{body.name!r} has no field of finite elements by itself; see displacement and contacts.")
+            raise _no_field(body)
         return inner
 
     @cached_property
@@ -441,12 +436,12 @@ class ContactResult:
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of modelling and discretisation errors; see `results.warnings`."""
-        return tuple(text for check in CHECKS for text in check(self))
+        return warnings_of(self)
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """Notes about the model."""
-        return tuple(text for check in NOTES for text in check(self))
+        return notes_of(self)
 
     @cached_property
     def edge_pressures(self) -> tuple[EdgePressure, ...]:
@@ -567,6 +562,12 @@ class ContactResult:
 
     def __str__(self) -> str:
         return report(self)
+
+
+def _no_field(body: Body) -> InputError:
+    if body.is_rigid:
+        return InputError(f"{body.name!r} is rigid: it has no displacement field; see rigid_motion.", code="rigid")
+    return InputError(f"{body.name!r} has no field of finite elements by itself; see displacement and contacts.")
 
 
 def make_result(

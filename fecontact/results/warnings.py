@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from fecontact.bodies.body import Body
-from fecontact.bodies.elastic import ElasticBody, elastic_among
+from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.error_estimate import MAX_ERROR, ErrorEstimate, percent
@@ -176,7 +176,8 @@ def _better_cells(result: ContactResult, figures: Iterable[str]) -> str:
 
 def friction_not_unique(result: ContactResult) -> Iterator[str]:
     """Warning of a solution with friction beyond which others exist or which is not stable."""
-    if result.friction is not None and result.friction.orientation < 0:
+    assert result.friction is not None
+    if result.friction.orientation < 0:
         yield (
             "With this much friction the solution is not the only one, or not stable (the determinant of Newton's "
             "matrix has changed its sign). Follow the load in smaller steps by Scene.solve_path, and compare."
@@ -202,17 +203,11 @@ def large_steps(result: ContactResult) -> Iterator[str]:
 
 def single_step(result: ContactResult) -> Iterator[str]:
     """Note on friction under loads applied at once."""
-    if result.friction is not None and not result.follows_step:
+    if not result.follows_step:
         yield (
             "Friction depends on the order of loads: these act together, in one step from the unloaded state. "
             "Scene.solve_path applies them one after the other."
         )
-
-
-def mended(result: ContactResult) -> Iterator[str]:
-    """Notes of corrections made by readers and surfaces."""
-    notes = ((body.name, text) for body in result.scene.bodies for text in body.notes)
-    yield from dict.fromkeys(f"{name!r}: {text}" for name, text in notes)
 
 
 def unbounded_pressures(result: ContactResult) -> Iterator[str]:
@@ -223,21 +218,6 @@ def unbounded_pressures(result: ContactResult) -> Iterator[str]:
                 f"The pressure between {contact.slave.name!r} and {contact.master.name!r} is {edge.peak}: its largest "
                 f"value, {contact.max_pressure:.3g}, depends on the mesh. Round the edge to get one that does not."
             )
-
-
-def warnings_of_scene(result: ContactResult) -> Iterator[str]:
-    """Warnings that the scene carries."""
-    yield from result.scene.warnings
-
-
-def warnings_of_meshes(result: ContactResult) -> Iterator[str]:
-    """Warnings that meshes carry."""
-    yield from dict.fromkeys(f"{b.name!r}: {text}" for b in result.elastic_bodies for text in b.mesh.warnings)
-
-
-def notes_of_scene(result: ContactResult) -> Iterator[str]:
-    """Notes that the scene carries."""
-    yield from result.scene.notes
 
 
 #: Depth, relative to the smaller body, above which an overlap counts: chords of touching round faces make less.
@@ -325,13 +305,11 @@ class _Side(NamedTuple):
     elastic: Array
 
 
-def _side(result: ContactResult, body: Body, name: str) -> _Side | None:
-    for elastic in elastic_among([body]):
-        return _elastic_side(result, elastic, name)
-    return None
-
-
-def _elastic_side(result: ContactResult, body: ElasticBody, name: str) -> _Side:
+def _side(result: ContactResult, given: Body, name: str) -> _Side | None:
+    """A side of a contact; None of a body that is not elastic."""
+    if not (elastic := elastic_among([given])):
+        return None
+    (body,) = elastic
     surface = body.surface(name)
     k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
     u, frame = result.state.displacements[k], result.loading.frames[k]
@@ -492,8 +470,7 @@ def node_sizes(surface: FacetSurface) -> Array:
 def contact_at_rims(result: ContactResult) -> Iterator[str]:
     """Warnings of contacts that reach a rim beyond which the body continues."""
     for contact, interface in zip(result.contacts, result.interfaces, strict=True):
-        if contact.active.any():
-            yield from _at_rims(contact, interface)
+        yield from _at_rims(contact, interface) if contact.active.any() else ()
 
 
 def _at_rims(contact: ContactFields, interface: Interface) -> Iterator[str]:
@@ -533,11 +510,12 @@ def _sentence(contact: ContactFields, body: Body, name: str, share: float) -> st
     )
 
 
-class _Near:
+class _Near(NamedTuple):
     """Points (n,) within a face of a rim where the body continues or ends, and those on it."""
 
-    def __init__(self, smooth: Mask, sharp: Mask, reached: Mask) -> None:
-        self.smooth, self.sharp, self.reached = smooth, sharp, reached
+    smooth: Mask
+    sharp: Mask
+    reached: Mask
 
     @classmethod
     def of(cls, body: Body, name: str, points: Array, size: Array, touching: Array) -> _Near:
@@ -636,10 +614,8 @@ def _mirror_normals(bodies: Sequence[Body]) -> Array:
     return np.concatenate(found)
 
 
-#: Checks for `ContactResult.warnings` and for `ContactResult.notes`.
+#: Checks for `ContactResult.warnings` and for `ContactResult.notes`; those of friction are asked of contacts with it.
 CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
-    warnings_of_scene,
-    warnings_of_meshes,
     unborne_motions,
     pushed_aside,
     large_strains,
@@ -652,15 +628,21 @@ CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
     coarse_pressures,
     springs_at_nodes,
     stiff_bodies,
-    tall_cells,
     missed_accuracy,
-    friction_not_unique,
-    large_steps,
 )
-NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
-    notes_of_scene,
-    carried_motions,
-    mended,
-    single_step,
-    unbounded_pressures,
-)
+NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (carried_motions, unbounded_pressures)
+FRICTION_CHECKS, FRICTION_NOTES = (tall_cells, friction_not_unique, large_steps), (single_step,)
+
+
+def warnings_of(result: ContactResult) -> tuple[str, ...]:
+    """Warnings that the scene and its meshes carry, and those of the checks."""
+    meshes = (f"{b.name!r}: {text}" for b in result.elastic_bodies for text in b.mesh.warnings)
+    checks = CHECKS if result.friction is None else (*CHECKS, *FRICTION_CHECKS)
+    return (*result.scene.warnings, *dict.fromkeys(meshes), *(text for check in checks for text in check(result)))
+
+
+def notes_of(result: ContactResult) -> tuple[str, ...]:
+    """Notes that the scene carries, corrections made by readers and surfaces, and what the checks find."""
+    mended = (f"{body.name!r}: {text}" for body in result.scene.bodies for text in body.notes)
+    checks = NOTES if result.friction is None else (*NOTES, *FRICTION_NOTES)
+    return (*result.scene.notes, *dict.fromkeys(mended), *(text for check in checks for text in check(result)))

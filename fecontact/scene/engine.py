@@ -24,7 +24,7 @@ WORTHWHILE = 300_000
 
 
 def check_engine(model: SceneModel, engine: str, ranks: int | None, accuracy: object, solver: object) -> int:
-    """Number of processes; 0 for this one alone.
+    """Number of processes of an engine other than this process.
 
     Raises
     ------
@@ -33,12 +33,10 @@ def check_engine(model: SceneModel, engine: str, ranks: int | None, accuracy: ob
     """
     among("engine", engine, ENGINES)
     if engine == "own":
-        if ranks is not None:
-            raise InputError(
-                f"ranks={ranks!r} is a number of processes of the engine 'petsc': give engine='petsc', too.",
-                code="ranks-without-petsc",
-            )
-        return 0
+        raise InputError(
+            f"ranks={ranks!r} is a number of processes of the engine 'petsc': give engine='petsc', too.",
+            code="ranks-without-petsc",
+        )
     if ranks is not None:
         whole("the number of ranks", ranks)
     if accuracy is not None:
@@ -55,13 +53,7 @@ def check_engine(model: SceneModel, engine: str, ranks: int | None, accuracy: ob
 
 @contextmanager
 def on_processes(model: SceneModel, ranks: int) -> Iterator[None]:
-    """The stiffness of all elastic bodies with `ranks` processes, or here for 0.
-
-    They end when no result refers to them any more.
-    """
-    if ranks == 0:
-        yield
-        return
+    """The stiffness of all elastic bodies with `ranks` processes; they end when no result refers to them any more."""
     models = [body.model for body in elastic_among(model.bodies)]
     job = Job(models, ranks)
     before = {id(each): each.condensation for each in models}

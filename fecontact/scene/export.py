@@ -17,7 +17,7 @@ from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, replacing
 from fecontact.contact.condensed_problem import check_balance, uncondensed
-from fecontact.contact.loads import make_loading
+from fecontact.contact.loads import LoadStep
 from fecontact.contact.model import SceneModel
 from fecontact.scene.linear import prepared
 
@@ -78,7 +78,11 @@ def export_problem(
     for body in scene.bodies:
         if not (body.is_rigid or elastic_among([body])):
             raise InputError(f"{body.name!r} is a {type(body).__name__}, which has no stiffness matrix to write.")
-    loading = make_loading(scene.bodies, forces, moments, motions, free, pressures, gravity, tractions)
+    loads = {
+        "forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures,
+        "tractions": tractions, "gravity": gravity,
+    }  # fmt: skip
+    loading = LoadStep.of(loads).on(scene.bodies)
     conditions, opening, chosen = prepared(scene, loading)
     check_balance(conditions, loading)
     if not likely:

@@ -151,12 +151,12 @@ def solved(
                 f"The candidates still grew after {MAX_ROUNDS} rounds; the contact does not settle. "
                 "Check the loads and the initial gap."
             )
+    found = model, interfaces, chosen, loading, condensed, solution, state, timer, rounds
+    if frictional is None:
+        return make_result(*found, {})
     fields = friction_fields(friction, chosen, frictional, state)
     for each in friction:
         each.check_lay(fields[each.place].touching)
-    result = make_result(model, interfaces, chosen, loading, condensed, solution, state, timer, rounds, fields)
-    if frictional is None:
-        return result
     nodes = [each.interface.pairing.nodes for each in friction]
     end = StepEnd(
         poses=tuple(body.pose for body in model.bodies),
@@ -169,7 +169,7 @@ def solved(
         pressed=np.concatenate([fields[each.place].touching for each in friction]),
         change=np.zeros(sum(map(len, nodes))),
     )
-    return replace(result, friction=frictional, step_end=end)
+    return replace(make_result(*found, fields), friction=frictional, step_end=end)
 
 
 def prepared(

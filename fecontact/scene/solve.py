@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from functools import partial
 
@@ -128,13 +129,15 @@ def solve_scene(
     )  # fmt: skip
     settings = Settings(solver, tolerance, options, search, finite_motion)
     settings.check(inspect.signature(solve_scene).parameters)
-    processes = check_engine(model, engine, ranks, accuracy, solver)
+    elsewhere: AbstractContextManager[None] = nullcontext()
+    if engine != "own" or ranks is not None:
+        elsewhere = on_processes(model, check_engine(model, engine, ranks, accuracy, solver))
     if model.has_friction:
         refuse_with_friction(model, solver)
         settings = replace(settings, finite_motion=finite_motion is True, search="global")
     refuse_limits_alone(accuracy, max_dofs, max_seconds)
     started = time.perf_counter()
-    with progress_line("solve", progress), on_processes(model, processes):
+    with progress_line("solve", progress), elsewhere:
         if accuracy is None:
             result = _solve_known(settings, model, step, ())
         else:

@@ -46,9 +46,16 @@ Solve = Callable[[SceneModel, LoadStep, Sequence[KnownContact | None]], ContactR
 
 def has_open_windows(model: SceneModel) -> bool:
     """Whether local bodies of a scene have no window yet, or windows that do not face each other."""
-    return not all(b.is_placed for b in model.bodies) or any(
+    if not any(isinstance(b, LocalBody) for b in model.bodies):
+        return False
+    return any(map(_is_open, model.bodies)) or any(
         body.met_by(other) is not body for c in model.contacts for body, other in (c.bodies[::-1], c.bodies)
     )
+
+
+def _is_open(body: Body) -> bool:
+    """Whether it is a local body without a window."""
+    return isinstance(body, LocalBody) and not body.is_placed
 
 
 def solve_with_windows(model: SceneModel, step: LoadStep, solve: Solve) -> ContactResult:
@@ -74,10 +81,10 @@ def solve_with_windows(model: SceneModel, step: LoadStep, solve: Solve) -> Conta
     for contact in model.contacts:
         pair = contact.bodies
         # the one without a window first; of two with windows the master follows the slave
-        for body, partner in (pair[::-1], pair) if pair[0].is_placed else (pair, pair[::-1]):
+        for body, partner in (pair, pair[::-1]) if _is_open(pair[0]) else (pair[::-1], pair):
             k = number[id(body)]
             bodies[k] = bodies[k].met_by(bodies[number[id(partner)]])
-            if not bodies[k].is_placed:
+            if _is_open(bodies[k]):
                 leading.append(k)
                 bodies[k] = _first_window(cast(LocalBody, body), model, loading)
     for _ in range(MAX_WINDOWS):

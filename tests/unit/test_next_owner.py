@@ -13,6 +13,7 @@ PACKAGE = Path(fecontact.__file__).parent
 OTHERS = {
     "contact/friction_rows.py",
     "contact/step_end.py",
+    "results/friction_fields.py",
     "scene/load_path.py",
     "common/path.py",
     "halfspace/path.py",

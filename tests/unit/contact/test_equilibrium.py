@@ -8,7 +8,7 @@ import scipy.sparse as sp
 import fecontact as fc
 from fecontact import SupportError
 from fecontact.contact.condensed_problem import check_balance, opening_by_motions
-from fecontact.contact.loads import Loading, make_loading
+from fecontact.contact.loads import Loading, LoadStep
 from fecontact.contact.rigid_motion import constrain_rigid_motion
 
 STEEL = fc.Material(E=210e3, nu=0.3, density=2.0)
@@ -134,7 +134,7 @@ def test_what_is_rounding_grows_with_the_coordinates_of_a_mesh():
     def rounding(far):
         mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)).translated((far, 0.0, 0.0))
         body = fc.ElasticBody(mesh, STEEL, "top", {"bottom": "xyz"})
-        return make_loading([body], None, None, None, None, None, None).rounding * body.size
+        return LoadStep().on([body]).rounding * body.size
 
     body_size = rounding(0.0) / 1e-12
     assert abs(body_size - fc.ElasticBody(fc.shapes.block((1, 1, 1), (1, 1, 1)), STEEL, "top", {}).size) < 1e-9

@@ -6,7 +6,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError, SupportError
-from fecontact.contact.loads import make_loading
+from fecontact.contact.loads import LoadStep
 from fecontact.contact.rigid_motion import constrain_rigid_motion
 from fecontact.fem.rigid import COMPONENTS
 
@@ -94,7 +94,7 @@ def test_modes_are_displacements_about_the_reference_point():
 
 def test_a_spread_load_has_the_resultant_it_stands_for():
     body = cube().placed(rotation=Q, translation=(5, 6, 7))
-    loading = make_loading([body], {body: (1, 2, 3)}, {body: (-1, 0.5, 2)}, None, None, None, None)
+    loading = LoadStep({body: (1, 2, 3)}, {body: (-1, 0.5, 2)}).on([body])
     assert loading.frames[0].spread
     assert np.abs(loading.resultant(0) - [1, 2, 3, -1, 0.5, 2]).max() < 1e-12
     f = loading.distributed[0].reshape(-1, 3) @ Q.T
@@ -103,7 +103,7 @@ def test_a_spread_load_has_the_resultant_it_stands_for():
 
 def test_a_load_on_a_supported_body_acts_through_its_supports():
     body = cube(HELD)
-    loading = make_loading([body], {body: (0, 0, -3)}, None, None, None, None, None)
+    loading = LoadStep({body: (0, 0, -3)}).on([body])
     assert not loading.frames[0].spread
     assert loading.distributed[0] is None
     assert np.array_equal(loading.resultant(0), [0, 0, -3, 0, 0, 0])
@@ -114,9 +114,7 @@ def test_boundary_forces_pressures_and_gravity():
     volume = 1.0 * 1.2 * 0.9
 
     def resultant(**given):
-        arguments = dict.fromkeys(("forces", "moments", "motions", "free", "pressures", "gravity"))
-        loading = make_loading([body], *{**arguments, **given}.values())
-        return loading.resultant(0)
+        return LoadStep.of(given).on([body]).resultant(0)
 
     force = resultant(forces={(body, "x_max"): (1, 2, 3)})
     arm = Q @ ([1.0, 0.6, 0.45] - body.reference_point)
@@ -149,10 +147,9 @@ def test_bad_arguments(arguments, words):
 
 def test_bad_loads():
     body, other, rigid = cube(HELD), cube(HELD, name="other"), fc.RigidBody(fc.Plane())
-    nothing = dict.fromkeys(("forces", "moments", "motions", "free", "pressures", "gravity"))
 
     def loading(**given):
-        return make_loading([body, rigid], *{**nothing, **given}.values())
+        return LoadStep.of(given).on([body, rigid])
 
     for given, words in [
         ({"forces": {other: (0, 0, 1)}}, ("not-in-scene", "'other'")),
@@ -183,7 +180,7 @@ def test_bad_loads():
             loading(**given)
     weightless = fc.ElasticBody(body.mesh, fc.Material(E=1.0, nu=0.3), pressure="nodal", supports=HELD)
     with refused(InputError, "no-density"):
-        make_loading([weightless], None, None, None, None, None, (0, 0, -1))
+        LoadStep(gravity=(0, 0, -1)).on([weightless])
 
 
 def test_an_oblique_load_releases_its_own_direction_only():

@@ -10,7 +10,7 @@ import fecontact as fc
 from fecontact.contact import search_region as search
 from fecontact.contact.coupling.mortar import pair_mortar
 from fecontact.contact.coupling.nodal import SurfacePair, pair
-from fecontact.contact.loads import make_loading
+from fecontact.contact.loads import LoadStep
 from fecontact.mesh.element import QUAD_CORNERS
 from fecontact.mesh.facets import facet_shapes
 from fecontact.scene import local_search
@@ -388,5 +388,5 @@ def test_rigid_and_plane_partners_are_paired_whole():
     lower = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2)), SOLID, "top", {"bottom": "xyz"})
     ball = fc.RigidBody(fc.Sphere(radius=5.0)).placed((0.5, 0.5, 1.0))
     contact = fc.Contact(lower, ball)
-    loading = make_loading([lower, ball], {ball: (0, 0, -1.0)}, None, None, None, None, None)
+    loading = LoadStep({ball: (0, 0, -1.0)}).on([lower, ball])
     assert local_search.first_radius(contact, loading) is None

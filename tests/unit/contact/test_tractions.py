@@ -5,7 +5,7 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
-from fecontact.contact.loads import make_loading
+from fecontact.contact.loads import LoadStep
 
 STEEL = fc.Material(E=1.0, nu=0.3)
 KINDS = ("hex8", "hex20", "hex27", "ancf", "section")
@@ -25,8 +25,7 @@ def made(kind):
 
 def resultant(body, **loads):
     """Nodal forces at the points that a rigid motion shows them at: force, and moment about the mesh's origin."""
-    names = ("forces", "moments", "motions", "free", "pressures", "gravity", "tractions")
-    loading = make_loading([body], **{name: loads.get(name) for name in names})
+    loading = LoadStep.of(loads).on([body])
     total = body.model.rigid_modes.T @ loading.distributed[0]
     return total[:3], total[3:] + np.cross(body.reference_point, total[:3])
 
@@ -55,8 +54,8 @@ def test_values_at_nodes_are_interpolated_by_the_faces_own_functions(kind):
     def p(x):
         return 1 + x[:, 0] * x[:, 1] - x[:, 0] ** 2
 
-    by_function = make_loading([body], None, None, None, None, {(body, "top"): p}, None).distributed[0]
-    by_nodes = make_loading([body], None, None, None, None, {(body, "top"): p(top(body))}, None).distributed[0]
+    by_function = LoadStep(pressures={(body, "top"): p}).on([body]).distributed[0]
+    by_nodes = LoadStep(pressures={(body, "top"): p(top(body))}).on([body]).distributed[0]
     assert np.abs(by_nodes - by_function).max() < 1e-12 * np.abs(by_function).max()
 
 

@@ -67,7 +67,7 @@ def test_kinks_of_a_ball(hollow):
     assert abs(found.period / (2 * 0.6 / n) - 1) < 0.05
     assert abs(found.directions - 2) < 0.05
     assert found.spread > 0.99
-    assert found._sign == (-1 if hollow else 1)
+    assert found.sign == (-1 if hollow else 1)
 
 
 def test_edges_and_flat_faces_have_no_kinks():
