@@ -417,13 +417,13 @@ def _picture(case: Spheres, contact: ContactFields, over_curve: str, over_map: s
     left.set_ylim(bottom=0.0)
     left.legend()
     dashed: dict[str, Any] = {"linestyle": "--", "color": "tab:cyan", "linewidth": 1.5, "label": "Hertz radius"}
-    if contact.is_curve:
+    if contact._is_curve:
         draw_curve(right, field_map(contact, "gap"), units)
         right.axvline(exact.a, **dashed)
     else:
         draw_field(right, field_map(contact, "pressure"), units)
         angle = np.linspace(0.0, np.pi / 2, 100)
         right.plot(exact.a * np.cos(angle), exact.a * np.sin(angle), **dashed)
-    right.legend(loc="upper left" if contact.is_curve else "upper right")
+    right.legend(loc="upper left" if contact._is_curve else "upper right")
     right.set_title(over_map)
     return picture
