@@ -139,7 +139,7 @@ class AssembledBody(ElasticBody):
         assert self.stiffness is not None
         return AssembledModel(self.mesh, self.material, self.supports, self.stiffness, self.backend, self.condensation)
 
-    def divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
+    def _divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
         """The body as it is: the stiffness of other cells is not known."""
         return self
 

@@ -25,6 +25,7 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import text
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, shown
+from fecontact.common.renamed import FormerNames, warn
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.mesh.section_mesh import Extent
@@ -79,21 +80,33 @@ class Reduced:
     response: Array
 
 
-class Body:
+class Body(FormerNames):
     """A body of a scene. All arrays are in its own axes; the pose is separate from them.
 
-    A kind of body defines the abstract members; the others have defaults: nodal displacements, no mesh, and no loads on
-    boundaries.
+    A kind of body defines the abstract members. Those that begin with an underscore are asked by the package alone;
+    they have defaults: nodal displacements, no mesh, and no loads on boundaries.
 
     Attributes
     ----------
     name : str
         For messages and tables.
     pose : Pose
+    is_rigid : bool
     """
 
     name: str
     pose: Pose
+    is_rigid = False
+    #: Whether a surface node is displaced by its own pressure only.
+    _is_foundation = False
+    #: Whether its contact surface is a window, placed and fitted when a scene is solved, see `scene.windows`.
+    _has_window = False
+
+    def __init_subclass__(cls) -> None:
+        """A body that defines a default under its former name is understood, with a warning."""
+        for name in [n for n in vars(cls) if n != "described" and f"_{n}" in vars(Body)]:
+            warn(f"{cls.__name__}.{name} is now _{name}; the old name will be removed.", stacklevel=3)
+            setattr(cls, f"_{name}", vars(cls)[name])
 
     @property
     @abstractmethod
@@ -155,14 +168,10 @@ class Body:
         """Corrections made when its mesh or surface was read."""
         return ()
 
-    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
+    def _trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
         """Rows (n, n_dofs) for the displacement at closest points along directions (n, 3), interpolated from nodes."""
         assert projection.weights is not None
         return components_along(projection.weights, directions)
-
-    def _described(self, what: str) -> str:
-        """One-line description with notes."""
-        return "; ".join((f"{self.name}: {what}", *self.notes))
 
     def placed(
         self,
@@ -202,46 +211,40 @@ class Body:
         object.__setattr__(other, "name", self.name if name is None else text("the name of a body", name))
         return other
 
-    @property
-    def is_rigid(self) -> bool:
-        """Whether the body is rigid."""
-        return False
+    def _described(self, what: str) -> str:
+        """One-line description with notes."""
+        return "; ".join((f"{self.name}: {what}", *self.notes))
 
     @property
-    def dimension(self) -> str | None:
+    def _dimension(self) -> str | None:
         """'space', 'plane' or 'axis'; None: compatible with all."""
         return "space"
 
     @property
-    def out_of_plane(self) -> Extent | None:
+    def _out_of_plane(self) -> Extent | None:
         """Out-of-plane extent of a section; None for a body in space."""
         return None
 
     @property
-    def matrix_free(self) -> bool:
+    def _matrix_free(self) -> bool:
         """Whether the compliance of many rows is an operator, never a matrix."""
         return False
 
-    def met_by(self, partner: Body) -> Self:
+    def _met_by(self, partner: Body) -> Self:
         """The body as it meets a partner in a contact; itself unless its surface follows the partner's."""
         return self
 
     @property
-    def is_foundation(self) -> bool:
-        """Whether a surface node is displaced by its own pressure only."""
-        return False
-
-    @property
-    def is_cut_off(self) -> bool:
+    def _is_cut_off(self) -> bool:
         """Whether its surface is part of a larger one that is not known, as measured maps are."""
         return False
 
     @property
-    def farthest(self) -> float:
+    def _farthest(self) -> float:
         """Largest coordinate of its mesh; zero without one."""
         return 0.0
 
-    def boundary_force(self, name: str, force: Array) -> Array:
+    def _boundary_force(self, name: str, force: Array) -> Array:
         """Nodal forces (n_dofs,) of a resultant (3,) uniform over a boundary.
 
         Raises
@@ -249,70 +252,71 @@ class Body:
         InputError
             For a body without boundaries, as from all members on loads of boundaries.
         """
-        raise self._refused("A force on a boundary")
+        raise _refused(self, "A force on a boundary")
 
-    def boundary_traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
+    def _boundary_traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
         """Nodal forces (n_dofs,) of ``field(points (n, 3), outward normals (n, 3)) -> (n, 3)``, all in its axes."""
-        raise self._refused("A pressure or traction")
+        raise _refused(self, "A pressure or traction")
 
-    def over_boundary(self, name: str, values: Array) -> Callable[[Array], Array]:
+    def _over_boundary(self, name: str, values: Array) -> Callable[[Array], Array]:
         """Function of points (n, 3) on a boundary that interpolates values at its nodes (n_nodes, ...)."""
-        raise self._refused("A pressure or traction")
+        raise _refused(self, "A pressure or traction")
 
-    def count_nodes(self, name: str) -> int:
+    def _count_nodes(self, name: str) -> int:
         """Number of nodes of a boundary."""
-        raise self._refused("A pressure or traction")
+        raise _refused(self, "A pressure or traction")
 
-    def point_force(self, point: Array, force: Array) -> Array | None:
+    def _point_force(self, point: Array, force: Array) -> Array | None:
         """Nodal forces (n_dofs,) of a force (3,) at a point (3,); None where it acts on the body as a whole."""
         return None
 
-    def body_force(self, gravity: Array) -> Array | None:
+    def _body_force(self, gravity: Array) -> Array | None:
         """Nodal forces (n_dofs,) of gravity (3,); None where it does not act."""
         return None
 
     @property
-    def weighted_modes(self) -> Array:
+    def _weighted_modes(self) -> Array:
         """Nodal forces (n_dofs, 6) of unit accelerations in the rigid motions; InputError for a body without mass."""
-        raise self._refused("A floating body")
+        raise _refused(self, "A floating body")
 
-    def _refused(self, what: str) -> InputError:
-        return InputError(
-            f"{what} needs an elastic body; {self.name!r} is not. Give the force on the body as a whole.",
-            code="needs-elastic-body",
-        )
-
-    def shared_faces(self, one: str, other: str) -> int:
+    def _shared_faces(self, one: str, other: str) -> int:
         """Number of common faces of two of its contact surfaces."""
         return int(one == other)
 
-    def energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
+    def _energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
         """Error of displacements (n_dofs,) in the cells within `reach` of points (n, 3)."""
         return NO_CELLS
 
-    def outside(self, displacement: Array) -> Outside:
+    def _outside(self, displacement: Array) -> Outside:
         """Its whole outer surface, displaced by (n_dofs,)."""
         return Outside(np.zeros((0, 3)), None, np.inf)
 
-    def at_points(self, displacement: Array) -> Array | None:
+    def _at_points(self, displacement: Array) -> Array | None:
         """Displacements (n_points, 3) of its mesh's points by generalised ones (n_dofs,); None where it has no mesh."""
         return None
 
-    def inner_fields(self, displacement: Array, rows: sp.csr_matrix, forces: Array) -> InnerFields | None:
+    def _inner_fields(self, displacement: Array, rows: sp.csr_matrix, forces: Array) -> InnerFields | None:
         """Fields inside by displacements (n_dofs,) under forces (n,) along rows; None where it has no mesh."""
         return None
 
-    def planes_through(self, nodes: IntArray) -> int:
+    def _planes_through(self, nodes: IntArray) -> int:
         """Number of its planes of symmetry on which any of these nodes lies."""
         return 0
 
-    def divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
+    def _divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
         """The body on a finer mesh: cells at marked facets of its contact surfaces divided; itself if it has none."""
         return self
 
-    def size_lines(self, twin: str = "") -> list[str]:
+    def _size_lines(self, twin: str = "") -> list[str]:
         """Report lines on the size that the model represents; `twin` names a body of the same model."""
         return []
+
+
+def _refused(body: Body, what: str) -> InputError:
+    return InputError(
+        f"{what} needs an elastic body; {body.name!r} is not. Give the force on the body as a whole.",
+        code="needs-elastic-body",
+    )
 
 
 def check_body(body: Body) -> None:

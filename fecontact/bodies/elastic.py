@@ -253,7 +253,7 @@ class ElasticBody(Body):
         condensation = model.condensed(model.touched(rows), Stopwatch())
         return model.displacements(condensation.solve(model.solved_forces(f)))
 
-    def inner_fields(self, displacement: Array, rows: sp.csr_matrix, forces: Array) -> InnerFields:
+    def _inner_fields(self, displacement: Array, rows: sp.csr_matrix, forces: Array) -> InnerFields:
         """Fields inside by displacements (n_dofs,)."""
         return InnerFields(self.model, displacement)
 
@@ -263,20 +263,20 @@ class ElasticBody(Body):
         return int(self.mesh.cells.shape[1])
 
     @property
-    def farthest(self) -> float:
+    def _farthest(self) -> float:
         """Largest coordinate of its mesh."""
         return float(np.abs(self.mesh.points).max())
 
-    def boundary_force(self, name: str, force: Array) -> Array:
+    def _boundary_force(self, name: str, force: Array) -> Array:
         """Nodal forces (n_dofs,) of a resultant (3,) in its axes, as a uniform traction on a boundary."""
         spread = self.model.traction(name, lambda x, n: np.broadcast_to(force, x.shape))
         return spread / self.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape)).sum()
 
-    def boundary_traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
+    def _boundary_traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
         """Nodal forces (n_dofs,) of ``field(points (n, 3), outward normals (n, 3)) -> (n, 3)``, all in its axes."""
         return self.model.traction(name, field)
 
-    def over_boundary(self, name: str, values: Array) -> Callable[[Array], Array]:
+    def _over_boundary(self, name: str, values: Array) -> Callable[[Array], Array]:
         """Function of points (n, 3) on a boundary that interpolates values at its nodes (n_nodes, ...)."""
         mesh = self.model.mesh
         surface = self._made_surface(mesh.face_nodes(mesh.faces(name)), name)
@@ -288,16 +288,16 @@ class ElasticBody(Body):
 
         return field
 
-    def count_nodes(self, name: str) -> int:
+    def _count_nodes(self, name: str) -> int:
         """Number of nodes of a boundary."""
         return len(self.mesh.boundary_nodes(name))
 
-    def point_force(self, point: Array, force: Array) -> Array:
+    def _point_force(self, point: Array, force: Array) -> Array:
         """Nodal forces (n_dofs,) of a force (3,) at a point (3,), both in its axes; see `attachment`."""
         size = float(np.linalg.norm(force))
         return np.asarray(self.attachment(point, force / size).T @ [size]) if size > 0 else np.zeros(self.n_dofs)
 
-    def body_force(self, gravity: Array) -> Array:
+    def _body_force(self, gravity: Array) -> Array:
         """Nodal forces (n_dofs,) of gravity (3,) in its axes.
 
         Raises
@@ -313,28 +313,28 @@ class ElasticBody(Body):
         return self.model.body_force(lambda x: np.broadcast_to(gravity, x.shape))
 
     @property
-    def weighted_modes(self) -> Array:
+    def _weighted_modes(self) -> Array:
         """Nodal forces (n_dofs, 6) of unit accelerations in the rigid motions about the reference point: M R."""
         return self.model.weighted_modes
 
-    def shared_faces(self, one: str, other: str) -> int:
+    def _shared_faces(self, one: str, other: str) -> int:
         """Number of common faces of two boundaries."""
         keys = [self.mesh.faces(name) @ np.array([6, 1]) for name in (one, other)]
         return int(np.isin(*keys).sum())
 
-    def at_points(self, displacement: Array) -> Array:
+    def _at_points(self, displacement: Array) -> Array:
         """Displacements (n_points, 3) of its mesh's points by generalised ones (n_dofs,)."""
         return self.model.at_points(displacement)
 
-    def energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
+    def _energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
         """Error of displacements (n_dofs,) in the cells whose middles are within `reach` of points (n, 3)."""
         centres = self.mesh.points[self.mesh.cells[:, : self.mesh.n_corners]].mean(axis=1)
         distance, _ = cKDTree(points).query(centres, distance_upper_bound=reach)
         return self.model.energy_error(displacement, np.flatnonzero(np.isfinite(distance)))
 
-    def outside(self, displacement: Array) -> Outside:
+    def _outside(self, displacement: Array) -> Outside:
         """Its outer surface, displaced by (n_dofs,)."""
-        points = self.mesh.points + self.at_points(displacement)
+        points = self.mesh.points + self._at_points(displacement)
         skin = self._skin(points)
         return Outside(points[skin.nodes], skin, self.size, is_bounded=True)
 
@@ -342,7 +342,7 @@ class ElasticBody(Body):
         facets = self.mesh.face_nodes(self.mesh.outer_faces)
         return FacetSurface(points, facets, self.name, hanging=self.mesh.hanging)
 
-    def divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
+    def _divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
         """The body on a finer mesh.
 
         Parameters
@@ -358,7 +358,7 @@ class ElasticBody(Body):
         >>> import fecontact as fc
         >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
         >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="top", supports={"bottom": "xyz"})
-        >>> len(body.divided({"top": np.array([0])}).mesh.cells)
+        >>> len(body._divided({"top": np.array([0])}).mesh.cells)
         36
         """
         chosen = [touching(self.mesh, self.mesh.faces(name)[facets]) for name, facets in marked.items()]
@@ -366,12 +366,12 @@ class ElasticBody(Body):
             chosen.append(cells)
         return replace(self, mesh=refined(self.mesh, np.unique(np.concatenate(chosen))))
 
-    def planes_through(self, nodes: IntArray) -> int:
+    def _planes_through(self, nodes: IntArray) -> int:
         """Number of boundaries held in one component only (planes of symmetry) with any of these nodes."""
         planes = [name for name, support in self.supports.items() if is_plane(support)]
         return sum(bool(np.isin(nodes, self.mesh.boundary_nodes(name)).any()) for name in planes)
 
-    def size_lines(self, twin: str = "") -> list[str]:
+    def _size_lines(self, twin: str = "") -> list[str]:
         """Report lines: the model that it shares with its twin, or its planes of symmetry."""
         if twin:
             return [f"{self.name}: the model of {twin!r} in another pose, factorised once for both"]

@@ -457,17 +457,17 @@ class HalfSpace(SurfaceBody):
             return np.broadcast_to(np.asarray(z, dtype=float), self.grid.shape)
         return number_array("the heights", surface)
 
-    def met_by(self, partner: object) -> HalfSpace:
+    def _met_by(self, partner: object) -> HalfSpace:
         """The half-space with cells opposite those of a local body; itself for other partners."""
         faced = getattr(partner, "half_space_opposite", None)
         return self if faced is None else cast(HalfSpace, faced(self))
 
     @property
-    def matrix_free(self) -> bool:
+    def _matrix_free(self) -> bool:
         """Its compliance is applied by Fourier transforms."""
         return True
 
-    def size_lines(self, twin: str = "") -> list[str]:
+    def _size_lines(self, twin: str = "") -> list[str]:
         """Report lines."""
         return [f"{self.name}: a half-space, of which only the surface is cut"]
 

@@ -94,6 +94,7 @@ class ElasticLayer(SurfaceBody):
     law: str
     name: str
     pose: Pose
+    _is_foundation = True  # a node is displaced by its own pressure only
 
     def __init__(
         self,
@@ -124,11 +125,6 @@ class ElasticLayer(SurfaceBody):
     def notes(self) -> tuple[str, ...]:
         """Corrections made when its mesh was read."""
         return self.surface_of[0].notes
-
-    @property
-    def is_foundation(self) -> bool:
-        """True: a node is displaced by its own pressure only."""
-        return True
 
     @property
     def contact_modulus(self) -> float:

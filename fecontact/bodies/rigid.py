@@ -134,6 +134,7 @@ class RigidBody(Body):
     shape: RigidShape
     name: str = "rigid"
     pose: Pose = field(default_factory=Pose)
+    is_rigid = True
     contact: tuple[str, ...] = ("surface",)
 
     def __post_init__(self) -> None:
@@ -205,26 +206,21 @@ counter-clockwise.'
         return self.shape.notes if isinstance(self.shape, Facets) else ()
 
     @property
-    def is_rigid(self) -> bool:
-        """True."""
-        return True
-
-    @property
-    def dimension(self) -> None:
+    def _dimension(self) -> None:
         """None: used with sections, its surface must be constant along y or rotationally symmetric."""
         return None
 
     @property
-    def is_cut_off(self) -> bool:
+    def _is_cut_off(self) -> bool:
         """Whether the surface continues beyond its ends: True for measured maps and open facets."""
         return isinstance(self.shape, HeightMap | Facets)
 
     @property
-    def farthest(self) -> float:
+    def _farthest(self) -> float:
         """Largest coordinate of the mesh of its surface, if it has one."""
         return float(np.abs(self.shape.mesh.points).max()) if isinstance(self.shape, Facets) else 0.0
 
-    def outside(self, displacement: Array) -> Outside:
+    def _outside(self, displacement: Array) -> Outside:
         """Its outer surface, as far as its shape encloses a volume; see `Outside`."""
         shape, size = self.shape, self.size
         if isinstance(shape, Plane):
@@ -241,7 +237,7 @@ counter-clockwise.'
             return Outside(points, shape, size, may_hold=shape.may_hold)
         return Outside(points, shape, size, depth=size)
 
-    def size_lines(self, twin: str = "") -> list[str]:
+    def _size_lines(self, twin: str = "") -> list[str]:
         """Report lines."""
         return [f"{self.name}: rigid, nothing to factorise"]
 
@@ -281,7 +277,7 @@ counter-clockwise.'
             raise InputError(f"A rigid body has the one surface 'surface'; found {name!r}.", code="unknown-surface")
         return self.shape
 
-    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
+    def _trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
         """Rows (n, 6) for the rigid displacement at closest points along directions (n, 3)."""
         modes = rigid_modes(projection.points, np.zeros(3)).reshape(-1, 3, 6)
         return sp.csr_matrix(np.einsum("ni,nic->nc", directions, modes))

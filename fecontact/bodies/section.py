@@ -61,14 +61,14 @@ class SectionBody(ElasticBody):
         return ()
 
     @property
-    def out_of_plane(self) -> Extent:
+    def _out_of_plane(self) -> Extent:
         """Out-of-plane extent of the section."""
         raise InputError("Make a PlaneBody or an AxisymmetricBody.")
 
     @property
-    def dimension(self) -> str:
+    def _dimension(self) -> str:
         """'plane', 'axis' or 'twist'."""
-        return "twist" if self.out_of_plane.torsion else "axis" if self.out_of_plane.revolved else "plane"
+        return "twist" if self._out_of_plane.torsion else "axis" if self._out_of_plane.revolved else "plane"
 
     @property
     def plane_stress(self) -> bool:
@@ -87,7 +87,7 @@ class SectionBody(ElasticBody):
             self.mesh,
             self.material,
             self.supports,
-            self.out_of_plane,
+            self._out_of_plane,
             self.plane_stress,
             self.backend,
             self.integration,
@@ -95,19 +95,19 @@ class SectionBody(ElasticBody):
 
     def _made_surface(self, facets: IntArray, name: str) -> CurveSurface:
         nodes, across = symmetry_planes(self.mesh, self.supports)
-        if self.out_of_plane.revolved:
+        if self._out_of_plane.revolved:
             axis = on_axis(self.mesh.points, self.size)
             nodes, across = np.append(nodes, axis), np.concatenate([across, np.tile([1.0, 0.0, 0.0], (len(axis), 1))])
-        return CurveSurface(self.mesh.points, facets, name, planes=(nodes, across), out_of_plane=self.out_of_plane)
+        return CurveSurface(self.mesh.points, facets, name, planes=(nodes, across), out_of_plane=self._out_of_plane)
 
     def _skin(self, points: Array) -> CurveSurface:
         return CurveSurface(
-            points, self.mesh.face_nodes(self.mesh.outer_sides), self.name, out_of_plane=self.out_of_plane
+            points, self.mesh.face_nodes(self.mesh.outer_sides), self.name, out_of_plane=self._out_of_plane
         )
 
-    def size_lines(self, twin: str = "") -> list[str]:
+    def _size_lines(self, twin: str = "") -> list[str]:
         """Report lines, including the reduction to a section."""
-        return [*super().size_lines(twin), f"{self.name}: a section instead of a solid"]
+        return [*super()._size_lines(twin), f"{self.name}: a section instead of a solid"]
 
     def describe(self) -> str:
         """One-line description of the model."""
@@ -164,7 +164,7 @@ class PlaneBody(SectionBody):
         super().__post_init__()
 
     @property
-    def out_of_plane(self) -> Extent:
+    def _out_of_plane(self) -> Extent:
         """The thickness."""
         return Extent(float(self.thickness))
 
@@ -227,7 +227,7 @@ class AxisymmetricBody(SectionBody):
         super().__post_init__()
 
     @property
-    def out_of_plane(self) -> Extent:
+    def _out_of_plane(self) -> Extent:
         """Circumference."""
         return Extent(None, self.torsion)
 

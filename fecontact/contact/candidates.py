@@ -225,4 +225,4 @@ def _mirror_images(slave: Body, nearest: IntArray) -> int:
     A boundary held in one component only through the point nearest contact counts as a plane of symmetry. A wrong
     estimate costs time but not accuracy.
     """
-    return 2 ** slave.planes_through(nearest)
+    return 2 ** slave._planes_through(nearest)

@@ -256,7 +256,7 @@ class Contact:
         if not vector("friction_axis", self.friction_axis).any():
             raise InputError("friction_axis is zero; give the direction of the first coefficient of friction.")
         for body in self.bodies:
-            if body.out_of_plane is not None and not body.out_of_plane.torsion:
+            if body._out_of_plane is not None and not body._out_of_plane.torsion:
                 raise InputError(
                     f"{body.name!r} is a section without torsion, whose points slip along one line: give one "
                     f"coefficient of friction instead of {pair}.",

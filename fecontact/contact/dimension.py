@@ -56,7 +56,7 @@ class Dimension:
 
     def check_pose(self, body: Body) -> None:
         """Refuse a section off the plane or the axis; rigid bodies are checked by their surfaces."""
-        if body.out_of_plane is None:
+        if body._out_of_plane is None:
             return
         Q, shift = body.pose.rotation, body.pose.translation / body.size
         axis, held = (2, [0, 1]) if self.revolved else (1, [1])
@@ -152,8 +152,8 @@ def setting_of(bodies: Sequence[Body]) -> Dimension:
     """
     kinds: dict[Dimension, Body] = {}
     for body in bodies:
-        if body.dimension is not None:
-            kinds.setdefault(SETTINGS[body.dimension], body)
+        if body._dimension is not None:
+            kinds.setdefault(SETTINGS[body._dimension], body)
     if len(kinds) > 1:
         names = "; ".join(f"{b.name!r} is {s.kind}" for s, b in kinds.items())
         raise InputError(
@@ -164,7 +164,7 @@ def setting_of(bodies: Sequence[Body]) -> Dimension:
     setting = next(iter(kinds), SPACE)
     for body in bodies:
         setting.check_pose(body)
-    wide = {b.out_of_plane.thickness for b in bodies if b.out_of_plane is not None}
+    wide = {b._out_of_plane.thickness for b in bodies if b._out_of_plane is not None}
     if len(wide) > 1:
         raise InputError(
             f"Plane bodies of one scene need one thickness; found {sorted(map(float, filter(None, wide)))}.",
@@ -187,7 +187,7 @@ def check_contacts(contacts: Sequence[Contact]) -> None:
             )
             if sides.keys() != others.keys():
                 continue
-            count = [body.shared_faces(name, others[key][1]) for key, (body, name) in sides.items()]
+            count = [body._shared_faces(name, others[key][1]) for key, (body, name) in sides.items()]
             if all(count):
                 raise InputError(
                     f"Two contacts between {one.slave.name!r} and {one.master.name!r}, {one.surfaces} and "

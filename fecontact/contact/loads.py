@@ -49,9 +49,9 @@ def pressed(body: Body, name: str, given: Distribution) -> Array:
     numbers = None if callable(given) else array_of(given)
     if not callable(given) and (numbers is None or numbers.ndim == 0):
         constant = finite(what, cast(float, given))
-        return body.boundary_traction(name, lambda x, n: -constant * n)
+        return body._boundary_traction(name, lambda x, n: -constant * n)
     p = _intensity(what, body, name, given, ())
-    return body.boundary_traction(name, lambda x, n: -p(x)[:, None] * n)
+    return body._boundary_traction(name, lambda x, n: -p(x)[:, None] * n)
 
 
 def pulled(body: Body, name: str, given: Distribution, setting: Dimension) -> Array:
@@ -62,7 +62,7 @@ def pulled(body: Body, name: str, given: Distribution, setting: Dimension) -> Ar
     if numbers is not None and numbers.ndim == 1:
         constant = vector(what, numbers)
         setting.check_traction(constant, what)
-        return body.boundary_traction(name, lambda x, n: np.broadcast_to(constant @ rotation, x.shape))
+        return body._boundary_traction(name, lambda x, n: np.broadcast_to(constant @ rotation, x.shape))
     t = _intensity(what, body, name, given, (3,))
 
     def field(x: Array, n: Array) -> Array:
@@ -71,7 +71,7 @@ def pulled(body: Body, name: str, given: Distribution, setting: Dimension) -> Ar
         setting.check_traction(np.abs(values).max(axis=0), what)
         return values @ rotation
 
-    return body.boundary_traction(name, field)
+    return body._boundary_traction(name, field)
 
 
 def _intensity(
@@ -84,7 +84,7 @@ def _intensity(
             return _checked(f"{what}, a function of points {x.shape},", given(x), (len(x), *shape))
 
         return field
-    return body.over_boundary(name, _checked(f"{what}, given by nodes,", given, (body.count_nodes(name), *shape)))
+    return body._over_boundary(name, _checked(f"{what}, given by nodes,", given, (body._count_nodes(name), *shape)))
 
 
 def _checked(what: str, given: Distribution, shape: tuple[int, ...]) -> Array:
@@ -152,11 +152,11 @@ class LoadStep:
                     continue
                 if isinstance(place, str):
                     f = vector(f"The force on {place!r} of {body.name!r}", force)
-                    parts.append(body.boundary_force(place, f @ pose.rotation))
+                    parts.append(body._boundary_force(place, f @ pose.rotation))
                     continue
                 point = vector(f"The point of the force on {body.name!r}", place)
                 f = vector(f"The force at {place} of {body.name!r}", force)
-                if (nodal := body.point_force(point, f @ pose.rotation)) is None:
+                if (nodal := body._point_force(point, f @ pose.rotation)) is None:
                     pushes.append((pose.to_world(point), f))
                 else:
                     parts.append(nodal)
@@ -168,13 +168,13 @@ class LoadStep:
             parts += [pressed(b, name, p) for (b, name), p in self.pressures.items() if b is body]
             parts += [pulled(b, name, t, setting) for (b, name), t in self.tractions.items() if b is body]
             if self.gravity is not None:
-                weight = body.body_force(vector("Gravity", self.gravity) @ pose.rotation)
+                weight = body._body_force(vector("Gravity", self.gravity) @ pose.rotation)
                 parts += [] if weight is None else [weight]
             if frame.spread:
                 parts.append(_spread(frame))
             frames.append(frame)
             distributed.append(np.sum(parts, axis=0) if parts else None)
-        farthest = max((b.farthest / b.size for b in bodies), default=0.0)
+        farthest = max((b._farthest / b.size for b in bodies), default=0.0)
         return Loading(tuple(frames), tuple(distributed), max(SMALLEST, LAST_DIGITS * farthest))
 
     def _checked(self, bodies: Sequence[Body]) -> tuple[dict[Body, ArrayLike], dict[tuple[Body, Any], ArrayLike]]:
@@ -358,7 +358,7 @@ def check_member(key: object, bodies: Sequence[Body], what: str = "A load or mot
 
 def mass_weighted(frame: RigidMotionConstraints, motions: Array) -> Array:
     """Nodal forces (n_dofs, k) of unit accelerations in world motions (6, k): M R."""
-    return np.asarray(frame.body.weighted_modes @ frame.in_body_axes(motions))
+    return np.asarray(frame.body._weighted_modes @ frame.in_body_axes(motions))
 
 
 def _spread(frame: RigidMotionConstraints) -> Array:

@@ -87,7 +87,7 @@ class SceneModel:
     @property
     def twists(self) -> bool:
         """Whether bodies of revolution turn about their axis, which leaves their surfaces as they are."""
-        return any(body.dimension == "twist" for body in self.bodies)
+        return any(body._dimension == "twist" for body in self.bodies)
 
     @cached_property
     def sizes(self) -> Array:

@@ -213,6 +213,6 @@ class GapsBetweenNodes:
 
 def _at_nodes(body: Body, surface: FacetSurface, displacement: Array) -> Array:
     """Displacements (n_points, 3) of a surface's points by those (n_dofs,) of its body, in its axes."""
-    found = body.at_points(displacement)
+    found = body._at_points(displacement)
     # surfaces with cells of their own have displacements of them first
     return displacement.reshape(-1, 3) if found is None or len(found) != len(surface.points) else found

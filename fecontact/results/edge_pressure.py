@@ -647,7 +647,7 @@ def _unsuitable(contact: ContactFields) -> str:
         (contact.friction is not None, "with friction the pressures follow from the tractions too"),
         (contact._surface.cell_area is not None, "the surface is a grid of cells"),
         (
-            contact.slave.is_foundation or contact.master.is_foundation,
+            contact.slave._is_foundation or contact.master._is_foundation,
             "on an elastic foundation the pressure falls to zero linearly",
         ),
     )

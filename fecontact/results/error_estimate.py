@@ -316,8 +316,8 @@ def energy_errors(contact: ContactFields, readings: PressureReadings | None) -> 
     width = max(readings.across, NARROWEST) * float(_lengths(contact, readings.facets).mean())
     points, (ours, theirs) = contact.points[contact.active], contact._displacements
     return (
-        contact.slave.energy_error(ours, contact.slave.pose.to_body(points), width),
-        contact.master.energy_error(theirs, contact.master.pose.to_body(points), width),
+        contact.slave._energy_error(ours, contact.slave.pose.to_body(points), width),
+        contact.master._energy_error(theirs, contact.master.pose.to_body(points), width),
     )
 
 
@@ -339,7 +339,7 @@ def faces_across(contact: ContactFields, readings: PressureReadings) -> float:
 
 def _across(contact: ContactFields, readings: PressureReadings, chosen: Mask, share: Array, numbers: IntArray) -> float:
     """Faces across one region, from its facets (n,), their shares (n,) in contact, and its node numbers."""
-    n = share[chosen].sum() * 2 ** contact.slave.planes_through(numbers)
+    n = share[chosen].sum() * 2 ** contact.slave._planes_through(numbers)
     points, weights = readings.points[chosen].reshape(-1, 3), readings.areas[chosen]
     if contact.facets.shape[1] == 3:
         radius = contact.slave.pose.to_body(points)[:, 0]

@@ -59,7 +59,7 @@ class WindowPatch:
 def on_window(result: ContactResult, interface: Interface) -> bool:
     """Whether the contact of an interface is on cells of a body with a mesh."""
     k = result.scene.bodies.index(interface.slave)
-    meshed = interface.slave.at_points(result.state.displacements[k]) is not None
+    meshed = interface.slave._at_points(result.state.displacements[k]) is not None
     return meshed and has_cells(interface.slave_surface)
 
 

@@ -151,7 +151,7 @@ def driven_motions(result: ContactResult) -> Array:
 def _driven(result: ContactResult, k: int, motion: Array) -> Array | None:
     """Displacements (n_points, 3) of an elastic body, in the world, less its neutral motion; None for others."""
     body, frame = result.scene.bodies[k], result.loading.frames[k]
-    u = body.at_points(result.state.displacements[k] - frame.modes((result.motions[k] - motion)[:, None])[:, 0])
+    u = body._at_points(result.state.displacements[k] - frame.modes((result.motions[k] - motion)[:, None])[:, 0])
     return None if u is None else u @ body.pose.rotation.T
 
 

@@ -285,7 +285,7 @@ def _fitted_levels(contact: ContactFields, chosen: IntArray) -> tuple[Array, Mas
     own = contact.facets[chosen]
     centres, axes = facet_frames(contact.nodes, own)
     found = _patches(contact, chosen, centres, axes)
-    springs = contact.slave.is_foundation or _like_springs(found)
+    springs = contact.slave._is_foundation or _like_springs(found)
     coefficients, good = _by_springs(found) if springs else _by_roots(found)
     at_nodes = np.einsum("fdi,fai->fad", axes, contact.nodes[own] - centres[:, None])
     return np.einsum("fak,fk->fa", monomials(at_nodes), coefficients) * found.size[:, None], good
@@ -397,7 +397,7 @@ def nodal_pressure(contact: ContactFields) -> NodalPressure | None:
 def recovered_on(contact: ContactFields, field: NodalPressure, chosen: IntArray) -> RecoveredPressure:
     """Recovered pressure on chosen facets on which it is bounded."""
     # on an elastic foundation the pressure falls to zero linearly
-    power = 1 if contact.slave.is_foundation else 2
+    power = 1 if contact.slave._is_foundation else 2
     # only facets with pressure: which others were paired is a matter of the search
     counted = np.flatnonzero(field.bounded)
     facets, own = contact.facets[counted], np.searchsorted(counted, chosen)
@@ -505,4 +505,4 @@ def _factor(contact: ContactFields, field: NodalPressure, level: Array, cut: Mas
 
 def _power(contact: ContactFields) -> int:
     """Power of the pressure that falls linearly to zero at the edge."""
-    return 1 if contact.slave.is_foundation else 2
+    return 1 if contact.slave._is_foundation else 2

@@ -40,7 +40,7 @@ def modelled(bodies: Sequence[Body]) -> list[str]:
         before = first.setdefault(id(elastic.model), elastic)
         if before is not elastic:
             twins[id(elastic)] = before.name
-    return [line for body in bodies for line in body.size_lines(twins.get(id(body), ""))]
+    return [line for body in bodies for line in body._size_lines(twins.get(id(body), ""))]
 
 
 def report(result: ContactResult) -> str:

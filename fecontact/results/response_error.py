@@ -94,7 +94,7 @@ class ResponseErrors:
         known = {id(p.body) for p, own in zip(self.condensed.parts, self.primal, strict=True) if len(own.cells)}
         touching = [c for c in self.contacts if c.active.any()]
         for body, name in ((b, n) for c in touching for b, n in zip((c.slave, c.master), c.surfaces, strict=True)):
-            if not (body.is_rigid or body.is_foundation or id(body) in known or is_half_space(body.surface(name))):
+            if not (body.is_rigid or body._is_foundation or id(body) in known or is_half_space(body.surface(name))):
                 return f"not estimated with {body.name!r}, whose elements give none"
         return ""
 
@@ -212,9 +212,9 @@ class ResponseErrors:
             # approach of the bodies at the contact beyond that of the point where they meet first
             beyond = 2 * float(own @ (gaps - gaps.min()))
             growth += beyond
-            if contact.slave.is_foundation or is_half_space(contact._surface):
+            if contact.slave._is_foundation or is_half_space(contact._surface):
                 beyond = float(own @ self._deflection[of_contact])
-                beyond *= 1.0 if contact.slave.is_foundation else OF_CELLS
+                beyond *= 1.0 if contact.slave._is_foundation else OF_CELLS
             else:
                 beyond *= OF_FACES
             square = contact.error_estimate.pressure**2

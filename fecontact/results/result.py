@@ -163,7 +163,7 @@ class ContactResult:
     def meshed_bodies(self) -> tuple[ElasticBody, ...]:
         """The scene's bodies with a mesh: elastic ones, and local ones."""
         pairs = zip(self.scene.bodies, self.state.displacements, strict=True)
-        return tuple(cast(ElasticBody, b) for b, u in pairs if b.at_points(u) is not None)
+        return tuple(cast(ElasticBody, b) for b, u in pairs if b._at_points(u) is not None)
 
     @property
     def n_candidates(self) -> int:
@@ -205,7 +205,7 @@ class ContactResult:
         """Total displacement (n_points, 3) of the body's nodes from their given positions, in world axes."""
         k = self._number(body)
         posed = self.scene.bodies[k]
-        own = posed.at_points(self.state.displacements[k])
+        own = posed._at_points(self.state.displacements[k])
         if own is None:
             why = "is rigid" if body.is_rigid else "has no mesh"
             raise InputError(f"{body.name!r} {why}: it has no displacement field; see rigid_motion.", code="rigid")
@@ -293,7 +293,7 @@ class ContactResult:
         k = self._number(body)
         part = self.condensed.parts[k]
         forces = (self.friction or self.solution).forces[part.index]
-        inner = self.scene.bodies[k].inner_fields(self.state.displacements[k], part.rows, forces)
+        inner = self.scene.bodies[k]._inner_fields(self.state.displacements[k], part.rows, forces)
         if inner is None:
             raise _no_field(body)
         return inner

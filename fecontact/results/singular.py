@@ -177,7 +177,7 @@ def _sharp_tip(contact: ContactFields) -> SingularEdge | None:
     5.2 and 5.3), below a tip r^n with n < 1 it is r^(n - 1).
     """
     master, heights = contact.master, heights_of(contact.master.surface(contact.surfaces[1]))
-    if heights is None or contact.slave.is_foundation:
+    if heights is None or contact.slave._is_foundation:
         return None
     pressure = contact.forces / contact.weights
     highest = int(np.argmax(pressure))
@@ -197,7 +197,7 @@ def edge_exponent(body: Body, other: Body) -> float:
 
     Zero where the other is rigid, or a foundation of springs, which gives under its own pressure only.
     """
-    if np.isinf(other.contact_modulus) or other.is_foundation or body.is_foundation:
+    if np.isinf(other.contact_modulus) or other._is_foundation or body._is_foundation:
         return 0.0
     stiffness = body.contact_modulus / other.contact_modulus
     return 0.5 if np.isinf(stiffness) else 1.0 - wedge_eigenvalue(np.pi / 2, stiffness)

@@ -247,7 +247,7 @@ class _Placed:
 
     def __init__(self, result: ContactResult, number: int) -> None:
         self.body = result.scene.bodies[number]
-        self.outside = self.body.outside(result.state.displacements[number])
+        self.outside = self.body._outside(result.state.displacements[number])
         self._motion, self._point = result.state.motions[number], result.loading.frames[number].point
 
     @cached_property
@@ -313,8 +313,8 @@ def _side(result: ContactResult, given: Body, name: str) -> _Side | None:
     surface = body.surface(name)
     k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
     u, frame = result.state.displacements[k], result.loading.frames[k]
-    rest = body.at_points(u - frame.modes(result.state.motions[k][:, None])[:, 0])
-    return _Side(body, surface, replace(surface, points=surface.points + body.at_points(u)), rest)
+    rest = body._at_points(u - frame.modes(result.state.motions[k][:, None])[:, 0])
+    return _Side(body, surface, replace(surface, points=surface.points + body._at_points(u)), rest)
 
 
 def overlap_left(result: ContactResult) -> Iterator[str]:
@@ -441,7 +441,7 @@ def springs_at_nodes(result: ContactResult) -> Iterator[str]:
     of quadratic faces, it is exact.
     """
     for contact in result.contacts:
-        if not contact.slave.is_foundation or not contact.active.all() or contact.facets.shape[1] != 4:
+        if not contact.slave._is_foundation or not contact.active.all() or contact.facets.shape[1] != 4:
             continue
         # the faces across count an ellipse of as many faces as the rectangle has
         excess = 8 / (np.pi * contact.error_estimate.faces_across**2)
@@ -535,7 +535,7 @@ def _near_rigid_end(body: Body, name: str, points: Array, normals: Array, size: 
     """The same for a rigid surface: measured maps and open facets continue beyond their rim, shapes do not."""
     near = ends_near(body, name, points, normals, size)
     none = np.zeros(len(points), bool)
-    if body.is_cut_off:
+    if body._is_cut_off:
         return _Near(near, none, near & ends_near(body, name, points, normals, touching))
     return _Near(none, near, none)
 

@@ -151,7 +151,7 @@ def divided_to(body: Body, name: str, points: Array, size: float) -> Body:
     while True:
         surface, facets = with_nodes(body.surface(name)), facets_at(points, body, name)
         wide = facets[surface.mean_facet_size[facets] > size]
-        finer = body.divided({name: wide}) if len(wide) else body
+        finer = body._divided({name: wide}) if len(wide) else body
         if finer is body:
             return body
         body = finer
@@ -394,14 +394,14 @@ def _divided(scene: SceneModel, result: ContactResult, target: Target, again: bo
         given = {name: facets for name, facets in marked.items() if len(facets)}
         if not given and not len(below[k]):
             continue
-        bodies[k] = bodies[k].divided(given, below[k])
+        bodies[k] = bodies[k]._divided(given, below[k])
         if again and given and bodies[k] is not scene.bodies[k]:
             once = {n: parts_of(f, scene.bodies[k], bodies[k], n) for n, f in given.items()}
             for name in once.keys() & edges.get(k, {}).keys():
                 points = result.scene.bodies[k].pose.to_body(edges[k][name])
                 once[name] = np.intersect1d(once[name], facets_at(points, bodies[k], name))
             if any(len(p) for p in once.values()):
-                more = bodies[k].divided(once)
+                more = bodies[k]._divided(once)
                 bodies[k] = more if more.n_dofs <= TWICE * scene.bodies[k].n_dofs else bodies[k]
     for k, name, overlap in overlaps:
         bodies[k] = divided_to(bodies[k], name, overlap.points, SEEN * overlap.width)

@@ -52,7 +52,7 @@ def with_bodies(scene: SceneModel, bodies: Sequence[Body]) -> CarriedScene:
     new = {id(old): body for old, body in zip(scene.bodies, bodies, strict=True)}
     for contact in scene.contacts:
         for body, other in ((contact.master, contact.slave), (contact.slave, contact.master)):
-            new[id(body)] = new[id(body)].met_by(new[id(other)])
+            new[id(body)] = new[id(body)]._met_by(new[id(other)])
     bodies = [new[id(old)] for old in scene.bodies]
 
     def end(given: tuple[Body | None, ArrayLike]) -> tuple[Body | None, ArrayLike]:

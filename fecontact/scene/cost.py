@@ -241,7 +241,7 @@ def explain(
     n = sum(len(c) for c in chosen)
     seconds = sum(m.seconds for m in models)
     n_dofs = sum(b.n_unknowns for b in elastic)
-    dense = 0.0 if any(b.matrix_free for b in scene.bodies) else DENSE_CANDIDATES * 8 * n**2 / 1e6
+    dense = 0.0 if any(b._matrix_free for b in scene.bodies) else DENSE_CANDIDATES * 8 * n**2 / 1e6
     return Explanation(
         bodies=tuple(b.describe() for b in scene.bodies),
         n_dofs=n_dofs,
@@ -275,7 +275,7 @@ def _divisions(
         interface = condition.as_contact
         if interface is not None:
             surface, nodes = interface.slave_surface, interface.pairing.nodes[candidates]
-            faces = int(np.isin(surface.facets, nodes).all(axis=1).sum()) * 2 ** interface.slave.planes_through(nodes)
+            faces = int(np.isin(surface.facets, nodes).all(axis=1).sum()) * 2 ** interface.slave._planes_through(nodes)
             across = np.sqrt(4 * max(CANDIDATES_IN_CONTACT * faces, 1) / np.pi)
             error = max(error, FIRST_ERROR[interface.pairing.coupling] / across)
     n = max(0, int(np.ceil(np.log2(SAFETY * error / tightest)))) if error > 0 else 0
@@ -297,7 +297,7 @@ def _coupling(interface: Interface, n: int) -> str:
 def _solver(solver: str, n: int, scene: SceneModel) -> str:
     if solver != "auto":
         return f"{solver}, as asked for"
-    if any(b.matrix_free for b in scene.bodies):
+    if any(b._matrix_free for b in scene.bodies):
         return "conjugate gradients with a compliance that is applied by Fourier transforms"
     return f"active set on a dense compliance of {n} candidates; slower finite methods only where it is singular"
 
@@ -348,7 +348,7 @@ def _model_cost(body: ElasticBody, nodes: np.ndarray, n_rows: int, rate: float) 
 def _arrays(body: ElasticBody, model: Model) -> tuple[float, float, float]:
     """Bytes while the stiffness is assembled, of its upper triangle, and of PARDISO's factor."""
     n, n_cells = len(model.solved_dofs), len(body.mesh.cells)
-    if body.out_of_plane is not None:
+    if body._out_of_plane is not None:
         width = 2 * body.mesh.cells.shape[1]
         return PER_ENTRY * n_cells * width**2, ENTRY * 17 * n, SECTION_FACTOR * n * np.log2(max(n, 2))
     functions = body.functions_per_cell

@@ -187,7 +187,7 @@ def _movement(result: ContactResult, interface: Interface) -> tuple[RigidIncreme
     for body, sign in zip(elastic_among((interface.slave, interface.master)), (1.0, -1.0), strict=True):
         k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
         motion, frame = result.state.motions[k], result.loading.frames[k]
-        elastic.append(body.at_points(result.state.displacements[k] - frame.modes(motion[:, None])[:, 0]))
+        elastic.append(body._at_points(result.state.displacements[k] - frame.modes(motion[:, None])[:, 0]))
         shift += sign * (motion[:3] - np.cross(motion[3:], frame.point))
         turn += sign * motion[3:]
     return RigidIncrement(shift, turn), elastic

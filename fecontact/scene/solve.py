@@ -183,7 +183,7 @@ def refuse_with_friction(model: SceneModel, solver: str | CustomSolver) -> None:
         raise InputError(f"Friction has a solver of its own: leave solver out; found solver={solver!r}.", code="solver")
     for body in {b for c in model.contacts if c.mu > 0 for b in c.bodies}:
         surface = body.surface(body.contact[0])
-        if body.is_foundation or (has_cells(surface) and not is_half_space(surface)):
+        if body._is_foundation or (has_cells(surface) and not is_half_space(surface)):
             raise InputError(
                 f"{body.name!r} gives along its normal only, so friction on it has no slip to judge. Give an elastic "
                 "body or a half-space.",

@@ -46,16 +46,16 @@ Solve = Callable[[SceneModel, LoadStep, Sequence[KnownContact | None]], ContactR
 
 def has_open_windows(model: SceneModel) -> bool:
     """Whether local bodies of a scene have no window yet, or windows that do not face each other."""
-    if not any(isinstance(b, LocalBody) for b in model.bodies):
+    if not any(b._has_window for b in model.bodies):
         return False
     return any(map(_is_open, model.bodies)) or any(
-        body.met_by(other) is not body for c in model.contacts for body, other in (c.bodies[::-1], c.bodies)
+        body._met_by(other) is not body for c in model.contacts for body, other in (c.bodies[::-1], c.bodies)
     )
 
 
 def _is_open(body: Body) -> bool:
     """Whether it is a local body without a window."""
-    return isinstance(body, LocalBody) and not body.is_placed
+    return body._has_window and not cast(LocalBody, body).is_placed
 
 
 def solve_with_windows(model: SceneModel, step: LoadStep, solve: Solve) -> ContactResult:
@@ -83,7 +83,7 @@ def solve_with_windows(model: SceneModel, step: LoadStep, solve: Solve) -> Conta
         # the one without a window first; of two with windows the master follows the slave
         for body, partner in (pair, pair[::-1]) if _is_open(pair[0]) else (pair[::-1], pair):
             k = number[id(body)]
-            bodies[k] = bodies[k].met_by(bodies[number[id(partner)]])
+            bodies[k] = bodies[k]._met_by(bodies[number[id(partner)]])
             if _is_open(bodies[k]):
                 leading.append(k)
                 bodies[k] = _first_window(cast(LocalBody, body), model, loading)
@@ -167,7 +167,7 @@ def _check_facing(model: SceneModel) -> None:
     """Refuse windows that do not face each other, as those of a body between two others."""
     for contact in model.contacts:
         for body, other in (contact.bodies, contact.bodies[::-1]):
-            if body.met_by(other) is not body:
+            if body._met_by(other) is not body:
                 raise InputError(
                     f"The cells of {body.name!r} cannot lie opposite the window of {other.name!r} and of another local "
                     "body too: it has one window. Give it one contact with a local body, or leave it an ElasticBody.",

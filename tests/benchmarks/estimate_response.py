@@ -119,7 +119,7 @@ def judged(
 ) -> Judged:
     """Errors of all figures; `share` of the whole is modelled."""
     (contact,) = result.contacts
-    plane = result.scene.bodies[0].dimension == "plane"
+    plane = result.scene.bodies[0]._dimension == "plane"
     found = of_pressure(contact, lambda x: known.pressure(np.abs(x[:, 0]) if plane else np.hypot(x[:, 0], x[:, 1])))
     told = contact.error_estimate
     area = known.edge if plane else share * np.pi * known.edge**2

@@ -12,7 +12,6 @@ import pytest
 import fecontact
 from fecontact.app.cli import main
 from fecontact.common.renamed import FormerNames
-from fecontact.results.contact_fields import ContactFields
 
 HEAVY = ("numpy", "scipy", "skfem", "meshio", "matplotlib", "gmsh", "pyvista", "qpsolvers", "pypardiso")
 
@@ -96,6 +95,10 @@ def test_rooms_are_attributes_and_others_are_not() -> None:
 
 #: What a class shows its users; what only the package uses begins with an underscore.
 SHOWN = {
+    "Body": """
+        name pose placed is_rigid notes contact n_dofs size reference_point contact_modulus rigid_modes free_motions
+        surface attachment reduce displacement describe
+    """,
     "ContactFields": """
         slave master bodies surfaces label note coupling friction points normals weights forces pressure gap active
         nodes facets loaded_facets directions region regions outline recovered stick stick_outline area point_area
@@ -107,9 +110,19 @@ SHOWN = {
 
 @pytest.mark.parametrize("name", SHOWN)
 def test_a_class_shows_what_users_handle(name: str) -> None:
-    kind = {"ContactFields": ContactFields}[name]
+    kind = {"Body": fecontact.Body, "ContactFields": fecontact.ContactFields}[name]
     shown = {member for member in (*dir(kind), *kind.__annotations__) if not member.startswith("_")}
     assert shown == set(SHOWN[name].split())
+
+
+def test_an_own_body_that_defines_a_default_under_its_former_name_is_understood() -> None:
+    with pytest.warns(DeprecationWarning, match="Heavy.body_force is now _body_force"):
+
+        class Heavy(fecontact.Body):
+            def body_force(self, gravity: object) -> str:
+                return "heavy"
+
+    assert Heavy()._body_force(None) == "heavy"
 
 
 def test_a_member_that_has_become_private_is_found_under_its_former_name_and_warns() -> None:

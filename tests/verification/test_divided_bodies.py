@@ -164,7 +164,7 @@ def test_a_ring_divided_where_it_is_strained_most(kind, nu, row):
         planes = {"y_min": "y", "y_max": "x", "bottom": "z", "top": "z"}
         body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=nu), supports=planes)
         none = sp.csr_matrix((0, body.n_dofs))
-        u = body.displacement(none, np.zeros(0), body.boundary_traction("x_min", lambda x, n: -1.0 * n)).reshape(-1, 3)
+        u = body.displacement(none, np.zeros(0), body._boundary_traction("x_min", lambda x, n: -1.0 * n)).reshape(-1, 3)
         inner = mesh.boundary_nodes("x_min")
         r = np.linalg.norm(mesh.points[inner, :2], axis=1)
         exact = (1 + nu) * a**2 / (b**2 - a**2) * ((1 - 2 * nu) * r + b**2 / r)

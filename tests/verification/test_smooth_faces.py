@@ -123,7 +123,7 @@ def test_faces_come_nearer_to_the_part(case, row):
     found = {}
     for geometry in ("plain", "auto"):
         body = fc.ElasticBody(mesh, SOFT, name, geometry=geometry)
-        finer = body.divided({name: np.arange(len(body.surface(name).facets))})
+        finer = body._divided({name: np.arange(len(body.surface(name).facets))})
         found[geometry] = np.array([errors(body, name, distance), errors(finer, name, distance)])
     ratio = found["auto"] / np.maximum(found["plain"], 1e-12)
     for k, times in enumerate(("as meshed", "divided")):

@@ -277,14 +277,14 @@ class AncfBody(ElasticBody):
         """Positions and gradients of eight nodes."""
         return 32
 
-    def trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
+    def _trace(self, projection: Projection, directions: Array) -> sp.csr_matrix:
         """Rows (n, n_dofs) for the displacement at closest points along directions (n, 3), including gradients."""
         assert projection.facet is not None
         assert projection.local is not None
         faces = self.mesh.faces(projection.surface)[projection.facet]
         return components_along(self.model.space.face_rows(faces, projection.local), directions)
 
-    def divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
+    def _divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
         """The body as it is: bricks with hanging nodes would need ties of gradients."""
         return self
 

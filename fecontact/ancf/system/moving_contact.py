@@ -182,7 +182,7 @@ class RigidMaster(Master):
     @property
     def thickness(self) -> float:
         """Of its box, or the length of its shape if that is less."""
-        outer = self.body.outside(np.zeros(0))
+        outer = self.body._outside(np.zeros(0))
         extent = np.ptp(outer.points, axis=0).min() + 2 * outer.radius if outer.is_bounded else np.inf
         return min(outer.length, float(extent))
 

@@ -120,8 +120,8 @@ class MeshedWindows(Body):
     notes, size, reference_point, contact_modulus = map(
         _of_its_body, ("notes", "size", "reference_point", "contact_modulus")
     )
-    farthest, free_motions, over_boundary, count_nodes, size_lines = map(
-        _of_its_body, ("farthest", "free_motions", "over_boundary", "count_nodes", "size_lines")
+    _farthest, free_motions, _over_boundary, _count_nodes, _size_lines = map(
+        _of_its_body, ("_farthest", "free_motions", "_over_boundary", "_count_nodes", "_size_lines")
     )
 
     @property
@@ -270,14 +270,14 @@ class MeshedWindows(Body):
         return 3 * self._n_cells + self.body.n_dofs
 
     @property
-    def matrix_free(self) -> bool:
+    def _matrix_free(self) -> bool:
         """Its compliance is applied by Fourier transforms."""
         return True
 
     @cached_property
-    def weighted_modes(self) -> Array:
+    def _weighted_modes(self) -> Array:
         """Nodal forces (n_dofs, 6) of unit accelerations in the rigid motions about the reference point: M R."""
-        return self._of_mesh(self.body.weighted_modes)
+        return self._of_mesh(self.body._weighted_modes)
 
     def _of_mesh(self, values: Array) -> Array:
         """Values (n_dofs, ...) of the mesh's (body.n_dofs, ...), zero at the cells."""
@@ -288,43 +288,43 @@ class MeshedWindows(Body):
         row = self.body.attachment(point, direction)
         return sp.csr_matrix(sp.hstack([sp.csr_matrix((1, 3 * self._n_cells)), row]))
 
-    def boundary_force(self, name: str, force: Array) -> Array:
+    def _boundary_force(self, name: str, force: Array) -> Array:
         """Nodal forces (n_dofs,) of a resultant (3,) in its axes, as a uniform traction on a boundary."""
-        return self._of_mesh(self.body.boundary_force(name, force))
+        return self._of_mesh(self.body._boundary_force(name, force))
 
-    def boundary_traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
+    def _boundary_traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
         """Nodal forces (n_dofs,) of ``field(points, outward normals) -> (n, 3)``, all in its axes."""
-        return self._of_mesh(self.body.boundary_traction(name, field))
+        return self._of_mesh(self.body._boundary_traction(name, field))
 
-    def point_force(self, point: Array, force: Array) -> Array:
+    def _point_force(self, point: Array, force: Array) -> Array:
         """Nodal forces (n_dofs,) of a force (3,) at a point (3,), both in its axes."""
-        return self._of_mesh(self.body.point_force(point, force))
+        return self._of_mesh(self.body._point_force(point, force))
 
-    def body_force(self, gravity: Array) -> Array:
+    def _body_force(self, gravity: Array) -> Array:
         """Nodal forces (n_dofs,) of gravity (3,) in its axes."""
-        return self._of_mesh(self.body.body_force(gravity))
+        return self._of_mesh(self.body._body_force(gravity))
 
     def _on_mesh(self, loads: Array) -> Array:
         """Loads (body.n_dofs,) on the mesh; the cells carry contact forces only."""
         return loads[3 * self._n_cells :]
 
-    def inner_fields(self, displacement: Array, rows: sp.csr_matrix, forces: Array) -> InnerFields:
+    def _inner_fields(self, displacement: Array, rows: sp.csr_matrix, forces: Array) -> InnerFields:
         """Fields inside: those of half-spaces under the pressures on the windows, and of the elements beside them."""
         beside = BelowWindows(self._loaded_windows(rows, forces))
         u = self._on_mesh(displacement) - beside.displacement(self.mesh.points).ravel()
         return InnerFields(self.body.model, u, beside)
 
-    def energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
+    def _energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
         """None: its mesh carries a smooth field only."""
         return NO_CELLS
 
-    def outside(self, displacement: Array) -> Outside:
+    def _outside(self, displacement: Array) -> Outside:
         """Its outer surface, displaced by (n_dofs,)."""
-        return self.body.outside(self._on_mesh(displacement))
+        return self.body._outside(self._on_mesh(displacement))
 
-    def at_points(self, displacement: Array) -> Array:
+    def _at_points(self, displacement: Array) -> Array:
         """Displacements (n_points, 3) of its mesh's points by generalised ones (n_dofs,)."""
-        return self.body.at_points(self._on_mesh(displacement))
+        return self.body._at_points(self._on_mesh(displacement))
 
 
 class WindowsCompliance(LinearOperator):
@@ -512,6 +512,7 @@ class LocalBody(MeshedWindows):
     """
 
     contact: ClassVar[tuple[str, ...]] = ("window",)
+    _has_window = True
 
     body: ElasticBody
     wish: WindowRequest
@@ -530,7 +531,7 @@ class LocalBody(MeshedWindows):
         *,
         shape: tuple[int, int] | None = None,
     ) -> None:
-        if not isinstance(body, ElasticBody) or body.dimension != "space":
+        if not isinstance(body, ElasticBody) or body._dimension != "space":
             raise InputError(f"A local body is made of an ElasticBody in space; found {body!r}.", code="no-elastic")
         wish = WindowRequest.of(at, window, renamed_argument("LocalBody", "shape", "cells", shape, cells))
         placed = None if wish.at is None or wish.sides is None else place_window(body, wish.at, wish.sides, wish.shape)
@@ -555,7 +556,7 @@ class LocalBody(MeshedWindows):
             object.__setattr__(other, key, value)
         return other
 
-    def met_by(self, partner: object) -> LocalBody:
+    def _met_by(self, partner: object) -> LocalBody:
         """The body with the cells of its window opposite those of a partner's; itself if they are, or it has none."""
         if not isinstance(partner, LocalBody) or partner.given is None:
             return self

@@ -625,5 +625,5 @@ def _divided(body: ElasticBody, window: Window, order: int, size: float, most: i
         large = np.ptp(corners, axis=1).max(axis=1) > size * away
         if not large.any():
             break
-        body = body.divided({}, np.flatnonzero(large))
+        body = body._divided({}, np.flatnonzero(large))
     return body

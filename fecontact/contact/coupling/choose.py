@@ -341,7 +341,7 @@ def _paired(chosen: CouplingChoice, surfaces: SurfacePair) -> Pairing:
         pairing = pair_mortar(surfaces)
     else:
         pairing = pair(surfaces)
-    if chosen.slave.is_foundation and pairing.coupling == "nodal":
+    if chosen.slave._is_foundation and pairing.coupling == "nodal":
         # a node of a foundation gives by its whole area
         pairing = replace(pairing, weights=contact_weights(surface)[pairing.nodes])
     return pairing

@@ -523,13 +523,13 @@ class Pairing:
             np.zeros((n, 3)), self.slave_normals, np.zeros(n), np.zeros(n, bool),
             self.slave_weights, self.slave_facet, self.slave_local, surface,
         )  # fmt: skip
-        return self.average @ slave.trace(projection, self.slave_normals)
+        return self.average @ slave._trace(projection, self.slave_normals)
 
     def master_rows(self, master: Body) -> sp.csr_matrix:
         """Rows (n, n_dofs): opening by the master's displacements, -n at the closest points."""
         if self.sums is not None:
             return self.sums.on_master
-        return self.average @ master.trace(self.projection, -self.projection.normals)
+        return self.average @ master._trace(self.projection, -self.projection.normals)
 
     def couple_residual(self, points: Array) -> Array:
         """Moments (n, 3) of the lines of action about the closest points, in the master's axes: zero to rounding.

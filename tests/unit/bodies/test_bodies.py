@@ -86,8 +86,8 @@ def test_rigid_body_traces_its_motion():
     directions = np.random.default_rng(4).normal(size=(7, 3))
     motion = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
     field = motion[:3] + np.cross(motion[3:], projection.points)
-    assert np.abs(body.trace(projection, directions) @ motion - (field * directions).sum(axis=1)).max() < 1e-14
-    reduced = body.reduce(body.trace(projection, directions), None, Stopwatch())
+    assert np.abs(body._trace(projection, directions) @ motion - (field * directions).sum(axis=1)).max() < 1e-14
+    reduced = body.reduce(body._trace(projection, directions), None, Stopwatch())
     assert reduced.compliance is None
     with refused(InputError, "unknown-surface", "'cap'"):
         body.surface("cap")

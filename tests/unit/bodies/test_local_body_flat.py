@@ -118,7 +118,7 @@ def test_loads_of_the_body_move_the_window() -> None:
     """Uniaxial tension by a pressure below zero: the window moves by sigma h / E, exact for these elements."""
     supports = {"bottom": "z", "x_min": "x", "y_min": "y"}
     local = fc.LocalBody(block(supports=supports), (2.0, 2.0, 2.0), 1.0, (8, 8))
-    loads = local.boundary_traction("top", lambda x, n: 0.5 * n)
+    loads = local._boundary_traction("top", lambda x, n: 0.5 * n)
     u = local.displacement(sp.csr_matrix((1, local.n_dofs)), np.zeros(1), loads)
     assert np.allclose(u[: 3 * 64].reshape(-1, 3), [0, 0, 0.5 * 2.0 / SOLID.E], atol=1e-12)
 
@@ -186,9 +186,9 @@ def test_uniform_pressure_displaces_the_mesh_as_finite_elements_say() -> None:
     body = fc.ElasticBody(mesh.with_boundary("patch", patch), SOLID, supports={"bottom": "xyz"}, name="block")
     local = fc.LocalBody(body, (2.0, 2.0, 2.0), 4 / 3, (8, 8))
     cells = sp.csr_matrix((-np.ones(64), (np.arange(64), 3 * np.arange(64) + 2)), shape=(64, local.n_dofs))
-    found = local.at_points(local.displacement(cells, np.full(64, 0.1 * (4 / 3) ** 2 / 64), None))
+    found = local._at_points(local.displacement(cells, np.full(64, 0.1 * (4 / 3) ** 2 / 64), None))
     none = sp.csr_matrix((1, body.n_dofs))
-    expected = body.displacement(none, np.zeros(1), body.boundary_traction("patch", lambda x, n: -0.1 * n)).reshape(
+    expected = body.displacement(none, np.zeros(1), body._boundary_traction("patch", lambda x, n: -0.1 * n)).reshape(
         -1, 3
     )
     assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()

@@ -71,11 +71,11 @@ def test_linear_cells_stay_and_their_divisions_are_placed():
     assert np.abs(body.mesh.points - plain.mesh.points).max() < 1e-12 * RADIUS
     assert not body.notes
     near = {"cap": np.arange(len(body.surface("cap").facets))}
-    assert off_the_sphere(plain.divided(near)).max() > 0.01
-    finer = body.divided(near)
+    assert off_the_sphere(plain._divided(near)).max() > 0.01
+    finer = body._divided(near)
     off = off_the_sphere(finer)
-    assert off.max() < 0.02 * off_the_sphere(plain.divided(near)).max()
-    assert len(finer.notes) == len(finer.divided(near).notes) == 1
+    assert off.max() < 0.02 * off_the_sphere(plain._divided(near)).max()
+    assert len(finer.notes) == len(finer._divided(near).notes) == 1
     assert "moved by up to" in finer.notes[0]
 
 
@@ -171,7 +171,7 @@ def test_flat_faces_stay_to_the_last_bit():
 
 def test_division_goes_on_with_the_same_surface():
     body = ball({"cap": fc.Sphere(RADIUS)})
-    finer = body.divided({"cap": np.arange(3)})
+    finer = body._divided({"cap": np.arange(3)})
     assert len(finer.mesh.cells) > len(body.mesh.cells)
     free = np.setdiff1d(finer.surface("cap").nodes, finer.mesh.hanging.nodes)
     off = np.abs(np.linalg.norm(finer.mesh.points[free] - [0, 0, RADIUS], axis=1) - RADIUS)

@@ -135,7 +135,7 @@ def test_parts_of_a_mesh_without_connection_are_told_of_hanging_nodes_or_not(ste
 def test_backends_agree(backend, steel):
     pytest.importorskip({"pardiso": "pypardiso", "superlu": "scipy", "amg": "pyamg"}[backend])
     body = fc.ElasticBody(stairs("hex20"), steel, supports={"x_min": "xyz"}, backend=backend)
-    f = body.boundary_force("x_max", np.array([1.0, 2.0, -1.0]))
+    f = body._boundary_force("x_max", np.array([1.0, 2.0, -1.0]))
     u = body.displacement(sp.csr_matrix((0, body.n_dofs)), np.zeros(0), f)
     reference = fc.ElasticBody(stairs("hex20"), steel, supports={"x_min": "xyz"}, condensation="columns")
     expected = reference.displacement(sp.csr_matrix((0, body.n_dofs)), np.zeros(0), f)

@@ -117,16 +117,16 @@ def test_cells_near_points_are_looked_at_and_bodies_without_cells_have_none():
     body = fc.ElasticBody(mesh, UNIT, "top")
     x = mesh.points[:, 0]
     u = np.stack([np.where(x > 2, (x - 2) ** 2, 0.0), 0 * x, 0 * x], axis=1).ravel()
-    near, far = (body.energy_error(u, np.array([[place, 0.5, 0.5]]), 1.0) for place in (3.0, 1.0))
+    near, far = (body._energy_error(u, np.array([[place, 0.5, 0.5]]), 1.0) for place in (3.0, 1.0))
     assert near.error.sum() > 0.01 * near.energy.sum() > 0
     middles = mesh.points[mesh.cells].mean(axis=1)
     assert np.array_equal(near.cells, np.flatnonzero(np.linalg.norm(middles - [3.0, 0.5, 0.5], axis=1) < 1))
     assert len(far.cells) > 0
     assert totals(far) == (0.0, 0.0)
     floor = fc.RigidBody(fc.Plane())
-    assert len(floor.energy_error(np.zeros(6), np.zeros((1, 3)), 1.0).cells) == 0
+    assert len(floor._energy_error(np.zeros(6), np.zeros((1, 3)), 1.0).cells) == 0
     bricks = fc.AncfBody(mesh, UNIT, "top")
-    assert len(bricks.energy_error(np.zeros(bricks.n_dofs), np.zeros((1, 3)), 9.0).cells) == 0
+    assert len(bricks._energy_error(np.zeros(bricks.n_dofs), np.zeros((1, 3)), 9.0).cells) == 0
 
 
 def test_the_density_is_stress_times_strain():
@@ -142,8 +142,8 @@ def test_no_cells_have_no_error(element):
     """Where no middle of a cell is as near to a narrow contact as that is wide: a refusal of a mesh without cells."""
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element=element)
     body = fc.ElasticBody(mesh, UNIT, contact="top", supports={"bottom": "xyz"})
-    found = body.energy_error(np.zeros(body.n_dofs), np.array([[0.0, 0.0, 1.0]]), 0.1)
+    found = body._energy_error(np.zeros(body.n_dofs), np.array([[0.0, 0.0, 1.0]]), 0.1)
     assert [len(each) for each in (found.cells, found.error, found.energy)] == [0, 0, 0]
     flat = fc.PlaneBody(fc.sections.rectangle((1.0, 1.0), (1, 1)), UNIT, "top", {"bottom": "xz"})
-    found = flat.energy_error(np.zeros(flat.n_dofs), np.array([[0.0, 0.0, 1.0]]), 0.1)
+    found = flat._energy_error(np.zeros(flat.n_dofs), np.array([[0.0, 0.0, 1.0]]), 0.1)
     assert [len(each) for each in (found.cells, found.error, found.energy)] == [0, 0, 0]
