@@ -45,7 +45,7 @@ def approach_for_load(gap: Array, area: Array, modulus: float, force: float, thi
         Contact modulus E*.
     force : float
     thickness : float, optional
-        Thickness Thickness t of a plane problem.
+        Thickness t of a plane problem.
 
     Returns
     -------

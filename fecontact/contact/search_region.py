@@ -306,7 +306,7 @@ def search_region(
 
     Returns
     -------
-    Near
+    SearchRegion
     """
     parts = parts_of(slave)
     own, other = bounds_of(parts.surface), bounds_of(master)

@@ -5,7 +5,7 @@ between them: a ball beside all nodes overlaps a face and nothing touches; a wav
 alone looks flat. Here the gap is taken over the faces: along the slave's facets to the closest point of the master, as
 linear in the displacements as that of the contact points.
 
-What the nodes do not see of a rigid shape is the gap less what its values g and normals n at the nodes tell,
+What the nodes do not see of a rigid shape is the gap less its interpolation from values g and normals n at the nodes,
 
     sum_a N_a (g_a + n_a . (x - x_a) / 2),
 
@@ -142,7 +142,7 @@ class GapsBetweenNodes:
         """Facets that carry no force, and may be reached between their nodes only: no deeper than they are wide."""
         surface, idle = self.surface, ~self._loaded
         if self._loaded.any():
-            # beside those that are loaded the edge of the contact is known to a face only, as its error tells
+            # beside those that are loaded the edge of the contact is known to a face only, which its error includes
             idle = self._paired & ~with_rings(surface, self._loaded, 1)
         facets = np.flatnonzero(idle)
         if len(facets) == 0:
@@ -203,8 +203,8 @@ class GapsBetweenNodes:
         which, local = samples_of(np.arange(len(facets)), self.surface.triangle[facets])
         gap, _, hidden, x, shapes = self._on(facets[which], local)
         columns = place.reshape(len(facets), -1)[which]
-        told = g_a[columns] + np.einsum("nai,nai->na", n_a[columns], x[:, None] - x_a[columns]) / 2
-        short = np.where(hidden | beyond[columns].any(axis=1), 0.0, gap - np.einsum("na,na->n", shapes, told))
+        interpolated = g_a[columns] + np.einsum("nai,nai->na", n_a[columns], x[:, None] - x_a[columns]) / 2
+        short = np.where(hidden | beyond[columns].any(axis=1), 0.0, gap - np.einsum("na,na->n", shapes, interpolated))
         # nodes are half as far apart on faces with nodes amid their sides
         spacing = self.surface.mean_facet_size[facets] / (1 if self.surface.facets.shape[1] == 4 else 2)
         out[facets] = np.pi * self._modulus * short.reshape(len(facets), -1).std(axis=1) / spacing

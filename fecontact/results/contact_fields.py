@@ -314,7 +314,7 @@ class ContactFields(FormerNames):
     @property
     def stick_outline(self) -> ContactOutline | None:
         """Smooth curves round what sticks; None where their place is not known better than the faces."""
-        # where nothing slid in this step no slip tells how far the edge is
+        # where nothing slid in this step the distance of the edge is unknown
         if self.friction is None or self.stick is None or not self.friction.slip[self.friction.sliding].any():
             return None
         held = self._stick_readings

@@ -63,7 +63,7 @@ class Step:
 
     @property
     def errors(self) -> dict[str, float]:
-        """Estimated errors by the names of `FIGURES`; those without one, as of a peak without bound, are left out."""
+        """Estimated errors by the names of `FIGURES`; unknown ones, as of a peak without bound, are omitted."""
         found = {
             "pressure": max(self.pressure, self.traction or 0.0), "peak": self.peak, "area": self.area_error,
             "force": self.force, "approach": self.approach, "tilt": self.tilt,

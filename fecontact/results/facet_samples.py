@@ -120,7 +120,7 @@ def _fan(n_columns: int, L: Array) -> Array:
 
 
 def without(shapes: Array, left_out: Mask) -> Array:
-    """Functions (n_facets, n_q, k) of the other nodes, over their sum, for nodes (n_facets, k) left out.
+    """Functions (n_facets, n_q, k) of the other nodes, over their sum, for excluded nodes (n_facets, k).
 
     A pressure is constant towards them, a uniform one is kept, and it is the mean where the others' functions vanish.
     """

@@ -59,13 +59,13 @@ class WindowPatch:
 def on_window(result: ContactResult, interface: Interface) -> bool:
     """Whether the contact of an interface is on cells of a body with a mesh."""
     k = result.scene.bodies.index(interface.slave)
-    meshed = interface.slave._at_points(result.state.displacements[k]) is not None
+    meshed = interface.slave._at_points(result._state.displacements[k]) is not None
     return meshed and has_cells(interface.slave_surface)
 
 
 def window_patches(result: ContactResult) -> Iterator[WindowPatch]:
     """The patches of all contacts on windows of local bodies."""
-    for interface, contact in zip(result.interfaces, result.contacts, strict=True):
+    for interface, contact in zip(result._interfaces, result.contacts, strict=True):
         if on_window(result, interface):
             yield _patch(result, interface, contact)
 
@@ -162,12 +162,12 @@ def save_vtu(result: ContactResult, path: str | Path) -> Path:
     owner: dict[str, list[IntArray]] = {}
     data: dict[str, list[Array]] = {}
     start = 0
-    for k, body in enumerate(bodies := result.meshed_bodies):
+    for k, body in enumerate(bodies := result._meshed_bodies):
         mesh = body.mesh
         used = np.unique(mesh.cells)
         index = np.full(len(mesh.points), -1, dtype=np.int64)
         index[used] = start + np.arange(len(used))
-        points.append(result.given(body).pose.to_world(mesh.points[used]))
+        points.append(result._given(body).pose.to_world(mesh.points[used]))
         for name, block, _ in mesh.native_cells():
             cells.setdefault(name, []).append(index[block])
             owner.setdefault(name, []).append(np.full(len(block), k))
@@ -178,7 +178,7 @@ def save_vtu(result: ContactResult, path: str | Path) -> Path:
         raise InputError("The scene has no body with a mesh, so there is nothing to write to a VTU file.")
     for patch in window_patches(result):
         data.setdefault("gap", [np.full(start, np.nan)])
-        points.append(result.given(patch.body).pose.to_world(patch.points))
+        points.append(result._given(patch.body).pose.to_world(patch.points))
         cells.setdefault("quad", []).append(start + patch.quads)
         owner.setdefault("quad", []).append(np.full(len(patch.quads), bodies.index(cast(ElasticBody, patch.body))))
         for name, values in patch.fields.items():
@@ -240,7 +240,7 @@ def body_fields(result: ContactResult, body: ElasticBody) -> dict[str, Array]:
 def nodal_error(result: ContactResult, body: ElasticBody) -> Array:
     """Estimated error (n_points,) of the contact pressure where the body is the slave: the mean over adjacent faces."""
     error = np.zeros(len(body.mesh.points))
-    for interface, contact in zip(result.interfaces, result.contacts, strict=True):
+    for interface, contact in zip(result._interfaces, result.contacts, strict=True):
         if interface.slave is body and not on_window(result, interface):
             facets = interface.slave_surface.facets
             total, count = (
@@ -257,7 +257,7 @@ def nodal_pressure(result: ContactResult, body: ElasticBody) -> Array:
     As slave: that of the contact. As master: the slave's pressure at the point opposite each node.
     """
     pressure = np.zeros(len(body.mesh.points))
-    for interface, contact in zip(result.interfaces, result.contacts, strict=True):
+    for interface, contact in zip(result._interfaces, result.contacts, strict=True):
         if on_window(result, interface):
             continue
         if interface.slave is body:

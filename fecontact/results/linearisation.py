@@ -105,16 +105,16 @@ def linearisation_error(result: ContactResult) -> LinearisationError:
     LinearisationError
         The one that the result already has, if it was judged before.
     """
-    if result.linearisation is not None:
-        return result.linearisation
+    if result._linearisation is not None:
+        return result._linearisation
     least = MIN_APPROACH * float(result.scene.sizes.min())
     found = [LinearisationError(0.0, least, 0.0)]
     motions = driven_motions(result)
     after = {
         id(f.body): _Motion(f.body, f.point, m, _driven(result, k, m))
-        for k, (f, m) in enumerate(zip(result.loading.frames, motions, strict=True))
+        for k, (f, m) in enumerate(zip(result._loading.frames, motions, strict=True))
     }
-    contacts = zip(result.interfaces, result.contacts, strict=True)
+    contacts = zip(result._interfaces, result.contacts, strict=True)
     if np.any(motions):
         found += [_of_contact(i, c, after) for i, c in contacts]
         found += [_of_spring(s, after) for s in result.springs]
@@ -132,17 +132,17 @@ def linearisation_error(result: ContactResult) -> LinearisationError:
 
 def driven_motions(result: ContactResult) -> Array:
     """Rigid motions (n_bodies, 6) of a result, without those that change no gap: undetermined ones, and twists."""
-    motions = result.motions
+    motions = result._motions
     if result.scene.twists:
         motions = motions * (np.arange(6) != COMPONENTS.index("rz"))
-    B = result.condensed.problem.B
+    B = result._condensed.problem.B
     if not len(B):
         return motions
     squares, directions = np.linalg.eigh(B @ B.T)
     neutral = directions[:, squares <= NEUTRAL**2 * squares[-1]]
     scale = np.where(np.arange(6) < 3, 1.0, result.scene.sizes[:, None])
-    count = np.cumsum([0] + [p.free.shape[1] for p in result.condensed.parts])
-    fields = [p.frame.free @ neutral[a:b] for p, a, b in zip(result.condensed.parts, count, count[1:], strict=False)]
+    count = np.cumsum([0] + [p.free.shape[1] for p in result._condensed.parts])
+    fields = [p.frame.free @ neutral[a:b] for p, a, b in zip(result._condensed.parts, count, count[1:], strict=False)]
     basis, _ = np.linalg.qr(scale.reshape(-1, 1) * np.concatenate(fields))
     flat = (scale * motions).ravel()
     return np.asarray((flat - basis @ (basis.T @ flat)).reshape(motions.shape) / scale)
@@ -150,8 +150,8 @@ def driven_motions(result: ContactResult) -> Array:
 
 def _driven(result: ContactResult, k: int, motion: Array) -> Array | None:
     """Displacements (n_points, 3) of an elastic body, in the world, less its neutral motion; None for others."""
-    body, frame = result.scene.bodies[k], result.loading.frames[k]
-    u = body._at_points(result.state.displacements[k] - frame.modes((result.motions[k] - motion)[:, None])[:, 0])
+    body, frame = result.scene.bodies[k], result._loading.frames[k]
+    u = body._at_points(result._state.displacements[k] - frame.modes((result._motions[k] - motion)[:, None])[:, 0])
     return None if u is None else u @ body.pose.rotation.T
 
 
@@ -254,11 +254,11 @@ def _of_friction(fields: ContactFields, chosen: IntArray, forces: Array, turn: A
     if fields.friction is None:
         return 0.0
     root = np.sqrt(fields.weights[chosen, None])
-    added, pressed, rubbed = (
+    added, pressed, tangential = (
         float(np.linalg.norm(f / root))
         for f in (forces[:, None] * turn, forces[:, None], fields.friction.forces[chosen])
     )
-    return added / rubbed if rubbed and added > BEARABLE * pressed else 0.0
+    return added / tangential if tangential and added > BEARABLE * pressed else 0.0
 
 
 def _nodes_of(interface: Interface, chosen: IntArray) -> sp.csr_matrix:

@@ -117,11 +117,11 @@ def _summary(result: ContactResult) -> str:
         )
         for c in result.contacts
     ]
-    said = [f'<p class="warning">Warning: {escape(w)}</p>' for w in result.warnings]
-    said += [f'<p class="note">Note: {escape(n)}</p>' for n in result.notes]
+    messages = [f'<p class="warning">Warning: {escape(w)}</p>' for w in result.warnings]
+    messages += [f'<p class="note">Note: {escape(n)}</p>' for n in result.notes]
     counts = f"{result.n_active} of {result.n_candidates} candidates in contact, {result.n_dofs} degrees of freedom"
     found = f"{result.status} by {result.solution.solver}: {counts}"
-    return f"<p>{escape(found)}</p>{Table(columns, rows).html()}{''.join(said)}"
+    return f"<p>{escape(found)}</p>{Table(columns, rows).html()}{''.join(messages)}"
 
 
 def _pictures(result: ContactResult) -> Iterator[tuple[str, Figure]]:
@@ -129,7 +129,7 @@ def _pictures(result: ContactResult) -> Iterator[tuple[str, Figure]]:
     yield "Gap", plot_result(result, "gap")
     if all(c.friction is not None for c in result.contacts):
         yield "Friction", plot_result(result, "friction")
-    if result.meshed_bodies:
+    if result._meshed_bodies:
         yield "Stress", plot_result(result, "von_mises")
     if result.convergence is not None:
         yield "Steps to the accuracy", plot_result(result, "convergence")

@@ -304,7 +304,7 @@ def _patches(contact: ContactFields, chosen: IntArray, centres: Array, axes: Arr
 
 
 def _like_springs(found: _Patches) -> bool:
-    """Whether pressures inside are steeper than the gaps outside of thick bodies tell."""
+    """Whether pressures inside are steeper than the gaps outside would make them on thick bodies."""
     inner, outer = (
         _slopes(found.fitted(v, found.weights, side), found.means(found.weights * side))
         for v, side in ((found.pressure**2, found.inside), (_root(found), ~found.inside))

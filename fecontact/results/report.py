@@ -25,10 +25,10 @@ def model_size(result: ContactResult) -> list[str]:
     points = sum(len(c.gap) for c in result.contacts)
     if points:
         lines.append(f"{result.n_candidates} candidates out of {points} contact points")
-    models = {id(b.model): b.model for b in result.elastic_bodies}
+    models = {id(b.model): b.model for b in result._elastic_bodies}
     kept = sum(m.n_retained for m in models.values())
     if kept:
-        lines.append(f"{result.n_dofs_factorised} degrees of freedom condensed to {kept}")
+        lines.append(f"{result._n_dofs_factorised} degrees of freedom condensed to {kept}")
     return lines + modelled(result.scene.bodies)
 
 
@@ -78,7 +78,7 @@ def report(result: ContactResult) -> str:
                 f"  region {k + 1}: area {r.area:.6g}, pressure max {r.max_pressure:.6g}, force {_numbers(r.force)}"
                 for k, r in enumerate(c.regions)
             ]
-    if text := str(result.response_error) or result.response_errors.reason:
+    if text := str(result.response_error) or result._response_errors.reason:
         lines.append(f"  errors of forces and motions by the meshes: {text}")
     for s in result.springs:
         lines.append(f"{s.spring.name:<24}tension {s.tension:>13.6g}   elongation {s.elongation:>13.6g}")

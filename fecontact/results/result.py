@@ -21,6 +21,7 @@ from fecontact.common.checks import point_array
 from fecontact.common.error_estimate import ResponseError
 from fecontact.common.errors import InputError, shown
 from fecontact.common.files import check_writable
+from fecontact.common.renamed import FormerNames
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.units import Units
 from fecontact.contact.condensed_problem import CondensedProblem, DisplacementState
@@ -52,7 +53,7 @@ class RigidMotion:
 
 
 @dataclass(frozen=True, eq=False)
-class ContactResult:
+class ContactResult(FormerNames):
     """Certified solution of a scene, with methods to print, draw and save it.
 
     Attributes
@@ -69,23 +70,11 @@ class ContactResult:
         Number of choices of candidates.
     condensation : dict
         Route to the compliance of each elastic body and its reason, by name; models in several poses once.
-    originals : sequence of Body
-        After a finite motion: the bodies as given; `scene` has them in their final poses.
-    unrefined : sequence of Body
-        Solved to an accuracy: the bodies before their meshes were divided; `scene` holds those of the last division.
     convergence : Convergence, optional
         Solved to an accuracy: the steps on the way to it.
-    linearisation : LinearisationError, optional
-        Error of linearised motions, where it decided whether poses are updated (``finite_motion="auto"``).
-    carried : CarriedMotion, optional
-        After a finite motion from the poses given: what carrying them along has changed.
     friction : Solution, optional
         Solution of the condensed problem with friction; `solution` then is that of its normal forces alone, under the
         tangential forces found.
-    step_end : StepEnd, optional
-        With friction: what the next load step goes on from.
-    follows_step : bool
-        Whether it belongs to a load path.
     """
 
     scene: SceneModel
@@ -96,17 +85,23 @@ class ContactResult:
     memory: dict[str, float]
     rounds: int
     condensation: dict[str, str]
-    loading: Loading = field(repr=False)
-    condensed: CondensedProblem = field(repr=False)
-    state: DisplacementState = field(repr=False)
-    originals: Sequence[Body] = ()
-    unrefined: Sequence[Body] = ()
+    _loading: Loading = field(repr=False)
+    _condensed: CondensedProblem = field(repr=False)
+    _state: DisplacementState = field(repr=False)
+    #: After a finite motion: the bodies as given; `scene` has them in their final poses.
+    _originals: Sequence[Body] = ()
+    #: Solved to an accuracy: the bodies before their meshes were divided; `scene` holds those of the last division.
+    _unrefined: Sequence[Body] = ()
     convergence: Convergence | None = None
-    linearisation: LinearisationError | None = field(default=None, repr=False)
-    carried: CarriedMotion | None = field(default=None, repr=False)
+    #: Error of linearised motions, where it decided whether poses are updated (``finite_motion="auto"``).
+    _linearisation: LinearisationError | None = field(default=None, repr=False)
+    #: After a finite motion from the poses given: what carrying them along has changed.
+    _carried: CarriedMotion | None = field(default=None, repr=False)
     friction: Solution | None = field(default=None, repr=False)
-    step_end: StepEnd | None = field(default=None, repr=False)
-    follows_step: bool = False
+    #: With friction: what the next load step goes on from.
+    _step_end: StepEnd | None = field(default=None, repr=False)
+    #: Whether it belongs to a load path.
+    _follows_step: bool = False
 
     @property
     def success(self) -> bool:
@@ -142,27 +137,27 @@ class ContactResult:
     @property
     def n_dofs(self) -> int:
         """Degrees of freedom of all elastic bodies."""
-        return sum(b.n_unknowns for b in self.elastic_bodies)
+        return sum(b.n_unknowns for b in self._elastic_bodies)
 
     @property
-    def n_dofs_factorised(self) -> int:
+    def _n_dofs_factorised(self) -> int:
         """The same, with a model in several poses counted once."""
-        return sum({id(b.model): b.n_unknowns for b in self.elastic_bodies}.values())
+        return sum({id(b.model): b.n_unknowns for b in self._elastic_bodies}.values())
 
     @property
-    def interfaces(self) -> tuple[Interface, ...]:
+    def _interfaces(self) -> tuple[Interface, ...]:
         """The paired contacts, one for each of `contacts`."""
-        return tuple(c for i in self.condensed.interfaces if (c := i.as_contact) is not None)
+        return tuple(c for i in self._condensed.interfaces if (c := i.as_contact) is not None)
 
     @property
-    def elastic_bodies(self) -> tuple[ElasticBody, ...]:
+    def _elastic_bodies(self) -> tuple[ElasticBody, ...]:
         """The scene's elastic bodies."""
         return elastic_among(self.scene.bodies)
 
     @property
-    def meshed_bodies(self) -> tuple[ElasticBody, ...]:
+    def _meshed_bodies(self) -> tuple[ElasticBody, ...]:
         """The scene's bodies with a mesh: elastic ones, and local ones."""
-        pairs = zip(self.scene.bodies, self.state.displacements, strict=True)
+        pairs = zip(self.scene.bodies, self._state.displacements, strict=True)
         return tuple(cast(ElasticBody, b) for b, u in pairs if b._at_points(u) is not None)
 
     @property
@@ -176,7 +171,7 @@ class ContactResult:
         return int((self.solution.forces > 0).sum())
 
     def _number(self, body: Body) -> int:
-        for bodies in (self.scene.bodies, self.originals, self.unrefined):
+        for bodies in (self.scene.bodies, self._originals, self._unrefined):
             for k, b in enumerate(bodies):
                 if b is body:
                     return k
@@ -192,20 +187,20 @@ class ContactResult:
         """The body as it was solved, in its final pose and on its last mesh, to which its fields belong."""
         return self.scene.bodies[self._number(body)]
 
-    def given(self, body: Body) -> Body:
+    def _given(self, body: Body) -> Body:
         """The body in its given pose; `scene` has it in its final pose after a finite motion."""
-        return self.originals[self._number(body)] if self.originals else body
+        return self._originals[self._number(body)] if self._originals else body
 
-    def _carried(self, k: int, points: Array) -> Array:
+    def _moved_with_pose(self, k: int, points: Array) -> Array:
         """World displacements (n, 3) of points (n, 3) of body k due to the change of its pose in a finite motion."""
         now = self.scene.bodies[k]
-        return now.pose.to_world(points) - self.given(now).pose.to_world(points)
+        return now.pose.to_world(points) - self._given(now).pose.to_world(points)
 
     def displacement(self, body: Body) -> Array:
         """Total displacement (n_points, 3) of the body's nodes from their given positions, in world axes."""
         k = self._number(body)
         posed = self.scene.bodies[k]
-        own = posed._at_points(self.state.displacements[k])
+        own = posed._at_points(self._state.displacements[k])
         if own is None:
             why = "is rigid" if body.is_rigid else "has no mesh"
             raise InputError(f"{body.name!r} {why}: it has no displacement field; see rigid_motion.", code="rigid")
@@ -214,7 +209,7 @@ class ContactResult:
     def _moved(self, k: int, own: Array, points: Array) -> Array:
         """World displacements (n, 3) of points (n, 3) of body k from their given positions; `own` in its axes."""
         own = own @ self.scene.bodies[k].pose.rotation.T
-        return own + self._carried(k, points) if self.originals else own
+        return own + self._moved_with_pose(k, points) if self._originals else own
 
     def strain(self, body: Body) -> Array:
         """Strain (n_points, 6) at the nodes, components as in `fem.stress.VOIGT`, in the body's own axes."""
@@ -291,29 +286,29 @@ class ContactResult:
 
     def _inner(self, body: Body) -> InnerFields:
         k = self._number(body)
-        part = self.condensed.parts[k]
+        part = self._condensed.parts[k]
         forces = (self.friction or self.solution).forces[part.index]
-        inner = self.scene.bodies[k]._inner_fields(self.state.displacements[k], part.rows, forces)
+        inner = self.scene.bodies[k]._inner_fields(self._state.displacements[k], part.rows, forces)
         if inner is None:
             raise _no_field(body)
         return inner
 
     @cached_property
-    def motions(self) -> Array:
+    def _motions(self) -> Array:
         """Rigid motions (n_bodies, 6) in the present problem, as in `rigid_motion`, in the order of the scene."""
         return np.stack([self._motion(k) for k in range(len(self.scene.bodies))])
 
     def _motion(self, k: int) -> Array:
-        body, frame, motion = self.scene.bodies[k], self.loading.frames[k], self.state.motions[k]
+        body, frame, motion = self.scene.bodies[k], self._loading.frames[k], self._state.motions[k]
         if body.free_motions.shape[1] == 0:
             return motion
         Q = body.pose.rotation
         floating = np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
         modes = frame.modes(floating)
         weighted = mass_weighted(frame, floating)
-        elastic = self.state.displacements[k] - frame.modes(motion[:, None])[:, 0]
+        elastic = self._state.displacements[k] - frame.modes(motion[:, None])[:, 0]
         found = motion + floating @ np.linalg.solve(modes.T @ weighted, weighted.T @ elastic)
-        part = self.condensed.parts[k]
+        part = self._condensed.parts[k]
         if part.hold is not None:
             f = part.rows.T @ (self.friction or self.solution).forces[part.index]
             mean = part.hold.of_elastic(f if part.loads is None else f + part.loads)
@@ -327,22 +322,22 @@ class ContactResult:
         A-17) for others. After a finite motion: from the original pose, with a rotation vector.
         """
         k = self._number(body)
-        body, frame, motion = self.scene.bodies[k], self.loading.frames[k], self.motions[k]
-        if not self.originals:
+        body, frame, motion = self.scene.bodies[k], self._loading.frames[k], self._motions[k]
+        if not self._originals:
             return RigidMotion(motion[:3], motion[3:], frame.point)
-        start = self.originals[k].pose
+        start = self._originals[k].pose
         point = start.to_world(body.reference_point)
         turn = Rotation.from_matrix(body.pose.rotation @ start.rotation.T).as_rotvec()
         return RigidMotion(frame.point - point + motion[:3], turn + motion[3:], point)
 
     @cached_property
-    def response_errors(self) -> ResponseErrors:
+    def _response_errors(self) -> ResponseErrors:
         """Parts of the bodies' cells in the errors of forces and motions."""
         frictional = self.friction is not None
         return ResponseErrors(
-            self.condensed,
+            self._condensed,
             self.solution,
-            self.state,
+            self._state,
             self.contacts,
             frictional,
             lambda b: self.rigid_motion(b).rotation,
@@ -364,7 +359,7 @@ class ContactResult:
         >>> print(result.response_error)
         force about 23 %
         """
-        return self.response_errors.estimate
+        return self._response_errors.estimate
 
     def boundary_motion(self, body: Body, name: str) -> Array:
         """Mean displacement (3,) of a boundary in world axes, weighted by nodal areas."""
@@ -372,13 +367,13 @@ class ContactResult:
         along_z = elastic.model.traction(name, lambda x, n: np.broadcast_to([0.0, 0.0, 1.0], x.shape))
         weights = along_z.reshape(-1, 3)[:, 2]
         area = along_z @ elastic.model.rigid_modes[:, 2]
-        total = elastic.pose.rotation @ (weights @ self.state.displacements[k].reshape(-1, 3)) / area
-        if not self.originals:
+        total = elastic.pose.rotation @ (weights @ self._state.displacements[k].reshape(-1, 3)) / area
+        if not self._originals:
             return total
         # the rotational modes, x -> e x (x - c), give the boundary's centre
         turns = np.tensordot(weights, elastic.model.rigid_modes.reshape(-1, 3, 6), 1)[:, 3:] / area
         centre = elastic.reference_point + np.array([-turns[2, 1], turns[2, 0], -turns[1, 0]])
-        return total + self._carried(k, centre[None])[0]
+        return total + self._moved_with_pose(k, centre[None])[0]
 
     def reaction(self, body: Body, boundary: str | None = None) -> Array:
         """Reaction (6,) on a body: force and moment about its reference point, in world axes.
@@ -408,10 +403,10 @@ class ContactResult:
         (-0.01, 0.01)
         """
         k = self._number(body)
-        part, forces = self.condensed.parts[k], (self.friction or self.solution).forces
+        part, forces = self._condensed.parts[k], (self.friction or self.solution).forces
         if boundary is None:
-            return hold_of_body(part, self.loading, k, forces)
-        return hold_of_boundary(self._elastic(body)[1], part, boundary, self.state.displacements[k], forces)
+            return hold_of_body(part, self._loading, k, forces)
+        return hold_of_boundary(self._elastic(body)[1], part, boundary, self._state.displacements[k], forces)
 
     def residuals(self) -> Residuals:
         """Violations of the conditions of contact and friction, recomputed from the problem; all relative.
@@ -421,8 +416,8 @@ class ContactResult:
         """
         r = (self.friction or self.solution).residuals
         outside = max((float(-c.gap.min(initial=0.0)) for c in self.contacts), default=0.0)
-        scale = self.state.scale if self.state.scale > 0 else 1.0
-        equilibrium = max([r.equilibrium, *map(self._imbalance, self.interfaces, self.contacts)])
+        scale = self._state.scale if self._state.scale > 0 else 1.0
+        equilibrium = max([r.equilibrium, *map(self._imbalance, self._interfaces, self.contacts)])
         return replace(r, penetration=max(r.penetration, outside / scale), equilibrium=equilibrium)
 
     def _imbalance(self, interface: Interface, fields: ContactFields) -> float:

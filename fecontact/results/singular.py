@@ -208,7 +208,7 @@ def _rough_exponent(
 ) -> float:
     """Exponent at points `at` of the edge of a body on another with friction; that without it where shear is unknown.
 
-    The facets at the edge tell whether it sticks, as its last nodes slide in any case. Where it slides the shear is
+    Whether the edge sticks is judged by its facets, as its last nodes slide in any case. Where it slides the shear is
     towards the inside of the body or out of it, as of most of them.
     """
     body, other = pair
@@ -289,7 +289,7 @@ def _at_edges(contact: ContactFields, active: IntArray) -> tuple[Mask, Mask]:
 
 
 def _near_sharp_rim(body: Body, name: str, points: Array, reach: Array, size: Array) -> tuple[Mask, Mask]:
-    """Whether points (n, 3) lie within distances (n,) of a sharp edge of a body, planes of symmetry left out."""
+    """Whether points (n, 3) lie within distances (n,) of a sharp edge of a body, planes of symmetry excluded."""
     rim, surface = rim_of_surface(body, name), facets_of(body.surface(name))
     none = np.zeros(len(points), bool)
     if rim is None or surface is None:

@@ -49,7 +49,7 @@ def unborne_motions(result: ContactResult) -> Iterator[str]:
     # poses take up motions of bodies, and neither deflections nor the shift of a contact by them; directions that
     # change by no more than twice the turn of a body change by its motion
     turned = error.direction <= 2 * np.sqrt(2 * error.stretch)
-    carries = not result.originals and (error.deflected < 1 or turned)
+    carries = not result._originals and (error.deflected < 1 or turned)
     if error.worst > (BEARABLE if carries else UNMENDED) or error.friction > MAX_ERROR:
         if not np.isfinite(error.gap):
             what = "linearised motions lose or overlook the contact"
@@ -68,22 +68,22 @@ def unborne_motions(result: ContactResult) -> Iterator[str]:
                 "rest, stiffen what bends far, or use the bricks of fecontact.ancf, whose contacts follow deflections."
             )
         yield f"Bodies move or turn far: {what}. {remedy}"
-    elif result.carried is not None and result.carried.rest > UNMENDED:
+    elif result._carried is not None and result._carried.rest > UNMENDED:
         yield (
             "Bodies move or turn far: the poses have not settled, and the motions would go on by "
-            f"{100 * result.carried.rest:.2g} %. The load may find no rest: hold the motion, or apply less."
+            f"{100 * result._carried.rest:.2g} %. The load may find no rest: hold the motion, or apply less."
         )
 
 
 def pushed_aside(result: ContactResult) -> Iterator[str]:
     """Warnings of bodies that overlap alone has moved, until nothing touched them."""
-    if result.loading.magnitude or any(contact.active.any() for contact in result.contacts):
+    if result._loading.magnitude or any(contact.active.any() for contact in result.contacts):
         return
     for number, (body, size) in enumerate(zip(result.scene.bodies, result.scene.sizes, strict=True)):
-        given = (result.originals or result.scene.bodies)[number]
+        given = (result._originals or result.scene.bodies)[number]
         motion = result.rigid_motion(given)
         moved = np.concatenate([motion.translation, size * motion.rotation])
-        moved[list(result.loading.frames[number].prescribed_components)] = 0.0
+        moved[list(result._loading.frames[number].prescribed_components)] = 0.0
         if (most := float(np.abs(moved).max())) > MIN_MOVED * size:
             yield (
                 f"Nothing touches any more: {body.name!r} was pushed aside by what overlapped it, by {most:.2g}, as "
@@ -92,25 +92,25 @@ def pushed_aside(result: ContactResult) -> Iterator[str]:
 
 
 def carried_motions(result: ContactResult) -> Iterator[str]:
-    """Note on what carrying the poses has changed, or on what is left out where it has not converged."""
-    if (carried := result.carried) is not None:
+    """Note on what carrying the poses has changed, or on what is missing where it has not converged."""
+    if (carried := result._carried) is not None:
         yield (
             f"Poses were carried along: rigid motions differ by {100 * carried.motion:.2g} % and forces of contacts by "
             f"{100 * carried.force:.2g} % from those of linearised motions (finite_motion=False); "
             f"{100 * carried.rest:.1g} % of the motions are still linearised."
         )
-    elif result.originals and result.linearisation is not None and BEARABLE < result.linearisation.worst <= UNMENDED:
+    elif result._originals and result._linearisation is not None and BEARABLE < result._linearisation.worst <= UNMENDED:
         yield (
-            f"Poses could not be carried along: linearised motions leave out {100 * result.linearisation.worst:.2g} %, "
+            f"Poses could not be carried along: linearised motions leave out {100 * result._linearisation.worst:.2g} %, "
             "in gaps of the indentation, in directions of forces or in lengths."
         )
 
 
 def large_strains(result: ContactResult) -> Iterator[str]:
     """Warnings of strains too large for small-strain elasticity."""
-    found = zip(result.scene.bodies, result.state.displacements, result.response_errors.primal, strict=True)
+    found = zip(result.scene.bodies, result._state.displacements, result._response_errors.primal, strict=True)
     displaced = {id(body): (u, errors) for body, u, errors in found}
-    for body in result.elastic_bodies:
+    for body in result._elastic_bodies:
         u, errors = displaced[id(body)]
         strain = errors.largest if len(errors.cells) else float(np.nanmax(np.abs(body.model.gauss_strain(u))))
         if strain > MAX_STRAIN:
@@ -122,7 +122,7 @@ def strained_half_spaces(result: ContactResult) -> Iterator[str]:
     for contact in result.contacts:
         if (cells := contact._on_cells) is not None:
             number = result.scene.bodies.index(contact.slave)
-            moved = result.loading.frames[number].modes(result.motions[number][:, None])[:, 0]
+            moved = result._loading.frames[number].modes(result._motions[number][:, None])[:, 0]
             into = (moved - contact._displacements[0]).reshape(-1, 3) @ cells.surface.normal
             found = validity_warnings(contact.slave, cells.pressure, cells.gap, into.reshape(cells.pressure.shape))
             yield from (f"{contact.slave.name!r}: {text}" for text in found)
@@ -155,7 +155,7 @@ def stiff_bodies(result: ContactResult) -> Iterator[str]:
     """Warning of forces and motions that are off because the elements of the bodies are too stiff."""
     found = {name: v for name, v in vars(result.response_error).items() if v is not None and v > MAX_ERROR}
     if found and result.convergence is None:
-        stiff = result.response_errors.stiff
+        stiff = result._response_errors.stiff
         ways = {name: f"too {SIGNS[name]}" if stiff[name] else "off" for name in found}
         off = ", ".join(f"the {name} about {percent(v)} {ways[name]}" for name, v in found.items())
         what = "" if all(stiff[name] for name in found) else " or the faces in contact too large"
@@ -168,7 +168,7 @@ def stiff_bodies(result: ContactResult) -> Iterator[str]:
 
 def _better_cells(result: ContactResult, figures: Iterable[str]) -> str:
     """Advice on linear cells, where figures are off because cells are too stiff."""
-    linear = [b.name for b in result.elastic_bodies if b.mesh.cells.shape[1] == 8]
+    linear = [b.name for b in result._elastic_bodies if b.mesh.cells.shape[1] == 8]
     if not linear or not set(figures) & set(SIGNS):
         return ""
     return f"; or give {linear[0]!r} cells of 20 nodes, mesh.upgraded(20), which bend better than those of 8"
@@ -186,7 +186,7 @@ def friction_not_unique(result: ContactResult) -> Iterator[str]:
 
 def large_steps(result: ContactResult) -> Iterator[str]:
     """Warnings of friction that smaller load steps would change."""
-    end = result.step_end
+    end = result._step_end
     for k, contact in enumerate(result.contacts if end is not None else ()):
         if contact.friction is None or end is None:
             continue
@@ -203,7 +203,7 @@ def large_steps(result: ContactResult) -> Iterator[str]:
 
 def single_step(result: ContactResult) -> Iterator[str]:
     """Note on friction under loads applied at once."""
-    if not result.follows_step:
+    if not result._follows_step:
         yield (
             "Friction depends on the order of loads: these act together, in one step from the unloaded state. "
             "Scene.solve_path applies them one after the other."
@@ -247,8 +247,8 @@ class _Placed:
 
     def __init__(self, result: ContactResult, number: int) -> None:
         self.body = result.scene.bodies[number]
-        self.outside = self.body._outside(result.state.displacements[number])
-        self._motion, self._point = result.state.motions[number], result.loading.frames[number].point
+        self.outside = self.body._outside(result._state.displacements[number])
+        self._motion, self._point = result._state.motions[number], result._loading.frames[number].point
 
     @cached_property
     def points(self) -> Array:
@@ -312,14 +312,14 @@ def _side(result: ContactResult, given: Body, name: str) -> _Side | None:
     (body,) = elastic
     surface = body.surface(name)
     k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
-    u, frame = result.state.displacements[k], result.loading.frames[k]
-    rest = body._at_points(u - frame.modes(result.state.motions[k][:, None])[:, 0])
+    u, frame = result._state.displacements[k], result._loading.frames[k]
+    rest = body._at_points(u - frame.modes(result._state.motions[k][:, None])[:, 0])
     return _Side(body, surface, replace(surface, points=surface.points + body._at_points(u)), rest)
 
 
 def overlap_left(result: ContactResult) -> Iterator[str]:
     """Warnings of contacts with nodes inside the other body although the gaps of the problem are open."""
-    for contact, interface in zip(result.contacts, result.interfaces, strict=True):
+    for contact, interface in zip(result.contacts, result._interfaces, strict=True):
         slave = _side(result, interface.slave, interface.surfaces[0])
         master = _side(result, interface.master, interface.surfaces[1])
         if slave is None or master is None:
@@ -379,7 +379,7 @@ def overlap_between_nodes(result: ContactResult) -> Iterator[str]:
 
 
 def _remedy(result: ContactResult, contact: ContactFields) -> str:
-    meshed = any(body is b for b in result.elastic_bodies for body in (contact.slave, contact.master))
+    meshed = any(body is b for b in result._elastic_bodies for body in (contact.slave, contact.master))
     return " or solve with accuracy=0.05" if meshed else ""
 
 
@@ -469,7 +469,7 @@ def node_sizes(surface: FacetSurface) -> Array:
 
 def contact_at_rims(result: ContactResult) -> Iterator[str]:
     """Warnings of contacts that reach a rim beyond which the body continues."""
-    for contact, interface in zip(result.contacts, result.interfaces, strict=True):
+    for contact, interface in zip(result.contacts, result._interfaces, strict=True):
         yield from _at_rims(contact, interface) if contact.active.any() else ()
 
 
@@ -549,7 +549,7 @@ SERENDIPITY = (8, 20)
 
 def tall_cells(result: ContactResult) -> Iterator[str]:
     """Warnings of nearly incompressible slaves with friction whose touching cells are much deeper than wide."""
-    for contact, interface in zip(result.contacts, result.interfaces, strict=True):
+    for contact, interface in zip(result.contacts, result._interfaces, strict=True):
         for body in elastic_among([interface.slave]):
             if contact.friction is None or not contact.active.any() or body.mesh.cells.shape[1] not in SERENDIPITY:
                 continue
@@ -583,7 +583,7 @@ def held_across(result: ContactResult) -> Iterator[str]:
 
     Reactions of planes of symmetry, which represent the half that is not modelled, do not count.
     """
-    loaded = [f for f in result.loading.frames if f.load[:3].any() and not f.spread]
+    loaded = [f for f in result._loading.frames if f.load[:3].any() and not f.spread]
     mirrored = _mirror_normals(result.scene.bodies) if loaded else np.zeros((0, 3))
     for frame in loaded:
         size = float(np.linalg.norm(frame.load[:3]))
@@ -636,7 +636,7 @@ FRICTION_CHECKS, FRICTION_NOTES = (tall_cells, friction_not_unique, large_steps)
 
 def warnings_of(result: ContactResult) -> tuple[str, ...]:
     """Warnings that the scene and its meshes carry, and those of the checks."""
-    meshes = (f"{b.name!r}: {text}" for b in result.elastic_bodies for text in b.mesh.warnings)
+    meshes = (f"{b.name!r}: {text}" for b in result._elastic_bodies for text in b.mesh.warnings)
     checks = CHECKS if result.friction is None else (*CHECKS, *FRICTION_CHECKS)
     return (*result.scene.warnings, *dict.fromkeys(meshes), *(text for check in checks for text in check(result)))
 

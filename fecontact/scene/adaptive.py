@@ -56,8 +56,7 @@ def marked_facets(contact: ContactFields, tolerance: float) -> Mask:
     contact : ContactFields
     tolerance : float
         Target error of the pressure, of its peak, and of the tractions of friction. Where it is nearly met, fewer
-        faces are marked: those at the edge
-        without much of the error are left out.
+        faces are marked: not those at the edge without much of the error.
     """
     read = contact._readings
     assert read is not None
@@ -278,28 +277,28 @@ def solve_to_accuracy(scene: SceneModel, step: LoadStep, target: Target, solve: 
     while True:
         result = solve(now.scene, now.step(step), known, poses)
         steps.append(_step(result, target, time.perf_counter() - start))
-        factors = sum({id(c): c.memory for b in result.elastic_bodies if (c := b.model.condensation)}.values())
+        factors = sum({id(c): c.memory for b in result._elastic_bodies if (c := b.model.condensation)}.values())
         reason, finer = _reason_to_end(steps, target, factors), None
         if not reason:
             finer = _divided(now.scene, result, target, not _reason_to_end(steps, target, factors, TWICE))
             reason = "" if finer is not None else "no cell of the bodies in contact can be divided"
         if finer is None:
             met = SAFETY * steps[-1].over(target.accuracy) <= 1
-            unknown = result.response_errors.reason if target.of_response else ""
+            unknown = result._response_errors.reason if target.of_response else ""
             if met and unknown:
                 met, reason = False, f"errors of forces and motions are {unknown}"
             steps[-1] = replace(steps[-1], **_response(result))
             told = Convergence(target.accuracy, tuple(steps), met, reason)
-            return replace(result, unrefined=tuple(scene.bodies), convergence=told)
+            return replace(result, _unrefined=tuple(scene.bodies), convergence=told)
         moved = any(b.pose is not before.pose for b, before in zip(result.scene.bodies, now.scene.bodies, strict=True))
         poses = [b.pose for b in result.scene.bodies] if moved else []
         now = CarriedScene(finer, tuple(scene.bodies))
-        known = [_known(c, i) for c, i in zip(result.contacts, result.interfaces, strict=True)]
+        known = [_known(c, i) for c, i in zip(result.contacts, result._interfaces, strict=True)]
 
 
 def _step(result: ContactResult, target: Target, seconds: float) -> Step:
     estimates = [c.error_estimate for c in result.contacts if c.active.any()]
-    hanging = [b.mesh.hanging for b in result.elastic_bodies]
+    hanging = [b.mesh.hanging for b in result._elastic_bodies]
     # of a contact between the nodes nothing is known
     unknown = float(any(c._between_nodes.overlap for c in result.contacts))
     return Step(
@@ -372,10 +371,10 @@ def _divided(scene: SceneModel, result: ContactResult, target: Target, again: bo
     again = again and over > NEAR and all(c.error_estimate.unbounded is None for c in touching)
     response = target.response(result)
     if response is not None:
-        parts = result.response_errors.cells[response[0]]
+        parts = result._response_errors.cells[response[0]]
         below = {k: cells for k, cells in enumerate(marked_by_response(parts, response[1])) if len(cells)}
         marks = {k: {} for k in below}
-    for contact, interface in zip(result.contacts, result.interfaces, strict=True):
+    for contact, interface in zip(result.contacts, result._interfaces, strict=True):
         accuracy = wanted.get(id(contact))
         if accuracy is None or (response is not None and SAFETY * contact.error_estimate.worst <= accuracy):
             continue

@@ -72,7 +72,7 @@ def _told(contact: Contact, loading: Loading) -> str:
     try:
         windows = [_window(body, contact, loading) for body in _meshed(contact)]
     except InputError as error:
-        # its first sentence; the others tell what else to do with a local body
+        # its first sentence; the others advise on local bodies
         return f"no local body, but finite elements with accuracy=: {FIRST.split(str(error))[0].rstrip('.')}."
     return " ".join(windows)
 
@@ -230,8 +230,8 @@ def explain(
     >>> body = fc.PlaneBody(mesh, fc.Material(E=1.0, nu=0.3), contact="bottom", supports={"top": "xz"})
     >>> floor = fc.RigidBody(fc.Plane())
     >>> scene = fc.Scene([body, floor], [fc.Contact(body, floor)])
-    >>> told = explain(scene, {"motions": {body: {"z": -0.01}}})
-    >>> told.n_dofs, told.n_candidates
+    >>> cost = explain(scene, {"motions": {body: {"z": -0.01}}})
+    >>> cost.n_dofs, cost.n_candidates
     (242, 17)
     """
     loading = LoadStep.of(loads or {}).on(scene.bodies)

@@ -91,7 +91,7 @@ def solve_finite(
         change = path.size_of(path.steps(result)) / _elastic_size(result)
         carried = path.carried(result)
         if change <= STEP_TOLERANCE:
-            return path.finished(replace(result, carried=None if poses else carried))
+            return path.finished(replace(result, _carried=None if poses else carried))
         path.go_on(result)
     raise SolverError(
         f"The poses have not settled after {MAX_ITERATIONS} steps (last change {change:.1e} of the elastic "
@@ -156,11 +156,11 @@ def follow_from(
     if least <= BEARABLE:
         return path.finished(best)
     if path.at_rest(best):
-        return replace(best, originals=path.originals)
+        return replace(best, _originals=path.originals)
     path.carried(best)
     path.go_on(best)
     # the first result has carried poses already
-    return replace(_followed(path, best, least), carried=None)
+    return replace(_followed(path, best, least), _carried=None)
 
 
 def _followed(path: _Path, best: ContactResult, least: float) -> ContactResult:
@@ -173,7 +173,7 @@ def _followed(path: _Path, best: ContactResult, least: float) -> ContactResult:
             now, error = _judged(path.solved())
             change = path.carried(now)
             if error <= BEARABLE and (change is None or change.rest <= CARRIED):
-                return path.finished(replace(now, carried=change))
+                return path.finished(replace(now, _carried=change))
             # of bearable ones the one whose motions have changed least
             nearer = carried is None or change is None or change.rest < carried.rest
             better = nearer if error <= BEARABLE and least <= BEARABLE else error < least
@@ -185,13 +185,13 @@ def _followed(path: _Path, best: ContactResult, least: float) -> ContactResult:
             path.go_on(now)
     except FecontactError:
         pass  # a pose without a solution: the earlier result is returned with its warning
-    return replace(best, originals=path.originals, carried=carried)
+    return replace(best, _originals=path.originals, _carried=carried)
 
 
 def _judged(result: ContactResult) -> tuple[ContactResult, float]:
     """The result with the error of linearised motions, and the worst of it."""
     error = linearisation_error(result)
-    return replace(result, linearisation=error), error.worst
+    return replace(result, _linearisation=error), error.worst
 
 
 def carried_poses(scene: SceneModel, before: LoadStep, now: LoadStep, poses: Sequence[Pose]) -> list[Pose]:
@@ -252,10 +252,10 @@ def _advance(place: Array, motion: Array) -> Array:
 
 def _elastic_size(result: ContactResult) -> float:
     """Largest elastic displacement, at least 1e-9 of a body's size."""
-    motions = np.where(_taken_up(result.scene), driven_motions(result), result.motions)
+    motions = np.where(_taken_up(result.scene), driven_motions(result), result._motions)
     rest = [
         u - frame.modes(motion[:, None])[:, 0]
-        for u, frame, motion in zip(result.state.displacements, result.loading.frames, motions, strict=True)
+        for u, frame, motion in zip(result._state.displacements, result._loading.frames, motions, strict=True)
     ]
     floor = 1e-9 * float(result.scene.sizes.min())
     return max(floor, *(float(np.abs(r).max(initial=0.0)) for r in rest))
@@ -323,14 +323,14 @@ class _Path:
 
     def finished(self, result: ContactResult) -> ContactResult:
         """The result for the original bodies, on whole surfaces if requested."""
-        carried = result.carried
-        if self._settings.search == "global" and any(i.region is not None for i in result.interfaces):
+        carried = result._carried
+        if self._settings.search == "global" and any(i.region is not None for i in result._interfaces):
             result = solved(self._now.scene, self._loading(), None, self._settings, self._watch)
-        return replace(result, originals=self.originals, carried=carried)
+        return replace(result, _originals=self.originals, _carried=carried)
 
     def begin(self, result: ContactResult) -> None:
         """Set the first iterate from a result of small motions and the prescribed motions."""
-        prescribed = [f.prescribed for f in result.loading.frames]
+        prescribed = [f.prescribed for f in result._loading.frames]
         steps = driven_motions(result) - prescribed * _taken_up(self._scene)
         self._first = self.size_of(steps)
         self._place = steps * self._share(steps, result)
@@ -423,9 +423,9 @@ def check_rest(result: ContactResult) -> ContactResult:
     SupportError
         Describes the motion.
     """
-    frames, state = result.loading.frames, result.state
+    frames, state = result._loading.frames, result._state
     sizes = result.scene.sizes
-    gaps = np.concatenate([i.gap for i in result.condensed.interfaces])
+    gaps = np.concatenate([i.gap for i in result._condensed.interfaces])
     known = max(sizes) + float(np.abs(gaps[np.isfinite(gaps)]).max(initial=0.0))
     found = [motion - frame.prescribed for frame, motion in zip(frames, state.motions, strict=True)]
     shifts, turns = np.linalg.norm(np.reshape(found, (-1, 2, 3)), axis=2).T

@@ -169,7 +169,7 @@ def solved(
         pressed=np.concatenate([fields[each.place].touching for each in friction]),
         change=np.zeros(sum(map(len, nodes))),
     )
-    return replace(make_result(*found, fields), friction=frictional, step_end=end)
+    return replace(make_result(*found, fields), friction=frictional, _step_end=end)
 
 
 def prepared(
@@ -245,12 +245,12 @@ def _from_known(
     if not any(known):
         return chosen, None
     start = [np.zeros(len(c), bool) for c in chosen]
-    for k, (condition, tells) in enumerate(zip(conditions, known, strict=False)):
+    for k, (condition, similar) in enumerate(zip(conditions, known, strict=False)):
         contact = condition.as_contact
-        if contact is not None and tells is not None:
-            found = tells.candidates(contact)
+        if contact is not None and similar is not None:
+            found = similar.candidates(contact)
             if len(found) >= MIN_CANDIDATES:
-                chosen[k], start[k] = found, tells.touching(contact, found)
+                chosen[k], start[k] = found, similar.touching(contact, found)
     return chosen, np.concatenate(start)
 
 

@@ -109,7 +109,9 @@ class LoadPath(Path[ContactResult]):
         """
         positive("the coefficient of wear", coefficient)
         whole("the number of the contact", contact, 0, len(self.steps[0].contacts) - 1)
-        found = [(result.contacts[contact].friction, result.interfaces[contact].pairing.nodes) for result in self.steps]
+        found = [
+            (result.contacts[contact].friction, result._interfaces[contact].pairing.nodes) for result in self.steps
+        ]
         if any(f is None or np.isinf(f.mu).any() for f, _ in found):
             raise InputError(f"Contact {contact} has no finite friction: Archard's law needs its work.")
         last = found[-1][1]
@@ -137,7 +139,7 @@ class LoadPath(Path[ContactResult]):
             If there are other numbers of times than steps, or a field or a plane is none.
         """
         first = self.steps[0]
-        bodies = first.unrefined or first.originals or first.scene.bodies
+        bodies = first._unrefined or first._originals or first.scene.bodies
         fields, plane = fields_to_keep(keep, first.scene), plane_of(split, bodies)
         given: list[dict[str, float]] = [{} for _ in self.steps]
         if times is not None:
@@ -310,8 +312,8 @@ class _SceneSteps(Steps[ContactResult]):
 
     def end(self, part: ContactResult) -> StepEnd:
         """What the next step begins from."""
-        assert part.step_end is not None
-        return part.step_end
+        assert part._step_end is not None
+        return part._step_end
 
     def solved(self, step: LoadStep, past: StepEnd | None, poses: Sequence[Pose]) -> ContactResult:
         """Result of a step or a part of it; poses, if finite, are sought from those given."""
@@ -325,10 +327,10 @@ class _SceneSteps(Steps[ContactResult]):
         contacts = [
             replace(
                 contact,
-                swap="never" if result.given(interface.slave) is contact.slave else "always",
+                swap="never" if result._given(interface.slave) is contact.slave else "always",
                 coupling=interface.pairing.coupling,
             )
-            for contact, interface in zip(self.model.contacts, result.interfaces, strict=True)
+            for contact, interface in zip(self.model.contacts, result._interfaces, strict=True)
         ]
         return replace(self, model=replace(self.model, contacts=contacts))
 
@@ -363,7 +365,7 @@ class _SceneSteps(Steps[ContactResult]):
         if detour > CURVED:
             raise SolverError(f"Points slide along paths that are {detour:.1%} longer than their chords. {SMALLER}")
         change = self.end(found).change if kept is None else kept.change
-        return replace(found, follows_step=True, step_end=replace(self.end(found), change=change))
+        return replace(found, _follows_step=True, _step_end=replace(self.end(found), change=change))
 
     def joined(self, parts: Sequence[ContactResult]) -> ContactResult:
         """The last part of a step, with the work and the sliding of those before it."""
@@ -377,8 +379,8 @@ class _SceneSteps(Steps[ContactResult]):
                 c,
                 friction=with_parts(
                     c.friction,
-                    last.interfaces[k].pairing.nodes,
-                    [(f, p.interfaces[k].pairing.nodes) for p in others if (f := p.contacts[k].friction) is not None],
+                    last._interfaces[k].pairing.nodes,
+                    [(f, p._interfaces[k].pairing.nodes) for p in others if (f := p.contacts[k].friction) is not None],
                 ),
             )
             for k, c in enumerate(last.contacts)
@@ -388,7 +390,7 @@ class _SceneSteps(Steps[ContactResult]):
     def judged(self, k: int, result: ContactResult, last: ContactResult | None, cuts: int) -> ContactResult:
         """The result with the change of its friction by smaller steps; of steps before it that stays at what sticks."""
         end = self.end(result)
-        if last is not None and end is last.step_end:
+        if last is not None and end is last._step_end:
             return result
         halved, change = self._halved(k, result, last) if cuts == 1 else None, np.zeros(len(end.nodes))
         for i, contact in enumerate(result.contacts):
@@ -398,10 +400,10 @@ class _SceneSteps(Steps[ContactResult]):
             if last is not None:
                 change[own] = self.end(last).of(i, self.end(last).change, end.nodes[own]) * friction.sticking
             if halved is not None and (other := halved.contacts[i].friction) is not None:
-                forces = at_nodes(other.forces, halved.interfaces[i].pairing.nodes, end.nodes[own])
+                forces = at_nodes(other.forces, halved._interfaces[i].pairing.nodes, end.nodes[own])
                 size = np.linalg.norm(friction.forces - forces, axis=1)
                 change[own] = np.hypot(change[own], ERROR_OVER_CHANGE * size)
-        return replace(result, step_end=replace(end, change=change))
+        return replace(result, _step_end=replace(end, change=change))
 
     def _halved(self, k: int, found: ContactResult, last: ContactResult | None) -> ContactResult | None:
         """The result of step k in two halves; None where points that it presses anew carry little friction.
@@ -438,13 +440,13 @@ def _path_to(way: _SceneSteps, target: Target, progress: bool | None) -> LoadPat
         return rounds[-1].last
 
     last = solve_to_accuracy(way.model, LoadStep(), target, solve)
-    results = [replace(result, unrefined=originals) for result in rounds[-1].steps[:-1]]
+    results = [replace(result, _unrefined=originals) for result in rounds[-1].steps[:-1]]
     return replace(rounds[-1], steps=(*results, last))
 
 
 def _presses_anew(found: ContactResult, number: int, before: StepEnd, finite: bool) -> bool:
     """Whether points that were open, beyond rounding, carry friction above a share of the limit of all points."""
-    interface, contact = found.interfaces[number], found.contacts[number]
+    interface, contact = found._interfaces[number], found.contacts[number]
     friction = contact.friction
     assert friction is not None
     anew = friction.touching & ~before.of(number, before.pressed, interface.pairing.nodes)
@@ -500,4 +502,4 @@ def _largest_turn(given: LoadStep, step: LoadStep) -> float:
 
 def _coupling(result: ContactResult) -> list[tuple[str, str]]:
     """Slave and coupling of each contact."""
-    return [(interface.slave.name, interface.pairing.coupling) for interface in result.interfaces]
+    return [(interface.slave.name, interface.pairing.coupling) for interface in result._interfaces]

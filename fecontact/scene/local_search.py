@@ -151,7 +151,7 @@ def check_search_region(result: ContactResult) -> tuple[bool, list[SearchRadius 
     The radii include the margin `SPARE`; sides are as in the given contact.
     """
     enough, out = True, []
-    for interface, contact in zip(result.interfaces, result.scene.contacts, strict=True):
+    for interface, contact in zip(result._interfaces, result.scene.contacts, strict=True):
         search_radius = interface.search_radius
         if interface.region is None or search_radius is None:
             out.append(search_radius)
@@ -186,8 +186,8 @@ def _movement(result: ContactResult, interface: Interface) -> tuple[RigidIncreme
     shift, turn, elastic = np.zeros(3), np.zeros(3), []
     for body, sign in zip(elastic_among((interface.slave, interface.master)), (1.0, -1.0), strict=True):
         k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
-        motion, frame = result.state.motions[k], result.loading.frames[k]
-        elastic.append(body._at_points(result.state.displacements[k] - frame.modes(motion[:, None])[:, 0]))
+        motion, frame = result._state.motions[k], result._loading.frames[k]
+        elastic.append(body._at_points(result._state.displacements[k] - frame.modes(motion[:, None])[:, 0]))
         shift += sign * (motion[:3] - np.cross(motion[3:], frame.point))
         turn += sign * motion[3:]
     return RigidIncrement(shift, turn), elastic

@@ -30,7 +30,7 @@ from fecontact.scene.windows import has_open_windows, solve_with_windows
 from fecontact.solvers import TOLERANCE, CustomSolver
 from fecontact.surfaces.facet_surface import has_cells
 
-#: Share of the time of a solution above which what happened before its last solve is told.
+#: Share of the time of a solution above which what happened before its last solve is listed.
 NOTICED = 0.05
 
 

@@ -95,7 +95,7 @@ def solve_with_windows(model: SceneModel, step: LoadStep, solve: Solve) -> Conta
         for k in leading:
             fitted[k] = _fitted(cast(LocalBody, bodies[k]), result)
         if all(new is old for new, old in zip(fitted, bodies, strict=True)):
-            return replace(result, unrefined=tuple(model.bodies))
+            return replace(result, _unrefined=tuple(model.bodies))
         bodies = fitted
     told = ", ".join(f"{bodies[k].name!r} {cast(LocalBody, bodies[k]).window.grid.size}" for k in leading)
     raise InputError(
@@ -186,7 +186,7 @@ def _fitted(body: LocalBody, result: ContactResult) -> LocalBody:
     window, wish = body.window, body.wish
     posed = result.solved(body)
     ((contact, interface),) = [
-        (c, i) for c, i in zip(result.contacts, result.interfaces, strict=True) if posed in (i.slave, i.master)
+        (c, i) for c, i in zip(result.contacts, result._interfaces, strict=True) if posed in (i.slave, i.master)
     ]
     cells = interface.pairing.nodes[contact.active]
     if len(cells) == 0 or wish.sides is not None:

@@ -342,7 +342,7 @@ def beside_hertz(
         "case": case.name,
         **chosen,
         "n_dofs": result.n_dofs,
-        "n_dofs_factorised": result.n_dofs_factorised,
+        "n_dofs_factorised": result._n_dofs_factorised,
         "n_candidates": result.n_candidates,
         "n_active": result.n_active,
         "fitted_radius": fitted,
@@ -388,7 +388,7 @@ def _key(name: str) -> str:
 
 def _modelled(result: ContactResult, model: str) -> str:
     """Line on the modelled part and the reductions by symmetry and shared models."""
-    n, once = result.n_dofs, result.n_dofs_factorised
+    n, once = result.n_dofs, result._n_dofs_factorised
     if model == "symmetric":
         return f"modelled: a quarter of one sphere, {n} of {8 * n} dofs: three planes of symmetry"
     quarters = f"a quarter of each sphere, {n} of {4 * n} dofs: two planes of symmetry"

@@ -219,7 +219,7 @@ def choose_coupling(contact: Contact, given: CouplingChoice, seen: SurfacePair, 
     seen : SurfacePair
         Of its slave's nodes.
     loading : Loading
-        By which faces near the contact are told from others.
+        Selects the faces near the contact.
     """
     s, m = given.slave_surface, facets_of(given.master_surface)
     if contact.coupling == "mortar" or m is None:
@@ -271,7 +271,7 @@ def _why_mortar(slave: FacetSurface) -> str:
 
 
 def _chosen(given: CouplingChoice, swapped: bool, kind: str, note: str, reason: str = "is finer") -> CouplingChoice:
-    """The coupling with the sides swapped for a reason or not, and what is to be said about it."""
+    """The coupling, its sides swapped for a reason or not, with its note."""
     if swapped:
         given, note = given.turned_over(), f"{note}; {given.master.name!r} {reason} and was made the slave"
     return replace(given, kind=kind, note=note)

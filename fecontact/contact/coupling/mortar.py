@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -248,27 +248,18 @@ def _paired(
 ) -> Pairing:
     """Weighted gaps of the slave's nodes from samples, or of the nodes whose multipliers are fully sampled."""
     multipliers = samples.multipliers.T.tocsr()
-    weights = np.asarray(multipliers.sum(axis=1)).ravel()
-    nodes, gather, _, whole, n_beyond = points = _points(slave, weights, near)
-    multipliers = (gather @ multipliers).tocsr()
+    points = _points(slave, np.asarray(multipliers.sum(axis=1)).ravel(), near)
+    multipliers = (points.gather @ multipliers).tocsr()
     area = np.asarray(multipliers.sum(axis=1)).ravel()
-    return Pairing(
-        nodes=nodes,
-        weights=area,
-        slave_points=slave.points[nodes],
+    return points.paired(
+        *(slave, area, rotation, translation),
         average=sp.diags(1 / area) @ multipliers,
         slave_weights=samples.weights,
         slave_normals=samples.projection.normals @ rotation,
         projection=samples.projection,
-        n_beyond=n_beyond,
-        rotation=rotation,
-        translation=translation,
         covered=np.unique(samples.facet),
-        coupling="mortar",
         slave_facet=samples.facet,
         slave_local=samples.local,
-        spread=(_multipliers_at_nodes(slave, whole) @ gather.T).tocsr(),
-        mix=points.mix(area),
     )
 
 
@@ -283,30 +274,21 @@ def _paired_in_blocks(
 ) -> Pairing:
     """As `_paired`, from sums over blocks; samples are not kept."""
     weights = total_areas(blocks, len(slave.points))
-    nodes, gather, _, whole, n_beyond = points = _points(slave, weights, near)
-    area = gather @ weights
-    nothing, of_slave, of_master = np.zeros((0, 3)), len(slave.points), len(master.points)
-    none = np.zeros(0, np.int64)
+    points = _points(slave, weights, near)
+    area = points.gather @ weights
+    nothing, none = np.zeros((0, 3)), np.zeros(0, np.int64)
     projection = Projection(
-        nothing, nothing, np.zeros(0), np.zeros(0, bool), sp.csr_matrix((0, of_master)), none, np.zeros((0, 2)),
-        master.name,
+        nothing, nothing, np.zeros(0), np.zeros(0, bool), sp.csr_matrix((0, len(master.points))), none,
+        np.zeros((0, 2)), master.name,
     )  # fmt: skip
-    return Pairing(
-        nodes=nodes,
-        weights=area,
-        slave_points=slave.points[nodes],
-        average=sp.csr_matrix((len(nodes), 0)),
-        slave_weights=sp.csr_matrix((0, of_slave)),
+    return points.paired(
+        *(slave, area, rotation, translation),
+        average=sp.csr_matrix((len(area), 0)),
+        slave_weights=sp.csr_matrix((0, len(slave.points))),
         slave_normals=nothing,
         projection=projection,
-        n_beyond=n_beyond,
-        rotation=rotation,
-        translation=translation,
         covered=np.unique(np.concatenate([b.facets for b in blocks])),
-        coupling="mortar",
-        spread=(_multipliers_at_nodes(slave, whole) @ gather.T).tocsr(),
-        mix=points.mix(area),
-        sums=summed(blocks, gather, area, origin),
+        sums=summed(blocks, points.gather, area, origin),
     )
 
 
@@ -319,7 +301,22 @@ class _Points(NamedTuple):
     whole: Array
     n_beyond: int
 
-    def mix(self, area: Array) -> sp.csr_matrix | None:
+    def paired(self, slave: FacetSurface, area: Array, rotation: Array, translation: Array, **samples: Any) -> Pairing:
+        """The pairing of these points with areas (n,), from samples or their sums."""
+        return Pairing(
+            nodes=self.nodes,
+            weights=area,
+            slave_points=slave.points[self.nodes],
+            n_beyond=self.n_beyond,
+            rotation=rotation,
+            translation=translation,
+            coupling="mortar",
+            spread=(_multipliers_at_nodes(slave, self.whole) @ self.gather.T).tocsr(),
+            mix=self._mix(area),
+            **samples,
+        )
+
+    def _mix(self, area: Array) -> sp.csr_matrix | None:
         """The solver's points (n, n) as means of these with areas (n,); None where they are the same."""
         if self.shares.nnz == len(area):
             return None

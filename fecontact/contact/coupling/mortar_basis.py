@@ -37,7 +37,7 @@ from fecontact.surfaces.facet_surface import FacetSurface
 ORDER = 6
 #: Twice the area of a triangle, in a facet's coordinates, that is rounding.
 SLIVER = 1e-11
-#: Direction by which vertices of polygons are told apart; no side of a facet in its own coordinates is across it.
+#: Direction that distinguishes the vertices of a polygon; no side of a facet in its own coordinates is across it.
 LOWEST = np.array([1.0, (np.sqrt(5.0) - 1) / 2])
 #: The same for two triangles: linear multipliers times functions of degree three are of degree four, and the rule of
 #: degree five has one point more.

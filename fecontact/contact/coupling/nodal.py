@@ -83,7 +83,7 @@ def rim_of(
     slave, master
     rotation, translation
         Pose of the slave's axes in the master's.
-    facing, beyond : (n_nodes,) bool arrays
+    facing, outside : (n_nodes,) bool arrays
         Slave nodes with a projection on the master, and those beyond its rim.
     share : float
         Weight of the slave's normal in the lines of action.
@@ -255,7 +255,7 @@ class SurfacePair:
     rotation, translation
         Pose of the slave's axes in the master's.
     region : SearchRegion, optional
-        Parts of the surfaces that may touch; nodes elsewhere are left out.
+        Parts of the surfaces that may touch; nodes elsewhere are ignored.
     share : float, optional
         Weight of the slave's normal in the lines of action; the master's has the rest.
     keep_samples : bool, optional
@@ -430,7 +430,7 @@ class Pairing:
     projection : Projection
         Projection of the samples, in the master's axes.
     n_beyond : int
-        Number of slave nodes left out because they lie beyond the master's rim or do not face it.
+        Number of slave nodes that lie beyond the master's rim or do not face it.
     rotation, translation : (3, 3) and (3,) arrays
         Pose of the slave's axes in the master's.
     covered : (k,) int array
@@ -447,7 +447,7 @@ class Pairing:
         Rows that sum to one: what the solver takes as contact points are means of these, see `mortar`; None for the
         points themselves.
     averted : Averted
-        The nearest pair left out because it does not face.
+        The nearest pair that does not face, and so is no contact point.
     share : float
         Weight of the slave's normal in the lines of action.
     """

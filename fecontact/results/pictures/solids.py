@@ -122,17 +122,17 @@ def solids_of_result(result: ContactResult) -> tuple[Solid, ...]:
     InputError
         If there is none.
     """
-    if not result.meshed_bodies:
+    if not result._meshed_bodies:
         raise InputError(
             "No body of this scene is meshed inside; only its contacts can be drawn: plot 'pressure' or 'gap' instead.",
             code="nothing-to-draw",
         )
     bodies = [
-        Solid(b.name, b.mesh.drawn_at(result.given(b).pose.to_world(b.mesh.points)), body_fields(result, b))
-        for b in result.meshed_bodies
+        Solid(b.name, b.mesh.drawn_at(result._given(b).pose.to_world(b.mesh.points)), body_fields(result, b))
+        for b in result._meshed_bodies
     ]
     for p in window_patches(result):
-        bodies.append(patch_solid(p.body.name, result.given(p.body).pose.to_world(p.points), p.quads, p.fields))
+        bodies.append(patch_solid(p.body.name, result._given(p.body).pose.to_world(p.points), p.quads, p.fields))
     return tuple(bodies)
 
 
@@ -262,9 +262,9 @@ def rigid_patches(result: ContactResult, scale: float) -> tuple[Array, IntArray]
     points, quads, start = [np.zeros((0, 3))], [np.zeros((0, 4), np.int64)], 0
     for contact in result.contacts:
         if contact.master.is_rigid and not contact._is_curve:
-            motion = result.state.motions[result.scene.bodies.index(contact.master)]
+            motion = result._state.motions[result.scene.bodies.index(contact.master)]
             x, q = _patch(contact, contact.master)
-            begin = result.given(contact.master).pose.to_world(contact.master.pose.to_body(x))
+            begin = result._given(contact.master).pose.to_world(contact.master.pose.to_body(x))
             end = x + motion[:3] + np.cross(motion[3:], x - contact.master.pose.translation)
             points.append(begin + scale * (end - begin))
             quads.append(q + start)
