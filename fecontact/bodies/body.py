@@ -8,7 +8,6 @@ The whole outer surface of a body, for checks of overlap.
 
 from __future__ import annotations
 
-import copy
 import inspect
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -205,10 +204,10 @@ class Body(FormerNames):
         array([ 0.,  0., -1.])
         """
         pose = self.pose.then(np.eye(3) if rotation is None else rotation, translation)
-        other = copy.copy(self)
+        other = object.__new__(type(self))
         # bodies are frozen; set before the copy escapes
-        object.__setattr__(other, "pose", pose)
-        object.__setattr__(other, "name", self.name if name is None else text("the name of a body", name))
+        named = self.name if name is None else text("the name of a body", name)
+        vars(other).update(vars(self) | {"pose": pose, "name": named})
         return other
 
     def _described(self, what: str) -> str:

@@ -99,9 +99,9 @@ def carried_motions(result: ContactResult) -> Iterator[str]:
             f"{100 * carried.force:.2g} % from those of linearised motions (finite_motion=False); "
             f"{100 * carried.rest:.1g} % of the motions are still linearised."
         )
-    elif result._originals and result._linearisation is not None and BEARABLE < result._linearisation.worst <= UNMENDED:
+    elif result._originals and (error := result._linearisation) is not None and BEARABLE < error.worst <= UNMENDED:
         yield (
-            f"Poses could not be carried along: linearised motions leave out {100 * result._linearisation.worst:.2g} %, "
+            f"Poses could not be carried along: linearised motions leave out {100 * error.worst:.2g} %, "
             "in gaps of the indentation, in directions of forces or in lengths."
         )
 
