@@ -147,7 +147,7 @@ def test_motions_that_do_not_settle_are_warned_of(monkeypatch):
     assert abs(result.rigid_motion(ball).translation[0] - 0.3) < 1e-12
     for error, warned in ((0.009, False), (0.011, True)):
         left = LinearisationError(error, 1.0, 0.0)
-        texts = list(unborne_motions(replace(result, linearisation=left)))
+        texts = list(unborne_motions(replace(result, _linearisation=left)))
         assert ["does not mend it" in text for text in texts] == [True] * warned
 
 

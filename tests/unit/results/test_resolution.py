@@ -111,8 +111,8 @@ def test_any_of_the_three_figures_is_warned_of(part):
     """Each by itself above a tenth; a peak without bound is not one."""
     estimate = replace(ErrorEstimate(0.05, 0.0, 0.0, 0.05, 0.05, 5.0), **{part: 0.2})
     body, active = SimpleNamespace(name="body"), np.array([True, False, True, True, True])
-    contact = SimpleNamespace(slave=body, master=body, active=active, error_estimate=estimate, unseen=0.0)
-    result = SimpleNamespace(contacts=[contact], elastic_bodies=())
+    contact = SimpleNamespace(slave=body, master=body, active=active, error_estimate=estimate, _unseen=0.0)
+    result = SimpleNamespace(contacts=[contact], _elastic_bodies=())
     (text,) = coarse_pressures(result)
     assert "20 %" in text
     contact.error_estimate = replace(estimate, pressure=0.05, area=0.05, peak=math.inf, unbounded=UNBOUNDED)

@@ -41,7 +41,7 @@ def test_overlap_outside_the_problem_is_reported_by_the_largest_displacement(pre
 
 
 def test_overlap_without_any_displacement_is_reported_as_it_is(pressed):
-    still = replace(pressed, state=replace(pressed.state, scale=0.0))
+    still = replace(pressed, _state=replace(pressed._state, scale=0.0))
     assert abs(with_gap(still, 0.25).residuals().penetration / 0.25 - 1) < 1e-12
 
 
@@ -68,7 +68,7 @@ def test_lines_of_action_that_do_not_meet_the_feet_are_reported_as_moments(press
     projection = interface.pairing.projection
     aside = replace(projection, points=projection.points + np.array([shift, 0.0, 0.0]))
     moved = replace(interface, pairing=replace(interface.pairing, projection=aside))
-    tampered = replace(pressed, condensed=replace(pressed.condensed, interfaces=(moved,)))
+    tampered = replace(pressed, _condensed=replace(pressed._condensed, interfaces=(moved,)))
     found, clean = tampered.residuals(), pressed.residuals()
     # relative to the forces times the size of the slave
     assert abs(found.equilibrium / (shift / interface.slave.size) - 1) < 1e-6

@@ -30,15 +30,15 @@ class Found:
     """What of a result the steps look at."""
 
     error: float = 0.0
-    motions: tuple = ()
-    loading: object = None
+    _motions: tuple = ()
+    _loading: object = None
     scene: object = field(
         default_factory=lambda: SimpleNamespace(bodies=("the body",), sizes=np.array([SIZE]), twists=False)
     )
-    originals: tuple = ()
-    linearisation: object = None
+    _originals: tuple = ()
+    _linearisation: object = None
     contacts: tuple = ()
-    carried: object = None
+    _carried: object = None
 
 
 def moving(x=0.0, ry=0.0, error=0.0, moved=0.0):
@@ -51,7 +51,7 @@ def moving(x=0.0, ry=0.0, error=0.0, moved=0.0):
 def path(monkeypatch):
     """A path of one body of size 2 at the origin."""
     monkeypatch.setattr(finite, "linearisation_error", lambda r: SimpleNamespace(worst=r.error, gap=r.error))
-    monkeypatch.setattr(finite, "driven_motions", lambda r: r.motions)
+    monkeypatch.setattr(finite, "driven_motions", lambda r: r._motions)
     return finite._Path(
         SimpleNamespace(bodies=[Block()], sizes=np.array([SIZE]), has_friction=False, twists=False),
         LoadStep(),
@@ -114,13 +114,13 @@ def test_corrections_run_away_beyond_three_times_the_motion_and_a_step(path, fir
 
 
 def test_rest_is_measured_by_elastic_displacements_but_not_by_less_than_1e_9_of_a_body(monkeypatch):
-    monkeypatch.setattr(finite, "driven_motions", lambda r: r.motions)
+    monkeypatch.setattr(finite, "driven_motions", lambda r: r._motions)
     frame = SimpleNamespace(modes=lambda motions: np.full((3, 1), 0.25), body=SimpleNamespace(size=SIZE))
     for elastic, measure in ((0.5, 0.5), (1e-8, 1e-8), (1e-10, SIZE * 1e-9), (-0.5, 0.5)):
         state = SimpleNamespace(displacements=(np.array([0.25, 0.25, 0.25 + elastic]),))
         scene = SimpleNamespace(sizes=np.array([SIZE]), twists=False)
         result = SimpleNamespace(
-            scene=scene, state=state, loading=SimpleNamespace(frames=(frame,)), motions=(np.zeros(6),)
+            scene=scene, _state=state, _loading=SimpleNamespace(frames=(frame,)), _motions=(np.zeros(6),)
         )
         assert abs(finite._elastic_size(result) / measure - 1) < 1e-6
 
@@ -170,7 +170,7 @@ def followed(monkeypatch, first, errors, away=(), rest=(), goes_on=(0.0,)):
 
 def test_what_is_bearable_is_not_followed(monkeypatch):
     result, asked = followed(monkeypatch, 0.999 * BEARABLE, [1.0])
-    assert (result.error, result.originals, asked) == (0.999 * BEARABLE, (), 0)
+    assert (result.error, result._originals, asked) == (0.999 * BEARABLE, (), 0)
     (word, result), asked = followed(monkeypatch, 1.001 * BEARABLE, [0.999 * BEARABLE])
     assert (word, result.error, asked) == ("finished", 0.999 * BEARABLE, 1)
     (word, result), asked = followed(monkeypatch, 0.5, [0.2, 1.001 * BEARABLE, 0.0])
@@ -179,10 +179,10 @@ def test_what_is_bearable_is_not_followed(monkeypatch):
 
 def test_what_is_bearable_goes_on_until_its_motions_settle(monkeypatch):
     (word, result), asked = followed(monkeypatch, 0.5, [0.0], goes_on=(0.1, 1.001 * CARRIED, 0.999 * CARRIED))
-    assert (word, result.carried.rest, asked) == ("finished", 0.999 * CARRIED, 3)
+    assert (word, result._carried.rest, asked) == ("finished", 0.999 * CARRIED, 3)
     # where they do not, the bearable one that had settled best
     result, asked = followed(monkeypatch, 0.5, [0.0], goes_on=(0.1, 0.05, 0.2))
-    assert (result.originals, result.carried.rest, asked) == (("the body",), 0.05, 2 + 9)
+    assert (result._originals, result._carried.rest, asked) == (("the body",), 0.05, 2 + 9)
 
 
 @pytest.mark.parametrize(
@@ -201,13 +201,13 @@ def test_what_is_bearable_goes_on_until_its_motions_settle(monkeypatch):
 )
 def test_where_motions_do_not_settle_the_best_result_stands(monkeypatch, first, errors, away, best, asked):
     result, count = followed(monkeypatch, first, errors, away)
-    assert (result.error, result.originals, count) == (best, ("the body",), asked)
+    assert (result.error, result._originals, count) == (best, ("the body",), asked)
 
 
 def test_poses_at_rest_are_not_solved_again(monkeypatch):
     # what is left then, as by a deflection, another pose cannot mend
     result, count = followed(monkeypatch, 0.5, [0.7, 0.6, 0.8], rest=(2,))
-    assert (result.error, result.originals, count) == (0.5, ("the body",), 2)
+    assert (result.error, result._originals, count) == (0.5, ("the body",), 2)
 
 
 def test_poses_that_have_not_settled_are_refused_with_what_is_left(monkeypatch):

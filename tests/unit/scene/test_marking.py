@@ -39,11 +39,11 @@ def row(error, misfit, peak=0.0, off=(), unseen=(), traction=None, sideways=()):
     tractions = np.zeros(6)
     tractions[list(sideways)] = 1.0
     return SimpleNamespace(
-        readings=readings, at_nodes=sp.identity(7, format="csr"), pressure=PRESSURE, weights=np.ones(7),
+        _readings=readings, _at_nodes=sp.identity(7, format="csr"), pressure=PRESSURE, weights=np.ones(7),
         point_area=3.0, max_pressure=1.0, facets=np.stack([np.arange(6), np.arange(1, 7)], axis=1),
-        facet_numbers=np.arange(6), between_nodes=SimpleNamespace(unseen=beside),
+        _facet_numbers=np.arange(6), _between_nodes=SimpleNamespace(unseen=beside),
         error_estimate=SimpleNamespace(pressure=error, peak=peak, traction=traction),
-        traction_misfit=None if traction is None else (tractions, None),
+        _traction_misfit=None if traction is None else (tractions, None),
     )  # fmt: skip
 
 
@@ -83,7 +83,7 @@ def test_cells_below_are_divided_where_they_keep_the_estimate_up():
         SimpleNamespace(error=np.array(e, dtype=float), cells=np.array(c)) for e, c in (([9, 0], [4, 7]), ([8], [2]))
     ]
     for interior, expected in ((0.0049, ([], [])), (0.0051, ([4], [2]))):
-        contact = SimpleNamespace(error_estimate=SimpleNamespace(interior=interior, pressure=0.5), energy_errors=sides)
+        contact = SimpleNamespace(error_estimate=SimpleNamespace(interior=interior, pressure=0.5), _energy_errors=sides)
         assert tuple(part.tolist() for part in marked_cells(contact, 0.01)) == expected
 
 

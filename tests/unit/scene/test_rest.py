@@ -46,10 +46,10 @@ def at_rest():
 
 def adrift(result, motion):
     """The result with its first body moved further, and no more strained."""
-    motion, first = np.array(motion, dtype=float), result.state.motions[0]
-    moved = result.state.displacements[0] + result.loading.frames[0].modes((motion - first)[:, None])[:, 0]
-    state = replace(result.state, motions=(motion, np.zeros(6)), displacements=(moved, np.zeros(6)))
-    return replace(result, state=state)
+    motion, first = np.array(motion, dtype=float), result._state.motions[0]
+    moved = result._state.displacements[0] + result._loading.frames[0].modes((motion - first)[:, None])[:, 0]
+    state = replace(result._state, motions=(motion, np.zeros(6)), displacements=(moved, np.zeros(6)))
+    return replace(result, _state=state)
 
 
 def test_no_rest_is_said_from_one_radian_and_a_thousand_bodies_on(at_rest):
