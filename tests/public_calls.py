@@ -339,7 +339,6 @@ def public_calls(folder: Path) -> dict[str, Call]:
         "result.stress": of(result.stress, body=body, group=None),
         "result.strain": of(result.strain, body=body),
         "result.solved": of(result.solved, body=body),
-        "result.given": of(result.given, body=body),
         "Pose": of(fc.Pose, rotation=np.eye(3), translation=(0, 0, 0)),
         "Pose.then": of(fc.Pose().then, rotation=np.eye(3), translation=(0, 0, 0)),
         "Pose.to_world": of(fc.Pose().to_world, points=np.zeros((2, 3))),

@@ -25,7 +25,7 @@ def job():
     out = solve_spheres("equal", level=LEVEL)
     upper, lower = out.solved.scene.bodies
     model = upper.model
-    nodes = out.solved.interfaces[0].pairing.nodes[out.solved.contacts[0].candidates]
+    nodes = out.solved._interfaces[0].pairing.nodes[out.solved.contacts[0]._candidates]
     K = model.stiffness[model.solved_dofs][:, model.solved_dofs]
     touched = np.setdiff1d((3 * nodes[:, None] + np.arange(3)).ravel(), model.held)
     return SimpleNamespace(
@@ -35,7 +35,7 @@ def job():
         model=model,
         K=K,
         retained=np.searchsorted(model.solved_dofs, np.intersect1d(touched, model.solved_dofs)),
-        problem=out.solved.condensed.problem,
+        problem=out.solved._condensed.problem,
         displacement=out.solved.displacement(upper).ravel(),
     )
 

@@ -195,7 +195,7 @@ def whole(kind, n):
 def stress_range(result, body):
     """Smallest and largest stress (2, 6) at the Gauss points of a body of an unmixed mesh."""
     model = body.model
-    u = result.state.displacements[result.scene.bodies.index(body)]
+    u = result._state.displacements[result.scene.bodies.index(body)]
     stress = hooke(gauss_strain(model.mesh, u.reshape(-1, 3))[0], model.lame[:, None], model.shear[:, None])
     return np.nanmin(stress, axis=(0, 1)), np.nanmax(stress, axis=(0, 1))
 

@@ -28,5 +28,5 @@ def test_ball_rolls_on_a_soft_pad_to_the_angle_of_statics(angle, row):
     row(case, "angle", angle, motion.rotation[1], 1e-5, result.n_dofs)
     # the pole is where the turn puts it under a centre that has come down by as much as the pad gives
     sunk = radius * (1 - np.cos(angle)) - motion.translation[2]
-    row(case, "sunk / largest displacement of the pad", 1.0, sunk / result.state.scale, 1e-4, result.n_dofs)
+    row(case, "sunk / largest displacement of the pad", 1.0, sunk / result._state.scale, 1e-4, result.n_dofs)
     row(case, "force sideways / load", 0.0, result.contacts[0].force[0] / load, 1e-5, result.n_dofs)

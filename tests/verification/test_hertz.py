@@ -88,7 +88,7 @@ def test_symmetric_model_and_two_bodies_agree(row):
 def test_equal_spheres_are_factorised_once():
     """Two equal spheres are one model in two poses, factorised once. Source: the count of degrees of freedom."""
     out = solve_spheres("equal", level=1)
-    assert out.solved.n_dofs == 2 * out.solved.n_dofs_factorised
+    assert out.solved.n_dofs == 2 * out.solved._n_dofs_factorised
 
 
 @pytest.mark.full

@@ -32,9 +32,9 @@ def pressed(body, other, motion, coupling):
     """Pressure of the contact at the body's nodes and the result, the body moved down."""
     contact = fc.Contact(body, other, coupling=coupling)
     result = fc.Scene([body, other], [contact]).solve(motions={body: {"z": -motion}})
-    assert result.interfaces[0].slave.name == body.name
+    assert result._interfaces[0].slave.name == body.name
     pressure = np.zeros(len(body.surface("cap").points))
-    pressure[result.interfaces[0].pairing.nodes] = result.contacts[0].pressure
+    pressure[result._interfaces[0].pairing.nodes] = result.contacts[0].pressure
     return pressure, result
 
 
@@ -87,7 +87,7 @@ def on_block(contrast, slave, coupling="mortar"):
     pair = (block, ball) if slave == "block" else (ball, block)
     contact = fc.Contact(*pair, coupling=coupling, swap="never")
     result = fc.Scene([ball, block], [contact]).solve(forces={ball: (0, 0, -FORCE)})
-    assert result.interfaces[0].slave.name == slave
+    assert result._interfaces[0].slave.name == slave
     assert result.residuals().equilibrium < 1e-12
     return result.contacts[0].max_pressure, -result.rigid_motion(ball).translation[2]
 

@@ -25,7 +25,7 @@ def stress_range(result, bodies, component=2):
     """Smallest and largest stress component over the Gauss points of bodies."""
     values = []
     for body in bodies:
-        u = result.state.displacements[result.scene.bodies.index(body)].reshape(-1, 3)
+        u = result._state.displacements[result.scene.bodies.index(body)].reshape(-1, 3)
         strain, _ = gauss_strain(body.mesh, u)
         values.append(hooke(strain, body.model.lame[:, None], body.model.shear[:, None])[..., component].ravel())
     return min(v.min() for v in values), max(v.max() for v in values)

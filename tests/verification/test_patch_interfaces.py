@@ -22,7 +22,7 @@ MESHES = [(1, 1), (2, 3), (1, 5)]
 def stress_error(result, exact):
     """Largest difference of any stress component at any Gauss point from exact (6,), or from exact(points)."""
     worst = 0.0
-    for body, u in zip(result.scene.bodies, result.state.displacements, strict=True):
+    for body, u in zip(result.scene.bodies, result._state.displacements, strict=True):
         strain, points = gauss_strain(body.mesh, u.reshape(-1, 3))
         stress = hooke(strain, body.model.lame[:, None], body.model.shear[:, None])
         target = exact(points @ body.pose.rotation.T + body.pose.translation) if callable(exact) else exact

@@ -67,7 +67,7 @@ def test_uniform_pressure_passes_an_interface_of_kites(upper, lower, swapped, ro
     scene = fc.Scene([low, up], [fc.Contact(*pair, swap="never", coupling="mortar")])
     result = scene.solve(pressures={(up, "top"): 1.0})
     worst = 0.0
-    for body, u in zip(scene.bodies, result.state.displacements, strict=True):
+    for body, u in zip(scene.bodies, result._state.displacements, strict=True):
         strain, _ = gauss_strain(body.mesh, u.reshape(-1, 3))
         stress = hooke(strain, body.model.lame[:, None], body.model.shear[:, None])
         worst = max(worst, float(np.abs(stress - np.array([0, 0, -1.0, 0, 0, 0])).max()))

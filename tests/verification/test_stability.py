@@ -102,7 +102,7 @@ def test_pose(offset, angle, reference, row):
     found = by_position(result.contacts[0], pose=(pose[0], pose[1])) if not offset else result.contacts[0].forces
     if offset:
         # world positions of a moved body have lost digits; its nodes have not
-        found = found[np.lexsort((result.condensed.interfaces[0].pairing.slave_points[:, :2] / HERTZ.a).round(6).T)]
+        found = found[np.lexsort((result._condensed.interfaces[0].pairing.slave_points[:, :2] / HERTZ.a).round(6).T)]
     case = f"14 moved by {offset:g}, turned by {angle:g}"
     row(case, "largest change of force / sum", 0.0, np.abs(found - forces).max() / forces.sum(), SAME, result.n_dofs)
     assert body.pose.translation @ body.pose.translation > 0 or offset == 0
@@ -424,7 +424,7 @@ def hard_scene(nu=0.3, ratio=None, level=LEVEL, contrast=None, element="hex20", 
         result = on_each_other(body, flipped(dome(mesh, replace(material, E=material.E * contrast))), force)
     contact = result.contacts[0]
     order = np.lexsort((contact.points[:, :2] / (length * a)).round(6).T)
-    return result.condensed.problem, contact.forces[order] / contact.forces.sum(), result.residuals().worst
+    return result._condensed.problem, contact.forces[order] / contact.forces.sum(), result.residuals().worst
 
 
 @pytest.mark.by_day("8-node elements", "thin layer of elements at the surface", "nu = 0.4999")

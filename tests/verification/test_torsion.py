@@ -31,7 +31,7 @@ def test_shaft(inner, row):
     path = scene.solve_path([pressed, {"motions": {shaft: {"z": -0.01, "rz": turn}}}])
     row(case, "torque", exact, path[1].reaction(shaft)[5], 1e-11)
     row(case, "torque on the floor", -exact, path[1].reaction(floor)[5], 1e-11)
-    stress = shaft.model.nodal_stress(path[1].state.displacements[0])
+    stress = shaft.model.nodal_stress(path[1]._state.displacements[0])
     error = np.abs(stress[:, 4] - G * mesh.points[:, 0] * turn / length).max() / (G * turn / length)
     row(case, "shear stress, largest error", 0, error, 1e-10)
     loaded = {"motions": {floor: {"z": 0.01}}, "moments": {shaft: (0, 0, exact)}}

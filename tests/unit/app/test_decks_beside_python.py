@@ -319,7 +319,7 @@ def tilt_of(result):
     top = body.mesh.boundary_nodes("UP_face_top")
     x = body.mesh.points[top]
     columns = np.stack([np.ones(len(x)), x[:, 0], x[:, 1]], axis=1)
-    return np.linalg.lstsq(columns, result.displacement(result.given(body))[top, 2], rcond=None)[0][1]
+    return np.linalg.lstsq(columns, result.displacement(result._given(body))[top, 2], rcond=None)[0][1]
 
 
 @pytest.mark.full

@@ -206,6 +206,6 @@ def test_a_floating_body_touches_where_its_mean_is_held(driven: str) -> None:
     forces = {} if driven == "motion" else {ball: (0.0, 0.0, -0.006)}
     result = scene.solve(forces, motions={local: {**held, "z": lift}}, finite_motion=False)
     (contact,) = result.contacts
-    assert np.abs(contact.gap[contact.active]).max() < 1e-10 * result.state.scale
+    assert np.abs(contact.gap[contact.active]).max() < 1e-10 * result._state.scale
     assert result.residuals().worst < 1e-10
     assert np.allclose(result.rigid_motion(local).translation, [0, 0, lift], atol=1e-15)

@@ -308,7 +308,7 @@ def test_several_blocks_of_pairs_give_what_one_gives(monkeypatch):
         monkeypatch.setattr("fecontact.contact.coupling.mortar.BLOCK", block)
         scene = fc.Scene([low, up], [fc.Contact(up, low, swap="never", coupling="mortar")])
         found.append(scene.solve(motions={up: {"z": -0.01}}))
-    one, several = (r.interfaces[0].pairing for r in found)
+    one, several = (r._interfaces[0].pairing for r in found)
     assert one.sums is None
     assert several.sums is not None
     assert np.array_equal(one.nodes, several.nodes)

@@ -334,8 +334,8 @@ def same_forces(whole, part):
         forces = []
         for result, contact in ((whole, a), (part, b)):
             k = result.contacts.index(contact)
-            nodal = np.zeros(result.interfaces[k].slave.surface(contact.surfaces[0]).points.shape[0])
-            nodal[result.interfaces[k].pairing.nodes] = contact.forces
+            nodal = np.zeros(result._interfaces[k].slave.surface(contact.surfaces[0]).points.shape[0])
+            nodal[result._interfaces[k].pairing.nodes] = contact.forces
             forces.append(nodal)
         # both solve the same equations; differences are rounding times the condition of the compliance
         assert np.abs(forces[0] - forces[1]).max() < 1e-12 * a.total_force

@@ -61,7 +61,7 @@ def test_cells_are_written_as_what_they_are(kind, block, written):
             away = np.linalg.norm(middles - x[:, n + k, None], axis=2)
             assert (away.argmin(axis=1) == k).all()
     # nodes in the middles of contact faces stand last and are left out
-    ours, theirs = result.displacement(result.elastic_bodies[0])[: len(mesh.points)], file.point_data["displacement"]
+    ours, theirs = result.displacement(result._elastic_bodies[0])[: len(mesh.points)], file.point_data["displacement"]
     assert np.abs(np.sort(ours, axis=0) - np.sort(theirs, axis=0)).max() < ROUNDING
 
 
@@ -87,7 +87,7 @@ def test_a_result_file_is_seen_as_one_body_without_inner_faces(kind, block, writ
     result, path = written(mesh, kind)
     (solid,) = solids_of_file(path)
     assert len(solid.mesh.outer_faces) == len(mesh.outer_faces)
-    stress = result.stress(result.elastic_bodies[0])[: len(mesh.points)]
+    stress = result.stress(result._elastic_bodies[0])[: len(mesh.points)]
     pairs = ((mesh.points, stress), (solid.mesh.points, solid.fields["stress"]))
     both = [np.concatenate([x, s], axis=1) for x, s in pairs]
     one, other = (x[np.lexsort(x[:, :3].round(9).T)] for x in both)

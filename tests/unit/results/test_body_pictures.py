@@ -132,7 +132,7 @@ def test_bodies_of_a_result_and_of_its_file_are_the_same(result, tmp_path):
 def test_deformation_is_exaggerated_by_the_scale(result):
     block, _ = solids_of_result(result)
     moved = block.deformed(10) - block.mesh.points
-    assert np.abs(moved - 10 * result.displacement(result.elastic_bodies[0])).max() <= 1e-14
+    assert np.abs(moved - 10 * result.displacement(result._elastic_bodies[0])).max() <= 1e-14
     assert block.deformed(0) is block.mesh.points
 
 

@@ -64,7 +64,7 @@ def test_small_motions_are_left_as_they_are():
     result, _ = under_ball(motions={"z": -0.05})
     alone, _ = under_ball(motions={"z": -0.05}, finite_motion=False)
     assert linearisation_error(result).worst < BEARABLE
-    assert result.originals == ()
+    assert result._originals == ()
     assert result.contacts[0].total_force == alone.contacts[0].total_force
 
 
@@ -81,7 +81,7 @@ def test_the_error_is_worked_out_once_for_a_result(monkeypatch, finite_motion, h
     assert result.summary()["warnings"] == list(result.warnings)
     # once for every solution on the way: a ball from afar is carried along and solved again
     assert len(judged) == len(set(map(id, judged))) == (2 if (finite_motion, height) == ("auto", 3.0) else 1)
-    assert (result.linearisation is not None) == (finite_motion == "auto")
+    assert (result._linearisation is not None) == (finite_motion == "auto")
 
 
 @pytest.mark.parametrize("load", [{"forces": (0.0, 0.0, -20.0)}, {"motions": {"z": -3.05}}])
@@ -203,7 +203,7 @@ def test_a_quarter_of_a_ball_is_judged_like_the_whole(level):
     ball = fc.ElasticBody(mesh, SOLID, contact="cap", supports={"base": "xyz", "sym_x": "x", "sym_y": "y"})
     plane = fc.RigidBody(fc.Plane())
     result = fc.Scene([ball, plane], [fc.Contact(ball, plane)]).solve(forces={ball: (0, 0, -7.5)})
-    assert result.originals == ()
+    assert result._originals == ()
     assert linearisation_error(result).worst < BEARABLE / 10
 
 

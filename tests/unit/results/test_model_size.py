@@ -36,8 +36,8 @@ def test_what_was_saved(quarter):
     points = len(quarter.contacts[0].gap)
     assert f"{quarter.n_candidates} candidates out of {points} contact points" in text
     kept = quarter.scene.bodies[0].model.n_retained
-    assert 0 < kept < 0.1 * quarter.n_dofs_factorised
-    assert f"{quarter.n_dofs_factorised} degrees of freedom condensed to {kept}" in text
+    assert 0 < kept < 0.1 * quarter._n_dofs_factorised
+    assert f"{quarter._n_dofs_factorised} degrees of freedom condensed to {kept}" in text
     assert "upper: held along the normal only on sym_x, sym_y; as planes of symmetry these make it 1/4" in text
     assert "lower: the model of 'upper' in another pose" in text
     assert text.splitlines()[0] in str(quarter)

@@ -104,7 +104,7 @@ def test_every_object_is_one_short_line(result):
     seen = [
         result, result.scene, *result.scene.bodies, *result.scene.contacts, contact, contact.error_estimate,
         contact.recovered, contact.outline, *contact.regions, *contact._energy_errors, result.solution, result.problem,
-        result.condensed, *result.condensed.parts, *result.interfaces, result.loading, result.state, half, pressed,
+        result._condensed, *result._condensed.parts, *result._interfaces, result._loading, result._state, half, pressed,
         fc.Pose(), fc.Material(1.0, 0.3), fc.Plane(), fc.Sphere(1.0), result.scene.bodies[0].mesh,
     ]  # fmt: skip
     for each in seen:

@@ -59,7 +59,7 @@ def test_every_contact_has_its_own_error():
     both = scene.solve(motions={ball: {"z": -0.1}, other: {"z": -0.1}}, finite_motion=False)
     alone = pressed((10, 1, 2), "hex8", motions={"z": -0.1})[0].response_error.force
     assert abs(both.response_error.force / alone - 1) < 0.05
-    of_body = [abs(parts.sum()) for parts in both.response_errors.cells["force"]]
+    of_body = [abs(parts.sum()) for parts in both._response_errors.cells["force"]]
     assert of_body[2] < 1e-9 * of_body[0]
 
 

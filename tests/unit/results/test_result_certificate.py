@@ -35,8 +35,8 @@ def test_overlap_outside_the_problem_is_reported_by_the_largest_displacement(pre
     assert clean.worst < ROUNDING
     found = with_gap(pressed, depth).residuals()
     # pushed down by 0.01 at the top and held at the bottom: the largest displacement is 0.01
-    assert abs(pressed.state.scale / 0.01 - 1) < 1e-9
-    assert abs(found.penetration / (depth / pressed.state.scale) - 1) < 1e-12
+    assert abs(pressed._state.scale / 0.01 - 1) < 1e-9
+    assert abs(found.penetration / (depth / pressed._state.scale) - 1) < 1e-12
     assert replace(found, penetration=clean.penetration) == clean
 
 
@@ -64,7 +64,7 @@ def test_open_gaps_and_a_scene_without_contacts_have_no_penetration(pressed):
 @pytest.mark.parametrize("shift", [1e-9, 1e-3, 0.2])
 def test_lines_of_action_that_do_not_meet_the_feet_are_reported_as_moments(pressed, shift):
     """All feet moved sideways: every force then turns the pair by force times shift."""
-    interface = pressed.interfaces[0]
+    interface = pressed._interfaces[0]
     projection = interface.pairing.projection
     aside = replace(projection, points=projection.points + np.array([shift, 0.0, 0.0]))
     moved = replace(interface, pairing=replace(interface.pairing, projection=aside))

@@ -61,7 +61,7 @@ file = read_scene(sys.argv[1])
 told = explain(file.scene, file.loads).as_dict()
 result = file.solve()
 taken = {"n_dofs": result.n_dofs, "n_candidates": result.n_candidates, "memory_mb": peak_memory(),
-         "retained": [b.model.n_retained for b in result.elastic_bodies], "seconds": result.seconds["total"]}
+         "retained": [b.model.n_retained for b in result._elastic_bodies], "seconds": result.seconds["total"]}
 print(json.dumps([told, taken]))
 """
 

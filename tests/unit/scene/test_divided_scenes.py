@@ -69,7 +69,7 @@ def test_unknowns_are_those_of_free_nodes_and_the_report_tells_of_the_others(bod
 
 def test_hanging_nodes_carry_no_force_and_follow(body, result):
     contact, ties = result.contacts[0], body.mesh.hanging
-    assert not np.isin(result.interfaces[0].pairing.nodes, ties.nodes).any()
+    assert not np.isin(result._interfaces[0].pairing.nodes, ties.nodes).any()
     u = result.displacement(body)
     assert np.abs(u[ties.nodes] - ties.weights @ u).max() < 1e-15
     # their pressure is shown: that of the faces they follow
@@ -82,7 +82,7 @@ def test_hanging_nodes_carry_no_force_and_follow(body, result):
     # the points that are no candidates are checked where the body's displacement takes them
     assert result.residuals().penetration < 1e-10
     assert len(contact.gap) > len(contact._candidates)
-    points = contact.points + u[result.interfaces[0].pairing.nodes]
+    points = contact.points + u[result._interfaces[0].pairing.nodes]
     motion = result.rigid_motion(result.scene.bodies[1]).translation
     centre = np.array([0.05, 0.02, RADIUS]) + motion
     distance = np.linalg.norm(points - centre, axis=1) - RADIUS
@@ -241,10 +241,10 @@ def test_two_bodies_as_one_model_in_two_poses(body):
     over = body.placed(rotation=fc.rotation_about((1, 0, 0), np.pi), name="over")
     scene = fc.Scene([body, over], [fc.Contact(over, body)])
     result = scene.solve(motions={over: {"z": -0.02}})
-    assert result.n_dofs == 2 * result.n_dofs_factorised
+    assert result.n_dofs == 2 * result._n_dofs_factorised
     contact = result.contacts[0]
     # flat on flat and mirror images of one another: nothing moves where they meet but sideways
-    middle = result.displacement(body)[result.interfaces[0].pairing.nodes]
+    middle = result.displacement(body)[result._interfaces[0].pairing.nodes]
     assert contact.coupling == "nodal"
     assert np.abs(result.displacement(body)[:, 2] + result.displacement(over)[:, 2] + 0.02).max() < 1e-12
     assert len(middle)

@@ -79,9 +79,9 @@ def test_finite_elements_on_a_half_space():
     assert abs(abs(contact.force[2]) - 0.01) < 1e-12
     assert np.abs(contact.centre_of_pressure[:2]).max() < 1e-10  # symmetric
     assert result.residuals().worst < 1e-10
-    u = result.state.displacements[1].reshape(-1, 3)[:, 2]
+    u = result._state.displacements[1].reshape(-1, 3)[:, 2]
     assert u.min() < 0
-    assert np.abs(result.state.displacements[1].reshape(-1, 3)[:, :2]).max() == 0.0
+    assert np.abs(result._state.displacements[1].reshape(-1, 3)[:, :2]).max() == 0.0
 
 
 def test_spread_forces_keep_force_and_moment():

@@ -41,7 +41,7 @@ def test_friction_alone_holds_it_in_every_frame_and_unit(scene):
     found = figures(result)
     # it bears less than the block whose bottom is held all round, and moves by about the depth of the ball
     assert 0.5 < found[0] / figures(pressed(*scene, held="xyz"))[0] < 1
-    assert np.linalg.norm(result.motions[0][:3]) < 5 * scene[-1]
+    assert np.linalg.norm(result._motions[0][:3]) < 5 * scene[-1]
     for frame in FRAMES:
         units = {name: value for name, value in frame.items() if name != "angle"}
         assert np.abs(figures(pressed(*scene, **frame), **units) / found - 1).max() < 1e-8
@@ -88,5 +88,5 @@ def test_the_rest_without_a_turn_is_found_before_one_that_drifted():
     scene = fc.Scene([block, cone], [fc.Contact(block, cone, friction=0.8)])
     result = scene.solve(forces={cone: (0.0, 0.0, -0.02569)})
     assert result.friction.touching.sum() == 1
-    assert np.linalg.norm(result.motions[0][3:]) < 0.1
+    assert np.linalg.norm(result._motions[0][3:]) < 0.1
     np.testing.assert_allclose(result.contacts[0].force, (0.0, 0.0, -0.02569), atol=1e-9)

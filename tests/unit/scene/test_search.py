@@ -23,7 +23,7 @@ def ball_on_pad() -> tuple[fc.Scene, dict]:
 
 def is_local(result: fc.ContactResult) -> bool:
     """Whether only near parts were paired."""
-    return result.interfaces[0].region is not None
+    return result._interfaces[0].region is not None
 
 
 def test_global_is_the_default_and_local_gives_the_same_force() -> None:

@@ -214,7 +214,7 @@ def test_a_singular_edge_ends_with_the_reason():
 
 def test_what_an_accuracy_may_take_is_told_beforehand(solved):
     block, _, result = solved
-    both = fc.Scene(result.unrefined, [fc.Contact(*result.unrefined)])
+    both = fc.Scene(result._unrefined, [fc.Contact(*result._unrefined)])
     told = str(explain(both, {"forces": {block: (0, 0, -FORCE)}}, accuracy=0.06))
     n, unknowns = re.search(r"about (\d+) divisions, to (\S+) unknowns", told).groups()
     assert abs(int(n) - (len(result.convergence.steps) - 1)) <= 1

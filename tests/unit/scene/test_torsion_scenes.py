@@ -109,7 +109,7 @@ def test_a_torque_on_a_boundary() -> None:
     torque = 1e-3 * math.pi / 2 * (2.0**4 - 1)
     assert abs(found.reaction(tube)[5] / -torque - 1) < 1e-10
     turn = torque / (STEEL.shear_modulus * math.pi / 2 * 15)
-    u = found.state.displacements[0].reshape(-1, 3)
+    u = found._state.displacements[0].reshape(-1, 3)
     np.testing.assert_allclose(u[:, 1], turn * tube.mesh.points[:, 0] * tube.mesh.points[:, 2], atol=1e-12)
 
 
