@@ -49,6 +49,7 @@ if TYPE_CHECKING:
         SupportError,
     )
     from fecontact.common.material import Material
+    from fecontact.common.region import Region
     from fecontact.contact.contact import Contact
     from fecontact.contact.springs import Spring
     from fecontact.fem.laws import HolmesMow, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
@@ -65,7 +66,7 @@ if TYPE_CHECKING:
     from fecontact.results.convergence import Convergence
     from fecontact.results.friction_fields import FrictionFields
     from fecontact.results.result import ContactResult
-    from fecontact.results.resultants import DividingPlane, Region
+    from fecontact.results.resultants import DividingPlane
     from fecontact.scene.cost import Explanation
     from fecontact.scene.load_path import LoadPath
     from fecontact.scene.scene import Scene
@@ -158,6 +159,7 @@ _MODULES = {
     "common.errors": "FecontactError InputError MeshError MissingPackageError SolverError SolverNotFoundError "
     "SupportError",
     "common.material": "Material",
+    "common.region": "Region",
     "contact.contact": "Contact",
     "contact.springs": "Spring",
     "fem.laws": "HolmesMow MooneyRivlin NeoHookean Ogden StVenantKirchhoff",
@@ -172,7 +174,7 @@ _MODULES = {
     "results.convergence": "Convergence",
     "results.friction_fields": "FrictionFields",
     "results.result": "ContactResult",
-    "results.resultants": "DividingPlane Region",
+    "results.resultants": "DividingPlane",
     "scene.cost": "Explanation",
     "scene.load_path": "LoadPath",
     "scene.scene": "Scene",
