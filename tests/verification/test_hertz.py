@@ -198,7 +198,7 @@ def test_superlu_gives_the_same_answer(row):
 @pytest.mark.full
 def test_report_table_shows_the_reports_own_figures():
     """The table beside the report's own figures. Source: Elangovan 1978; the text of the table."""
-    text = report_table(level=1)
+    text = str(report_table(level=1))
     assert "9990" in text
     assert "1.7845" in text
 
