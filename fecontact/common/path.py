@@ -1,8 +1,7 @@
 """Paths: load steps solved one after the other, with one loop, one halving, one table and one file that resumes.
 
 A kind of bodies says by a `Steps` how it solves a part of a step; `follow` does the rest. Scenes and half-spaces use
-it. Bodies whose load steps also grow again (gradient coordinates) take `in_parts` by itself, with ``steps`` equal steps
-and ``easy``, which says after what result a longer part may follow; results found before an error have been yielded.
+it.
 """
 
 from __future__ import annotations
@@ -37,10 +36,8 @@ def in_parts(
     solve: Callable[[float, float, Result | None], Result],
     last: Result | None,
     halvings: int = HALVINGS,
-    steps: int = 1,
-    easy: Callable[[Result], bool] = lambda _: True,
 ) -> Iterator[tuple[float, Result]]:
-    """Solve load steps, each in one part, or in halves where a part has no certified solution.
+    """Solve a load step in one part, or in halves where a part has no certified solution.
 
     Parameters
     ----------
@@ -50,11 +47,7 @@ def in_parts(
     last : result, optional
         At the start.
     halvings : int
-        Largest number of halvings of a step.
-    steps : int
-        Number of equal steps.
-    easy : callable
-        Whether a part twice as long may follow a result.
+        Largest number of halvings of the step.
 
     Yields
     ------
@@ -80,7 +73,7 @@ def in_parts(
     """
     whole = 2**halvings
     place, length = 0, whole  # in smallest parts
-    while place < steps * whole:
+    while place < whole:
         try:
             last = solve(place / whole, (place + length) / whole, last)
         except SolverError as error:
@@ -90,7 +83,7 @@ def in_parts(
             continue
         place += length
         yield place / whole, last
-        while length < whole and place % (2 * length) == 0 and easy(last):
+        while length < whole and place % (2 * length) == 0:
             length *= 2
 
 

@@ -23,17 +23,14 @@ T = TypeVar("T", bound=np.ndarray[Any, Any])
 @compact_repr
 @dataclass(frozen=True, eq=False)
 class StepEnd:
-    """End of a load step, of bodies of any kind: what is not given is empty.
+    """End of a load step of a scene: what is not given is empty.
 
     Attributes
     ----------
     poses : tuple of Pose
-        Of the rigid bodies, or of all bodies of a scene, whose displacements are relative to them.
+        Of all bodies, whose displacements are relative to them.
     q, forces : (m,) and (N,) arrays
-        Solution: coordinates or rigid motions, and contact forces.
-    tangential, residual_slip : (n, 3) arrays
-        Of multipliers whose faces are projected anew in every step: friction forces, and the slip left by iterations at
-        points that stick, which the next step takes back.
+        Solution: rigid motions and contact forces, normal and tangential.
     chosen : sequence of int arrays
         Candidates of each interface of a scene, to which the forces belong.
     contact, nodes : (n,) int arrays
@@ -52,8 +49,6 @@ class StepEnd:
     poses: tuple[Pose, ...] = ()
     q: Array = field(default_factory=lambda: np.zeros(0))
     forces: Array = field(default_factory=lambda: np.zeros(0))
-    tangential: Array = field(default_factory=lambda: np.zeros((0, 3)))
-    residual_slip: Array = field(default_factory=lambda: np.zeros((0, 3)))
     chosen: Sequence[IntArray] = ()
     contact: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     nodes: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
