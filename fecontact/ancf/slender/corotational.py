@@ -155,12 +155,12 @@ class CorotationalBeam(Nodal):
         start, end = nodes[self.cells.T]
         chord = (end - start)[:, :2]
         size = np.hypot(*chord.T)
-        (c, s), nought = chord.T / size, np.zeros(len(size))
+        (c, s), zero = chord.T / size, np.zeros(len(size))
         angle = np.arctan2(s, c)
         turns = np.stack([start[:, 2] - angle, end[:, 2] - angle], axis=1)
         turns -= 2 * np.pi * np.round(turns / (2 * np.pi))
-        along = np.stack([-c, -s, nought, c, s, nought], axis=1)
-        across = np.stack([s, -c, nought, -s, c, nought], axis=1)
+        along = np.stack([-c, -s, zero, c, s, zero], axis=1)
+        across = np.stack([s, -c, zero, -s, c, zero], axis=1)
         return np.column_stack([size - self.lengths, turns]), size, along, across
 
     def local_turns(self, q: Array) -> Array:

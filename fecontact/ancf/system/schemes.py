@@ -144,8 +144,8 @@ class Instant:
         Work from the start of all loads, of supports that move, and of rigid bodies that move.
     memory : (n,) array
         Internal strains of visco-elastic solids.
-    tangential, owed, slip : (n_multipliers, 3) arrays
-        Forces of friction, slip owed to the next step, see `slip`, and slip in this one.
+    tangential, residual_slip, slip : (n_multipliers, 3) arrays
+        Forces of friction, slip that is left to the next step, see `slip`, and slip in this one.
     friction_work : float
         Work of friction from the start.
     viscous_work, stored : float
@@ -165,7 +165,7 @@ class Instant:
     applied: Array
     memory: Array
     tangential: Array
-    owed: Array
+    residual_slip: Array
     slip: Array
     work: float = 0.0
     viscous_work: float = 0.0
@@ -183,10 +183,10 @@ class Instant:
         self, h: float, viscous: ViscousStep, q: Array, v: Array, a: Array, b: Array, forces: Array, applied: Array,
         work: float, nit: int,
     ) -> Instant:  # fmt: skip
-        """The state at the end of a step of length h, before friction is told."""
+        """The state at the end of a step of length h, without what friction adds."""
         return Instant(
-            self.time + h, q, v, a, b, forces, applied, viscous.memory, self.tangential, self.owed, self.slip, work,
-            self.viscous_work + viscous.viscous_work, viscous.stored, self.friction_work, nit,
+            self.time + h, q, v, a, b, forces, applied, viscous.memory, self.tangential, self.residual_slip,
+            self.slip, work, self.viscous_work + viscous.viscous_work, viscous.stored, self.friction_work, nit,
         )  # fmt: skip
 
 
@@ -401,7 +401,7 @@ def _by_moments(before: Assembly, after: Assembly, q: Array) -> float:
 
 def _since(a: Assembly, now: Instant) -> SlipStart:
     """State from which the slip of a step counts."""
-    return SlipStart(now.q, tuple(t.master.pose for t in a.constraints), now.owed)
+    return SlipStart(now.q, tuple(t.master.pose for t in a.constraints), now.residual_slip)
 
 
 def _judged(
@@ -429,7 +429,7 @@ def _judged(
     n = len(after.forces)
     found = slip.residuals(gap, after.forces, t, a.size, unbalanced)
     after = replace(
-        after, owed=slip.owed(after.forces, t, slip.slip), tangential=slip.everywhere(t, n),
+        after, residual_slip=slip.residual_slip(after.forces, t, slip.slip), tangential=slip.everywhere(t, n),
         slip=slip.everywhere(slip.slip, n), residuals=np.array([x or 0.0 for x in astuple(found)]),
     )  # fmt: skip
     if not t.any():

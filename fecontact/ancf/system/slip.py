@@ -10,7 +10,7 @@ faces that is opposite now (T. A. Laursen, Computational Contact and Impact Mech
 motion of both is no slip. The slip of a step is the chord of its path; the turn of the tangents within the step is left
 out of T, at the cost of iterations but not of accuracy.
 
-A multiplier that sticks is left with a slip of the size of rounding. It is owed to the next step, which takes it back:
+A multiplier that sticks is left with a slip of the size of rounding. It is left to the next step, which takes it back:
 after any number of steps what sticks is where it was.
 
 The jump of velocities where points stop sliding.
@@ -63,13 +63,13 @@ class SlipStart:
         Coordinates of all bodies.
     poses : tuple of Pose
         Of the master of each contact.
-    owed : (n_multipliers, 3) array
+    residual_slip : (n_multipliers, 3) array
         Slip left over at the multipliers of all contacts.
     """
 
     q: Array
     poses: tuple[Pose, ...]
-    owed: Array
+    residual_slip: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,9 +105,13 @@ class FrictionEnd:
 def initial_friction(contacts: Sequence[ContactConstraints], q: Array) -> FrictionEnd:
     """No forces and no slip, at coordinates q (n_dofs,)."""
     none = tuple(np.zeros((t.n_multipliers, 3)) for t in contacts)
-    owed = np.concatenate([np.zeros((0, 3)), *none])
+    left = np.concatenate([np.zeros((0, 3)), *none])
     return FrictionEnd(
-        none, none, Residuals(0.0, 0.0, 0.0, 0.0), 0.0, SlipStart(q, tuple(t.master.pose for t in contacts), owed)
+        none,
+        none,
+        Residuals(0.0, 0.0, 0.0, 0.0),
+        0.0,
+        SlipStart(q, tuple(t.master.pose for t in contacts), left),
     )
 
 
@@ -205,13 +209,13 @@ class Slips:
         split = np.cumsum([t.n_multipliers for t in contacts])[:-1]
         forces, slip = (self.everywhere(x, len(normal)) for x in (tangential, self.slip))
         slip[normal <= 0] = 0.0
-        start = SlipStart(q, tuple(t.master.pose for t in contacts), self.owed(normal, tangential, self.slip))
+        start = SlipStart(q, tuple(t.master.pose for t in contacts), self.residual_slip(normal, tangential, self.slip))
         return FrictionEnd(
             tuple(np.split(forces, split)), tuple(np.split(slip, split)), residuals,
             -float(tangential @ self.slip), start,
         )  # fmt: skip
 
-    def owed(self, normal: Array, tangential: Array, slip: Array) -> Array:
+    def residual_slip(self, normal: Array, tangential: Array, slip: Array) -> Array:
         """Slip (n_multipliers, 3) of what sticks under these forces, out of slips (2 f,)."""
         held = sticks(tangential.reshape(2, -1), self.limit(normal))
         return self.everywhere(slip * np.tile(held, 2), len(normal))
@@ -236,7 +240,7 @@ def slips(contacts: Sequence[ContactConstraints], parts: Sequence[ContactGaps], 
         n = touch.n_multipliers
         P, frame = _tangents(part)
         against, moved = touch.relative_displacement(part, start.q, q, pose)
-        turned = start.owed[begin : begin + n] @ (touch.master.pose.rotation @ pose.rotation.T).T
+        turned = start.residual_slip[begin : begin + n] @ (touch.master.pose.rotation @ pose.rotation.T).T
         points.append(begin + np.arange(n))
         mu.append(np.full(n, touch.friction))
         frames.append(frame)
