@@ -17,6 +17,7 @@ from fecontact.common.arrays import IntArray
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.fem.laws import without_law
 from fecontact.fem.model import Model
 from fecontact.fem.support import Support
 from fecontact.mesh.mesh import Mesh
@@ -137,7 +138,8 @@ class AssembledBody(ElasticBody):
     def model(self) -> AssembledModel:
         """The given stiffness with its mesh, in the body's own axes; the same object in every pose of the body."""
         assert self.stiffness is not None
-        return AssembledModel(self.mesh, self.material, self.supports, self.stiffness, self.backend, self.condensation)
+        material = without_law("an AssembledBody", self.material)
+        return AssembledModel(self.mesh, material, self.supports, self.stiffness, self.backend, self.condensation)
 
     def _divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
         """The body as it is: the stiffness of other cells is not known."""

@@ -27,6 +27,7 @@ from fecontact.common.errors import InputError, shown
 from fecontact.common.renamed import FormerNames, warn
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
+from fecontact.fem.finite_strain import FiniteStrain, State
 from fecontact.mesh.section_mesh import Extent
 from fecontact.surfaces.facet_surface import Projection, Surface
 from fecontact.surfaces.nodal_weights import components_along
@@ -213,6 +214,25 @@ class Body(FormerNames):
     def _described(self, what: str) -> str:
         """One-line description with notes."""
         return "; ".join((f"{self.name}: {what}", *self.notes))
+
+    @property
+    def _finite_strain(self) -> FiniteStrain | None:
+        """Its cells, of a body with a law of finite strain; None for a linear one."""
+        return None
+
+    def _linearised(self, state: State, pose: Pose) -> Self:
+        """The linear body at a state of finite strain, in a pose; only of bodies with a law."""
+        raise InputError(f"{self.name!r} has no law of finite strain.", code="finite-strain")
+
+    @property
+    def _inner_forces(self) -> Array | None:
+        """Internal forces (n_dofs,) of a body at a state of finite strain; None for others."""
+        return None
+
+    @property
+    def _deformation(self) -> Array | None:
+        """Displacements (n_points, 3) of its mesh by a state of finite strain, in its axes; None where it has none."""
+        return None
 
     @property
     def _dimension(self) -> str | None:

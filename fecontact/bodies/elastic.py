@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import ClassVar, Self
 
@@ -26,6 +26,8 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.condensation import ROUTES
 from fecontact.fem.energy_error import EnergyError
 from fecontact.fem.factor import DIRECT
+from fecontact.fem.finite_strain import AtState, FiniteStrain, State, at_state
+from fecontact.fem.laws import Law, at_rest, laws_of
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import Support, is_plane, symmetry_planes
@@ -43,12 +45,13 @@ FLAT = 1e-9
 @compact_repr
 @dataclass(frozen=True, eq=False)
 class ElasticBody(Body):
-    """A linear elastic body of hexahedra.
+    """An elastic body of hexahedra.
 
     Parameters
     ----------
     mesh : Mesh
     material : Material, or mapping of element set to Material
+        Or a law of finite strain, such as `NeoHookean`, or a mapping to laws; see docs/how-to/soft-bodies.md.
     contact : str or sequence of str
         Boundaries that may come into contact.
     supports : mapping of boundary name to components or directions, optional
@@ -95,7 +98,7 @@ class ElasticBody(Body):
     meshes: ClassVar[type] = Mesh
 
     mesh: Mesh
-    material: Material | Mapping[str, Material]
+    material: Material | Law | Mapping[str, Material] | Mapping[str, Law]
     contact: str | Sequence[str] = ()
     supports: Mapping[str, Support] = field(default_factory=dict)
     pressure: str = "midface"
@@ -119,6 +122,7 @@ class ElasticBody(Body):
         object.__setattr__(self, "contact", names)
         object.__setattr__(self, "mesh", self._checked_mesh(names))
         self.model  # noqa: B018 - refuses bad input now; copies in other poses share it
+        self._finite_strain  # noqa: B018 - as well
 
     def _checked_mesh(self, names: tuple[str, ...]) -> Mesh:
         """The mesh of the elements, with checked contact boundaries of these names on their geometry."""
@@ -131,7 +135,43 @@ class ElasticBody(Body):
     def model(self) -> Model:
         """The finite element model, in the body's own axes; the same object in every pose of the body."""
         options = (self.backend, self.integration, self.condensation)
-        return Model(self.mesh, self.material, self.supports, *options)
+        return Model(self.mesh, at_rest(self.material), self.supports, *options)
+
+    @cached_property
+    def _finite_strain(self) -> FiniteStrain | None:
+        """Its cells at finite strain; None where it has no law, and of a body at a state."""
+        laws = laws_of(self.material)
+        return FiniteStrain(self.model, laws) if laws and not isinstance(self.model, AtState) else None
+
+    @property
+    def _inner_forces(self) -> Array | None:
+        """Internal forces (n_dofs,) of a body at a state of finite strain; None for others."""
+        return self.model.inner.forces if isinstance(self.model, AtState) else None
+
+    @property
+    def _deformation(self) -> Array | None:
+        """Displacements (n_points, 3) of its mesh by a state of finite strain, in its axes; None where it has none."""
+        if not isinstance(self.model, AtState) or not self.model.state.u.any():
+            return None
+        return self.model.at_points(self.model.state.u)
+
+    def _linearised(self, state: State, pose: Pose) -> Self:
+        """The body at a state of finite strain, in a pose: a linear body, whose displacements change the state.
+
+        Its mesh has the deformed points, its stiffness is the tangent; the internal forces of the state are loads on
+        it, see `scene.finite_strain`.
+
+        Raises
+        ------
+        InvertedError
+            If the state turns material inside out.
+        """
+        assert self._finite_strain is not None
+        model = at_state(self._finite_strain, state)
+        other = object.__new__(type(self))
+        kept = {f.name: getattr(self, f.name) for f in fields(self)}
+        vars(other).update({**kept, "mesh": model.mesh, "pose": pose, "model": model})
+        return other
 
     @property
     def n_dofs(self) -> int:
@@ -237,6 +277,12 @@ class ElasticBody(Body):
 
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance and response along rows, by a route of `fem.condensation`."""
+        if self._finite_strain is not None:
+            raise InputError(
+                f"{self.name!r} has a law of finite strain, which only Scene.solve takes. For small strains give a "
+                "Material.",
+                code="finite-strain",
+            )
         model = self.model
         C = model.solved_rows(rows)
         condensation = model.condensed(model.touched(rows), timer, rows=C)

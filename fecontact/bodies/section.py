@@ -23,6 +23,7 @@ from fecontact.common.checks import among, positive
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.fem.laws import Law, at_rest
 from fecontact.fem.section_model import SectionModel, on_axis
 from fecontact.fem.support import symmetry_planes
 from fecontact.mesh.section_mesh import Extent, SectionMesh
@@ -39,7 +40,7 @@ class SectionBody(ElasticBody):
     meshes: ClassVar = SectionMesh
 
     mesh: SectionMesh  # type: ignore[assignment]
-    material: Material | Mapping[str, Material]
+    material: Material | Law | Mapping[str, Material] | Mapping[str, Law]
     contact: str | Sequence[str] = ()
     supports: Mapping[str, str] = field(default_factory=dict)
     pressure: str = field(default="sides", init=False, repr=False)
@@ -85,7 +86,7 @@ class SectionBody(ElasticBody):
         """The finite element model of the section, in the body's own axes; the same object in every pose."""
         return SectionModel(
             self.mesh,
-            self.material,
+            at_rest(self.material),
             self.supports,
             self._out_of_plane,
             self.plane_stress,

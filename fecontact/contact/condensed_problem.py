@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import cast
@@ -18,6 +18,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import SupportError
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.hold import Hold, held
 from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.rigid_motion import RigidMotionConstraints
@@ -279,15 +280,20 @@ class CondensedProblem:
     interfaces : tuple of Interface
     by_products : bool
         Whether the compliance of an elastic body is an operator only.
+    held_motions : function of forces (n,), optional
+        Free motions (m,) of a problem whose closed points are held, see `contact.hold`; None elsewhere.
     """
 
     problem: ContactProblem
     parts: tuple[BodyBlock, ...]
     interfaces: tuple[UnilateralConstraints, ...]
     by_products: bool = False
+    held_motions: Callable[[Array], Array] | None = None
 
     def state(self, forces: Array, motions: Array) -> DisplacementState:
         """Displacements of all bodies and gaps of all pairs, candidates or not, by forces (n,) and motions (m,)."""
+        if self.held_motions is not None:
+            motions = self.held_motions(forces)
         displacements, found = [], []
         start = 0
         for part in self.parts:
@@ -330,6 +336,7 @@ def assemble(
     loading: Loading,
     timer: Stopwatch,
     dense: bool = False,
+    hold: Hold | None = None,
 ) -> CondensedProblem:
     """Condense every body onto the chosen pairs and sum.
 
@@ -339,6 +346,8 @@ def assemble(
         Candidate pairs of each interface.
     dense : bool
         Whether the compliance of elastic bodies must be an array, for a direct solver.
+    hold : Hold, optional
+        Closed points, for bodies at a state that may not be stable by themselves.
     """
     _condense_shared(bodies, interfaces, chosen, timer)
     bare = uncondensed(bodies, interfaces, chosen, loading)
@@ -360,6 +369,9 @@ def assemble(
         S = _total(bare.own, shares)
         if isinstance(S, np.ndarray):
             _drop_rounding(S, bare.parts)
+            if hold is not None and (found := held(S, g, bare.B, bare.F, hold.rows(interfaces, chosen))) is not None:
+                problem = ContactProblem(found.S, found.g, found.B, found.F)
+                return CondensedProblem(problem, tuple(bare.parts), tuple(interfaces), by_products, found.motions)
         problem = ContactProblem(S, g, bare.B, bare.F)
     return CondensedProblem(problem, tuple(bare.parts), tuple(interfaces), by_products)
 
@@ -452,7 +464,7 @@ def _drop_rounding(S: Array, parts: Sequence[BodyBlock]) -> None:
     sizes = np.zeros(len(S))
     for part in parts:
         sizes[part.index] += np.asarray(part.rows.multiply(part.rows).sum(axis=1)).ravel()
-    given = np.divide(S.diagonal(), sizes, out=np.zeros(len(S)), where=sizes > 0)
+    given = np.divide(np.abs(S.diagonal()), sizes, out=np.zeros(len(S)), where=sizes > 0)
     none = given < NO_COMPLIANCE * given.max(initial=0.0)
     S[none] = 0.0
     S[:, none] = 0.0

@@ -12,7 +12,7 @@ as slip, an error of the size of the step. The slip of a step is the chord of it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -219,6 +219,19 @@ class TangentialRows(UnilateralConstraints):
         projection = replace(given.pairing.projection, normals=directions @ given.master.pose.rotation)
         pairing = replace(given.pairing, slave_normals=directions @ given.slave.pose.rotation, projection=projection)
         return replace(given, pairing=pairing)
+
+    def held(self, rows: IntArray, closed: IntArray, stuck: Sequence[IntArray]) -> Mask:
+        """Which of its rows are those of slave nodes that stick."""
+        return np.isin(self.interface.pairing.nodes[rows % self.n_points], stuck[self.place])
+
+    def relative_motion(self, displacements: Mapping[int, Array]) -> Array:
+        """World displacements (n, 3) of the slave's points against the master's, by those of bodies by their ids."""
+        out = np.zeros((self.n_points, 3))
+        for along, column in zip(self._along, out.T, strict=True):
+            for body, rows in ((along.slave, along.slave_rows), (along.master, along.master_rows)):
+                if id(body) in displacements:
+                    column += rows @ displacements[id(body)]
+        return out
 
     def numbers(self, points: IntArray) -> IntArray:
         """Rows (k, c) of some points (c,)."""

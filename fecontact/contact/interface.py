@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.bodies.body import Body
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.contact.coupling.nodal import Pairing
 from fecontact.contact.dimension import opposite
@@ -57,6 +57,10 @@ class UnilateralConstraints(Protocol):
 
     def rows(self, body: Body) -> sp.csr_matrix | None:
         """Opening (n, n_dofs) by the displacements of a body; None if it is not involved."""
+
+    def held(self, rows: IntArray, closed: IntArray, stuck: Sequence[IntArray]) -> Mask:
+        """Which of its rows are held, see `contact.hold`: those of closed slave nodes, or of nodes that stick."""
+        return np.zeros(len(rows), bool)
 
     def opening_by(self, frames: Sequence[RigidMotionConstraints]) -> Array:
         """Gap (n,) after the prescribed rigid motions."""
@@ -125,6 +129,10 @@ class Interface(UnilateralConstraints):
             f"Forces nearer to the rim of what faces each other balance it, up to {away:.2g}, {away / faces:.2g} of a "
             f"face, from the centres of the pressures on whole faces: finer faces of {self.slave.name!r} there do. "
         )
+
+    def held(self, rows: IntArray, closed: IntArray, stuck: Sequence[IntArray]) -> Mask:
+        """Which of its rows are those of closed slave nodes."""
+        return np.isin(self.pairing.nodes[rows], closed)
 
     @property
     def as_contact(self) -> Interface:

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body, check_body
 from fecontact.common.arguments import text
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import among, check_magnitude, number, positive, vector
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
@@ -200,6 +200,10 @@ class SpringRows:
                     direction = sign * spring.direction @ body.pose.rotation
                     per_spring[k] = per_spring[k] + body.attachment(np.asarray(point, dtype=float), direction)
         return sp.diags(self.sign) @ per_spring.tocsr()[self.number] if tied else None
+
+    def held(self, rows: IntArray, closed: IntArray, stuck: Sequence[IntArray]) -> Mask:
+        """Which of its rows are held as contacts are: none."""
+        return np.zeros(len(rows), bool)
 
     def opening_by(self, frames: Sequence[RigidMotionConstraints]) -> Array:
         """Gaps (n,) after the prescribed rigid motions."""

@@ -12,9 +12,10 @@ present shape (Holzapfel, Nonlinear Solid Mechanics, 2000, sections 6.2 and 6.6)
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -66,8 +67,13 @@ class Response:
     @property
     def all_moduli(self) -> Array:
         """C (..., 6, 6), whole."""
-        c = self.lame[..., None, None] * np.outer(UNIT, UNIT) + 2 * self.shear[..., None, None] * SYMMETRIC_UNIT
+        c = isotropic(self.lame, self.shear)
         return c if self.moduli is None else c + self.moduli
+
+
+def isotropic(lame: Array, shear: Array) -> Array:
+    """Moduli lame 1 (x) 1 + 2 shear I_sym (..., 6, 6)."""
+    return lame[..., None, None] * np.outer(UNIT, UNIT) + 2 * shear[..., None, None] * SYMMETRIC_UNIT
 
 
 class Law:
@@ -126,6 +132,48 @@ class Law:
         0.0
         """
         return np.asarray(self.response(F).stress / determinant_3x3(F)[..., None, None])
+
+
+def laws_of(given: object) -> tuple[Law, ...]:
+    """Laws among what a body is given: one, or those of a mapping of element sets; () where there are none.
+
+    Raises
+    ------
+    InputError
+        If only some sets have a law: the others' strains are as large.
+    """
+    found = list(given.values()) if isinstance(given, Mapping) else [given]
+    laws = tuple(each for each in found if isinstance(each, Law))
+    if laws and len(laws) < len(found):
+        raise InputError(
+            "A body has a law of finite strain in all its element sets or in none: give NeoHookean(E=, nu=) for a "
+            "Material.",
+            code="some-laws",
+        )
+    return laws
+
+
+def at_rest(given: Any) -> Any:
+    """The linear materials, of small strains, in place of laws."""
+    if isinstance(given, Law):
+        return given.at_rest
+    if isinstance(given, Mapping):
+        return {name: at_rest(each) for name, each in given.items()}
+    return given
+
+
+def without_law(kind: str, given: Any) -> Any:
+    """What a kind of body is given, refused if it is a law.
+
+    Raises
+    ------
+    InputError
+    """
+    if laws_of(given):
+        raise InputError(
+            f"A law of finite strain is for an ElasticBody; {kind} takes a Material.", code="finite-strain"
+        )
+    return given
 
 
 def determinants(F: Array) -> Array:

@@ -34,6 +34,7 @@ from fecontact.results.cell_contact import is_half_space
 from fecontact.results.contact_fields import ContactFields, contact_fields
 from fecontact.results.convergence import Convergence
 from fecontact.results.edge_pressure import EdgePressure, edge_pressure
+from fecontact.results.finite_strain import Equilibrium
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.linearisation import CarriedMotion, LinearisationError
 from fecontact.results.report import model_size, peak_memory, report
@@ -75,6 +76,8 @@ class ContactResult(FormerNames):
     friction : Solution, optional
         Solution of the condensed problem with friction; `solution` then is that of its normal forces alone, under the
         tangential forces found.
+    finite_strain : tuple of Equilibrium
+        With laws of finite strain: how Newton's method ended in each load step; else ().
     """
 
     scene: SceneModel
@@ -102,6 +105,7 @@ class ContactResult(FormerNames):
     _step_end: StepEnd | None = field(default=None, repr=False)
     #: Whether it belongs to a load path.
     _follows_step: bool = False
+    finite_strain: tuple[Equilibrium, ...] = field(default=(), repr=False)
 
     @property
     def success(self) -> bool:
@@ -204,7 +208,13 @@ class ContactResult(FormerNames):
         if own is None:
             why = "is rigid" if body.is_rigid else "has no mesh"
             raise InputError(f"{body.name!r} {why}: it has no displacement field; see rigid_motion.", code="rigid")
-        return self._moved(k, own, cast(ElasticBody, posed).mesh.points)
+        mesh = cast(ElasticBody, posed).mesh
+        return self._moved(k, own, mesh.points) + self._deformed(k)
+
+    def _deformed(self, k: int) -> Array:
+        """World displacements (n_points, 3) of the mesh's points by the state of a body at finite strain; else zero."""
+        now = self.scene.bodies[k]
+        return np.zeros(3) if now._deformation is None else now._deformation @ self._given(now).pose.rotation.T
 
     def _moved(self, k: int, own: Array, points: Array) -> Array:
         """World displacements (n, 3) of points (n, 3) of body k from their given positions; `own` in its axes."""
@@ -368,6 +378,8 @@ class ContactResult(FormerNames):
         weights = along_z.reshape(-1, 3)[:, 2]
         area = along_z @ elastic.model.rigid_modes[:, 2]
         total = elastic.pose.rotation @ (weights @ self._state.displacements[k].reshape(-1, 3)) / area
+        if self.finite_strain:
+            return np.asarray(weights @ self.displacement(body) / area)
         if not self._originals:
             return total
         # the rotational modes, x -> e x (x - c), give the boundary's centre
@@ -412,12 +424,14 @@ class ContactResult(FormerNames):
         """Violations of the conditions of contact and friction, recomputed from the problem; all relative.
 
         Penetration covers the points outside the candidates too. Equilibrium is the larger of the condensed problem's
-        and of the balance of forces and moments of every pair of bodies in contact and on every free frame.
+        and of the balance of forces and moments of every pair of bodies in contact and on every free frame; at finite
+        strain also of the forces on every node.
         """
         r = (self.friction or self.solution).residuals
         outside = max((float(-c.gap.min(initial=0.0)) for c in self.contacts), default=0.0)
         scale = self._state.scale if self._state.scale > 0 else 1.0
-        equilibrium = max([r.equilibrium, *map(self._imbalance, self._interfaces, self.contacts)])
+        unbalanced = [each.residual for each in self.finite_strain[-1:]]
+        equilibrium = max([r.equilibrium, *unbalanced, *map(self._imbalance, self._interfaces, self.contacts)])
         return replace(r, penetration=max(r.penetration, outside / scale), equilibrium=equilibrium)
 
     def _imbalance(self, interface: Interface, fields: ContactFields) -> float:

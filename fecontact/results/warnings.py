@@ -21,6 +21,7 @@ from fecontact.common.error_estimate import MAX_ERROR, ErrorEstimate, percent
 from fecontact.contact.coupling.nodal import STEEPEST, opposition
 from fecontact.contact.interface import Interface
 from fecontact.contact.search_region import with_rings
+from fecontact.fem.laws import laws_of
 from fecontact.fem.support import is_plane
 from fecontact.halfspace.validity import validity_warnings
 from fecontact.results.contact_fields import ContactFields
@@ -111,6 +112,8 @@ def large_strains(result: ContactResult) -> Iterator[str]:
     found = zip(result.scene.bodies, result._state.displacements, result._response_errors.primal, strict=True)
     displaced = {id(body): (u, errors) for body, u, errors in found}
     for body in result._elastic_bodies:
+        if laws_of(body.material):
+            continue
         u, errors = displaced[id(body)]
         strain = errors.largest if len(errors.cells) else float(np.nanmax(np.abs(body.model.gauss_strain(u))))
         if strain > MAX_STRAIN:

@@ -78,10 +78,10 @@ def posed_scene(scene: SceneModel, poses: Mapping[Body, Pose] | None) -> Carried
             raise InputError(
                 f"The pose of {body.name!r} must be a fecontact.Pose(rotation, translation); found {pose!r}."
             )
-    return with_bodies(scene, [_posed(b, poses[b]) if b in poses else b for b in scene.bodies])
+    return with_bodies(scene, [posed(b, poses[b]) if b in poses else b for b in scene.bodies])
 
 
-def _posed(body: Any, pose: Pose) -> Any:
+def posed(body: Any, pose: Pose) -> Any:
     """The same body in another pose; cached results in its own axes are kept."""
     other = copy.copy(body)
     object.__setattr__(other, "pose", pose)

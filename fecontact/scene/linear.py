@@ -24,6 +24,7 @@ from fecontact.contact.candidates import MIN_CANDIDATES, KnownContact, first_can
 from fecontact.contact.condensed_problem import CondensedProblem, assemble, check_balance, motion_texts
 from fecontact.contact.coupling.choose import build_interface, matrix_free
 from fecontact.contact.friction_rows import TangentialRows, friction_problem
+from fecontact.contact.hold import Hold
 from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
@@ -86,6 +87,7 @@ def solved(
     timer: Stopwatch,
     known: Sequence[KnownContact | None] = (),
     past: StepEnd | None = None,
+    hold: Hold | None = None,
 ) -> ContactResult:
     """Solution under sorted loads.
 
@@ -98,6 +100,8 @@ def solved(
         Data of each contact from a similar case; they save time and do not change the solution.
     past : StepEnd, optional
         End of the last load step, from which slip is counted; by default the unloaded state in these poses.
+    hold : Hold, optional
+        Of bodies at a state of finite strain: the closed points of the last iteration.
     """
     solver, tolerance, options = settings.solver, settings.tolerance, settings.options
     with timer("pair"):
@@ -108,11 +112,11 @@ def solved(
         chosen, start = _from_known(interfaces, chosen, known)
         if past is not None:
             chosen = past.candidates(interfaces, chosen)
-    dense = solver not in MATRIX_FREE or bool(friction)
+    dense = solver not in MATRIX_FREE or bool(friction) or hold is not None
     rounds = 0
     while True:
         rounds += 1
-        condensed = assemble(model.bodies, every, with_tangents(chosen, friction), loading, timer, dense)
+        condensed = assemble(model.bodies, every, with_tangents(chosen, friction), loading, timer, dense, hold)
         try:
             with timer("solve"):
                 frictional = None

@@ -24,6 +24,7 @@ from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.engine import check_engine, on_processes
 from fecontact.scene.finite_rotation import check_rest, follow, follow_from, solve_finite
+from fecontact.scene.finite_strain import is_nonlinear, refuse_with_laws, solve_at_finite_strain
 from fecontact.scene.linear import Settings, solved
 from fecontact.scene.local_search import solve_local
 from fecontact.scene.windows import has_open_windows, solve_with_windows
@@ -129,6 +130,7 @@ def solve_scene(
     )  # fmt: skip
     settings = Settings(solver, tolerance, options, search, finite_motion)
     settings.check(inspect.signature(solve_scene).parameters)
+    refuse_with_laws(model, search=search, finite_motion=finite_motion, engine=engine, accuracy=accuracy)
     elsewhere: AbstractContextManager[None] = nullcontext()
     if engine != "own" or ranks is not None:
         elsewhere = on_processes(model, check_engine(model, engine, ranks, accuracy, solver))
@@ -202,6 +204,8 @@ def _solve_known(
     if has_open_windows(model):
         return solve_with_windows(model, step, partial(_solve_known, settings))
     finite, timer = settings.finite_motion, Stopwatch()
+    if is_nonlinear(model):
+        return solve_at_finite_strain(model, step, settings, timer)
     set_part(f"{sum(body.n_dofs for body in model.bodies)} dofs")
     if finite is True:
         return solve_finite(model, step, settings, timer, poses)

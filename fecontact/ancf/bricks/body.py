@@ -28,6 +28,7 @@ from fecontact.common.compact_repr import compact_repr
 from fecontact.common.material import Material
 from fecontact.fem.coordinates import Coordinates
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
+from fecontact.fem.laws import without_law
 from fecontact.fem.model import Model, materials_of_cells
 from fecontact.fem.stress import hooke
 from fecontact.fem.support import Support, symmetry_planes
@@ -264,7 +265,8 @@ class AncfBody(ElasticBody):
     @cached_property
     def model(self) -> AncfModel:
         """The model of bricks, in the body's own axes; the same object in every pose of the body."""
-        model = AncfModel(self.mesh, self.material, self.supports, self.backend, self.integration)
+        material = without_law("an AncfBody", self.material)
+        model = AncfModel(self.mesh, material, self.supports, self.backend, self.integration)
         model.way = self.condensation
         return model
 

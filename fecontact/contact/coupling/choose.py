@@ -300,6 +300,8 @@ def pair_chosen(given: CouplingChoice, chosen: CouplingChoice, seen: SurfacePair
     interface = Interface(
         chosen.slave, chosen.master, chosen.surfaces, pairing, chosen.note, surfaces.region, chosen.search_radius
     )
+    if any(body._deformation is not None for body in (chosen.slave, chosen.master)):
+        return interface  # an iteration of a contact that was checked at rest
     check_faced(interface, (NONE_AVERTED if seen.slave.cell_area is not None else seen.averted) if mortar else None)
     return interface
 

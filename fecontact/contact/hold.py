@@ -1,0 +1,133 @@
+"""Closed gaps that hold bodies whose tangent is not positive definite.
+
+Pressed bodies are often stable through their contact only (rubber from 25 % of compression on): their tangent, and with
+it the compliance S of the problem, is not positive semidefinite. With springs w on the gaps y of rows a that are known
+to stay closed, and forces l' = l - w y there, which are l where they are closed, the conditions y = S l + g + B^T q and
+B l = F become those of
+
+    S' = S - S_a (1/w + S_aa)^-1 S_a^T,   g' and B' likewise,   D q = B' l' - F - w B_a g'_a,   D = w B_a B'_a^T
+
+(augmented Lagrangian; Nocedal & Wright, Numerical Optimization, 2nd ed. 2006, section 17.3). Free motions q, which the
+closed rows resist, are eliminated too. Bodies stay condensed one by one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.errors import SolverError
+from fecontact.contact.interface import UnilateralConstraints
+
+#: Springs over the median stiffness of the rows that they hold.
+STRENGTH = 1e4
+#: Shift, relative to the largest compliance, by which one with rounding is positive definite.
+ROUNDING = 1e-10
+
+
+class IndefiniteError(SolverError):
+    """The compliance is not positive semidefinite, and the closed gaps that are known do not make it so."""
+
+    code = "indefinite"
+
+
+@dataclass(frozen=True, eq=False)
+class Hold:
+    """Slave nodes of the points of each contact that are closed, and of those that stick.
+
+    They are known by nodes, as points are renumbered when surfaces are paired anew.
+    """
+
+    closed: Sequence[IntArray]
+    stuck: Sequence[IntArray]
+
+    def rows(self, interfaces: Sequence[UnilateralConstraints], chosen: Sequence[IntArray]) -> Mask:
+        """Rows (n,) of the problem that are held, out of those chosen of contacts, springs and tangents."""
+        # contacts come first
+        closed = [*self.closed, *[np.zeros(0, np.int64)] * len(interfaces)]
+        every = zip(interfaces, chosen, closed, strict=False)
+        return np.concatenate([interface.held(rows, own, self.stuck) for interface, rows, own in every])
+
+    def within(self, other: Hold) -> bool:
+        """Whether all its points are among another's."""
+        pairs = zip([*self.closed, *self.stuck], [*other.closed, *other.stuck], strict=True)
+        return all(np.isin(mine, theirs).all() for mine, theirs in pairs)
+
+    def common(self, other: Hold) -> Hold:
+        """The points of both; what sticks is closed."""
+        closed = [np.intersect1d(a, b) for a, b in zip(self.closed, other.closed, strict=True)]
+        stuck = [np.intersect1d(a, b) for a, b in zip(self.stuck, other.stuck, strict=True)]
+        return Hold(closed, [np.intersect1d(a, b) for a, b in zip(stuck, closed, strict=True)])
+
+    def same(self, other: Hold) -> bool:
+        """Whether both are the same points."""
+        return self.within(other) and other.within(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """A problem with held rows: `S`, `g`, `B`, `F`, and its eliminated motions as a function of the forces."""
+
+    S: Array
+    g: Array
+    B: Array
+    F: Array
+    motions: Callable[[Array], Array]
+
+
+def held(S: Array, g: Array, B: Array, F: Array, rows: Mask) -> Held | None:
+    """The problem with held rows (n,); None where S is positive semidefinite as it is.
+
+    Raises
+    ------
+    IndefiniteError
+        If it is not so with them either.
+    """
+    if _semidefinite(S):
+        return None
+    a = np.flatnonzero(rows)
+    if not len(a):
+        raise _indefinite()
+    w = STRENGTH / float(np.median(np.abs(S.diagonal()[a])))
+    inner = np.linalg.inv(np.eye(len(a)) / w + S[np.ix_(a, a)])
+
+    def less(X: Array) -> Array:
+        return np.asarray(X - S[:, a] @ (inner @ X[a]))
+
+    S1, g1, B1 = less(S), less(g), less(B.T).T
+    S1 = (S1 + S1.T) / 2
+    if not len(F):
+        if not _semidefinite(S1):
+            raise _indefinite()
+        return Held(S1, g1, B, F, lambda forces: np.zeros(0))
+    D = w * B[:, a] @ B1[:, a].T
+    load = F + w * B[:, a] @ g1[a]
+    try:
+        factor = scipy.linalg.cho_factor((D + D.T) / 2)
+    except np.linalg.LinAlgError as error:
+        raise _indefinite() from error
+    S2 = S1 + B1.T @ scipy.linalg.cho_solve(factor, B1)
+    if not _semidefinite(S2):
+        raise _indefinite()
+    g2 = g1 - B1.T @ scipy.linalg.cho_solve(factor, load)
+    none = np.zeros((0, len(g))), np.zeros(0)
+    return Held((S2 + S2.T) / 2, g2, *none, lambda forces: scipy.linalg.cho_solve(factor, B1 @ forces - load))
+
+
+def _semidefinite(S: Array) -> bool:
+    """Whether a symmetric matrix is positive semidefinite up to rounding, in any scale of its rows."""
+    size = np.abs(S.diagonal())
+    if (S.diagonal() < -ROUNDING * size.max(initial=0.0)).any():
+        return False
+    root = np.sqrt(np.maximum(size, np.finfo(float).tiny))
+    scaled = S / root / root[:, None]
+    scaled[np.diag_indices_from(scaled)] += ROUNDING * len(S)
+    return bool(scipy.linalg.lapack.dpotrf(scaled, overwrite_a=1)[1] == 0)
+
+
+def _indefinite() -> IndefiniteError:
+    return IndefiniteError("The bodies are not stable at this state, even with their contact: take a smaller step.")

@@ -1,0 +1,379 @@
+"""Scenes with bodies at finite strain: Newton's method whose every iteration is a linear scene.
+
+A body with a law is linearised at its present state into a linear body: its deformed mesh, its tangent, its internal
+forces as a load (`Body._linearised`). The scene of these bodies is paired, condensed and solved as any other,
+with the same certificate and the exact law of friction, for the change of the state. Where nothing changes any more,
+its answer is that of the nonlinear scene. Closed gaps hold bodies that are not stable without them (`contact.hold`).
+
+Normals turn with the surfaces, which the linear scene does not know, so that bodies of which both deform converge
+linearly; Anderson's acceleration makes up for it (Walker & Ni, SIAM J. Numer. Anal. 49 (2011) 1715).
+
+Friction acts over load steps: slip is counted from the start of the step, point by point of the material.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fecontact.bodies.elastic import elastic_among
+from fecontact.bodies.pose import Pose, turned
+from fecontact.common.arrays import Array
+from fecontact.common.errors import FecontactError, InputError, SolverError, SupportError
+from fecontact.common.path import in_parts
+from fecontact.common.progress import set_part
+from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.friction_rows import TangentialRows
+from fecontact.contact.hold import Hold
+from fecontact.contact.loads import Loading, LoadStep
+from fecontact.contact.model import SceneModel
+from fecontact.contact.step_end import StepEnd
+from fecontact.fem.finite_strain import State
+from fecontact.fem.laws import InvertedError
+from fecontact.results.finite_strain import Equilibrium
+from fecontact.results.result import ContactResult
+from fecontact.scene.carried import CarriedScene, posed, with_bodies
+from fecontact.scene.linear import Settings, solved
+
+#: Change of displacements and residual of forces, relative to the size of the bodies and to the largest force inside,
+#: at convergence.
+TOLERANCE = 1e-8
+#: Residual up to which the change alone decides: near nu = 1/2 a change by rounding has large forces.
+BALANCED = 1e-6
+#: Change of two iterations up to which the residual alone decides: where a tangent is nearly singular, changes are
+#: rounding before they are small.
+NEARLY = 1e-5
+MAX_ITERATIONS = 25
+#: Change above which a step that has begun to settle runs away, and the iteration from which that is judged.
+RUNS_AWAY, SETTLING = 5.0, 6
+#: Least share of a step of Newton's method that keeps all cells upright.
+MIN_SHARE = 1e-3
+#: Solutions of one iteration with fewer and fewer held points.
+MAX_HOLDS = 12
+#: Acceleration: earlier iterations that it uses, the change below which it begins, and the ratio of changes above
+#: which convergence is linear.
+DEPTH, BEGIN, SLOW = 5, 1e-3, 0.1
+
+
+def is_nonlinear(model: SceneModel) -> bool:
+    """Whether a body of a scene has a law of finite strain."""
+    return any(body._finite_strain is not None for body in model.bodies)
+
+
+@dataclass(frozen=True, eq=False)
+class Reached:
+    """A converged load step.
+
+    Attributes
+    ----------
+    model : SceneModel
+        With the sides and the coupling of contacts that were chosen in the first iteration of all.
+    step : LoadStep
+    states : tuple of State or None
+        Of each body; None of linear ones.
+    poses : tuple of Pose
+    hold : Hold
+        Points that are closed and that stick.
+    displacements : tuple of (n_dofs,) array or None
+        Of linear bodies with friction: without rigid motion.
+    result : ContactResult or None
+    equilibria : tuple of Equilibrium
+        Of all steps so far.
+    """
+
+    model: SceneModel
+    step: LoadStep
+    states: tuple[State | None, ...]
+    poses: tuple[Pose, ...]
+    hold: Hold
+    displacements: tuple[Array | None, ...] = ()
+    result: ContactResult | None = None
+    equilibria: tuple[Equilibrium, ...] = ()
+
+
+def solve_at_finite_strain(model: SceneModel, step: LoadStep, settings: Settings, timer: Stopwatch) -> ContactResult:
+    """Solution of a scene with bodies at finite strain, in as many load steps as it needs.
+
+    Raises
+    ------
+    InputError
+        For settings that are not offered with laws of finite strain.
+    SolverError
+        If the smallest step has no certified solution.
+    """
+    cells = [body._finite_strain for body in model.bodies]
+    none = [np.zeros(0, np.int64)] * len(model.contacts)
+    start = Reached(
+        model,
+        LoadStep(free=step.free),
+        tuple(None if each is None else each.rest for each in cells),
+        tuple(body.pose for body in model.bodies),
+        Hold(none, none),
+        displacements=(None,) * len(cells),
+    )
+
+    def solve(begin: float, end: float, last: Reached | None) -> Reached:
+        return _Newton(settings, timer, start if last is None else last, start.step.between(step, end)).converged()
+
+    *_, (_, reached) = in_parts(solve, None)
+    assert reached.result is not None
+    return replace(reached.result, _originals=tuple(model.bodies), finite_strain=reached.equilibria)
+
+
+def refuse_with_laws(model: SceneModel, **given: object) -> None:
+    """Refuse options of `Scene.solve` that are not offered for scenes with a law of finite strain.
+
+    Raises
+    ------
+    InputError
+    """
+    if not is_nonlinear(model):
+        return
+    offered = {"search": ("global",), "finite_motion": ("auto", True), "engine": ("own",), "accuracy": (None,)}
+    for name, value in given.items():
+        if not any(value is each or value == each for each in offered[name]):
+            raise InputError(
+                f"{name}={value!r} is not offered for bodies with a law of finite strain: leave it out"
+                + (", and refine their meshes." if name == "accuracy" else "."),
+                code="finite-strain",
+            )
+
+
+class _Newton:
+    """One load step."""
+
+    def __init__(self, settings: Settings, timer: Stopwatch, start: Reached, end: LoadStep) -> None:
+        self._model, self._settings, self._timer = start.model, settings, timer
+        self._start, self._end = start, end
+        self._states, self._poses, self._hold = list(start.states), list(start.poses), start.hold
+        self._size = max(body.size for body, state in zip(start.model.bodies, start.states, strict=True) if state)
+        self._elastic = list(start.displacements)
+        self._changes: list[float] = []
+        self._past: list[tuple[Array, Array]] = []
+
+    def converged(self) -> Reached:
+        """The state under the loads at the end of the step.
+
+        Raises
+        ------
+        SolverError
+            If it was not found.
+        """
+        for k in range(MAX_ITERATIONS):
+            set_part(f"iteration {k + 1}" + (f", change {self._changes[-1]:.1e}" if self._changes else ""))
+            try:
+                found = self._iteration(first=k == 0)
+            except SupportError as error:
+                if k == 0:
+                    raise
+                raise SolverError(str(error), code="no-equilibrium") from error
+            except (InvertedError, np.linalg.LinAlgError) as error:
+                raise SolverError(str(error), code="no-equilibrium") from error
+            except FecontactError as error:
+                if error.code not in ("singular", "not-semidefinite"):
+                    raise
+                raise SolverError(str(error), code="no-equilibrium") from error
+            if found is not None:
+                return found
+            if k + 1 >= SETTLING and self._changes[-1] > RUNS_AWAY:
+                break
+        raise SolverError(
+            f"Newton's method found no equilibrium in {len(self._changes)} iterations (last change of displacements "
+            f"{self._changes[-1]:.1e} of the size); the smallest load step was too large, or the body is not stable.",
+            code="no-equilibrium",
+        )
+
+    def _iteration(self, first: bool) -> Reached | None:
+        with self._timer("linearise"):
+            carried = self._linearised()
+        loading, external = self._loads(carried, first)
+        result, hold = self._solved(carried.scene, loading)
+        if first:
+            self._fix_sides(result)
+        with self._timer("advance"):
+            steps, change = self._steps(result)
+            accelerated = self._accelerated(steps, change, hold)
+            share = self._advance(result, accelerated)
+            if share < 1 and first:
+                raise SolverError("The load step turns material inside out.", code="no-equilibrium")
+            self._hold = hold
+            self._changes.append(change / self._size)
+            residual = self._residual(result, external)
+        change = self._changes[-1]
+        small = change <= TOLERANCE and residual <= BALANCED
+        small |= residual <= TOLERANCE and max(self._changes[-2:]) <= NEARLY
+        if share < 1 or not small:
+            return None
+        return self._reached(result, residual)
+
+    def _linearised(self) -> CarriedScene:
+        every = zip(self._model.bodies, self._states, self._poses, strict=True)
+        bodies = [posed(b, pose) if state is None else b._linearised(state, pose) for b, state, pose in every]
+        return with_bodies(self._model, bodies)
+
+    def _loads(self, carried: CarriedScene, first: bool) -> tuple[Loading, list[Array]]:
+        """Loads with the internal forces, and those without; prescribed motions are taken in the first iteration."""
+        before = self._start.step.motions
+        motions = {
+            body: {c: (v - before.get(body, {}).get(c, 0.0)) if first else 0.0 for c, v in given.items()}
+            for body, given in self._end.motions.items()
+        }
+        bodies = carried.scene.bodies
+        loading = carried.step(replace(self._end, motions=motions)).on(bodies)
+        external = [np.zeros(b.n_dofs) if f is None else f for b, f in zip(bodies, loading.distributed, strict=True)]
+        loads = [
+            given if (inner := body._inner_forces) is None else f - inner
+            for body, f, given in zip(bodies, external, loading.distributed, strict=True)
+        ]
+        return replace(loading, distributed=tuple(loads)), external
+
+    def _solved(self, scene: SceneModel, loading: Loading) -> tuple[ContactResult, Hold]:
+        """Solution of the linear scene; where it needs held points, with those that stay closed."""
+        past = self._slip_since(scene, loading) if scene.has_friction else None
+        hold = self._hold
+        for _ in range(MAX_HOLDS):
+            result = solved(scene, loading, None, self._settings, self._timer, (), past, hold)
+            found = _touching(result)
+            if result._condensed.held_motions is None or hold.within(found):
+                return result, found
+            hold = hold.common(found)
+        raise SolverError("The points that are held open again and again.", code="indefinite")
+
+    def _fix_sides(self, result: ContactResult) -> None:
+        """Keep the slave and the coupling of each contact: what is held and slips is known by its nodes."""
+        contacts = [
+            replace(given, coupling=found.coupling, swap="always" if found._swapped else "never")
+            for given, found in zip(self._model.contacts, result.contacts, strict=True)
+        ]
+        self._model = replace(self._model, contacts=contacts)
+
+    def _slip_since(self, scene: SceneModel, loading: Loading) -> StepEnd:
+        """The start of the step, from which the slip of its points counts."""
+        since = {}
+        begin, rest = self._start.states, self._start.displacements
+        for body, state, first, linear in zip(scene.bodies, self._states, begin, rest, strict=True):
+            if state is not None and first is not None:
+                since[id(body)] = first.u - state.u
+            elif linear is not None:
+                since[id(body)] = linear
+        last = None if self._start.result is None else self._start.result._step_end
+        places, nodes, moved, pressed = [], [], [], []
+        for k, (contact, interface) in enumerate(zip(scene.contacts, scene.interfaces(loading), strict=True)):
+            if contact.mu > 0:
+                own = interface.pairing.nodes
+                by = TangentialRows(interface, k, contact.mu).relative_motion(since)
+                places.append(np.full(len(own), k))
+                nodes.append(own)
+                moved.append(by @ interface.master.pose.rotation)
+                pressed.append(np.zeros(len(own), bool) if last is None else last.of(k, last.pressed, own))
+        return StepEnd(
+            self._start.poses,
+            chosen=[np.zeros(0, np.int64)] * len(scene.contacts),
+            contact=np.concatenate(places),
+            nodes=np.concatenate(nodes),
+            displacement=np.concatenate(moved),
+            pressed=np.concatenate(pressed),
+            change=np.zeros(sum(map(len, nodes))),
+        )
+
+    def _steps(self, result: ContactResult) -> tuple[list[Array | None], float]:
+        """Changes of the states, and the largest change of a displacement, of motions of bodies too."""
+        steps: list[Array | None] = []
+        largest = 0.0
+        every = zip(
+            result._loading.frames, result._state.displacements, result._state.motions, self._states, strict=True
+        )
+        for k, (frame, d, motion, state) in enumerate(every):
+            elastic = d - frame.modes(motion[:, None])[:, 0]
+            own = np.abs(d).max(initial=0.0)
+            if state is None:
+                before = self._elastic[k]
+                own = np.abs(elastic if before is None else elastic - before).max(initial=0.0)
+                own = max(
+                    own, np.linalg.norm(motion[:3]), min(frame.body.size, self._size) * np.linalg.norm(motion[3:])
+                )
+                self._elastic[k] = elastic
+            steps.append(None if state is None else elastic)
+            largest = max(largest, float(own))
+        return steps, largest
+
+    def _accelerated(self, steps: Sequence[Array | None], change: float, hold: Hold) -> list[Array | None]:
+        """The steps, or better ones by earlier iterations where convergence is linear."""
+        x = np.concatenate([s.u for s in self._states if s is not None])
+        r = np.concatenate([d for d in steps if d is not None])
+        out, past = list(steps), self._past[-DEPTH:]
+        self._past.append((x, r))
+        relative = change / self._size
+        slow = len(self._changes) > 2 and relative > SLOW * self._changes[-1] and hold.same(self._hold)
+        if not slow or relative > BEGIN or not past:
+            return out
+        dx, dr = (np.array([now - old[k] for old in past]).T for k, now in enumerate((x, r)))
+        mix = np.linalg.lstsq(dr, r, rcond=1e-10)[0]
+        better, start = r - (dx + dr) @ mix, 0
+        for k, d in enumerate(steps):
+            if d is not None:
+                out[k] = better[start : start + len(d)]
+                start += len(d)
+        return out
+
+    def _advance(self, result: ContactResult, steps: Sequence[Array | None]) -> float:
+        """Take a step, or the share of it that keeps cells upright; poses follow a whole one."""
+        share = 1.0
+        while True:
+            try:
+                trial = [self._moved(k, d, share) for k, d in enumerate(steps)]
+                break
+            except InvertedError:
+                share /= 2
+                if share < MIN_SHARE:
+                    raise
+        self._states = [None if t is None else t[0] for t in trial]
+        self._forces = [None if t is None else t[1] for t in trial]
+        if share == 1:
+            frames = zip(self._poses, result._state.motions, result._loading.frames, strict=True)
+            self._poses = [turned(pose, motion, frame.point) for pose, motion, frame in frames]
+        return share
+
+    def _moved(self, k: int, d: Array | None, share: float) -> tuple[State, Array] | None:
+        """State and internal forces of body k after a share of a step."""
+        cells, state = self._model.bodies[k]._finite_strain, self._states[k]
+        if d is None or state is None or cells is None:
+            return None
+        moved = cells.advanced(state, d, share)
+        return moved, cells.at(moved, tangent=False).forces
+
+    def _residual(self, result: ContactResult, external: Sequence[Array]) -> float:
+        """Largest unbalanced force on a node of a body at finite strain, relative to the largest force inside it."""
+        forces = (result.friction or result.solution).forces
+        worst = 0.0
+        for part, inner, load in zip(result._condensed.parts, self._forces, external, strict=True):
+            for body in elastic_among([part.body]):
+                if inner is not None:
+                    given = part.rows.T @ forces[part.index] + load
+                    rest = body.model.solved_forces((given if part.hold is None else part.hold.balanced(given)) - inner)
+                    largest = float(np.abs(inner).max())
+                    worst = max(worst, float(np.abs(rest).max(initial=0.0)) / largest if largest else 0.0)
+        return worst
+
+    def _reached(self, result: ContactResult, residual: float) -> Reached:
+        states = self._states
+        scale = max(float(np.abs(s.u).max()) for s in states if s is not None)
+        scale = max(scale, result._state.scale)
+        result = replace(result, _state=replace(result._state, scale=scale))
+        equilibrium = Equilibrium(len(self._changes), self._changes[-1], residual)
+        return Reached(
+            self._model, self._end, tuple(states), tuple(self._poses), self._hold, tuple(self._elastic),
+            result, (*self._start.equilibria, equilibrium),
+        )  # fmt: skip
+
+
+def _touching(result: ContactResult) -> Hold:
+    """Slave nodes of the closed points of each contact, and of those that stick."""
+    closed, stuck = [], []
+    for fields, interface in zip(result.contacts, result._interfaces, strict=True):
+        nodes, friction = interface.pairing.nodes, fields.friction
+        closed.append(nodes[fields.active])
+        stuck.append(nodes[friction.touching & ~friction.sliding] if friction is not None else nodes[:0])
+    return Hold(closed, stuck)

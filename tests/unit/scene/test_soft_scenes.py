@@ -1,0 +1,216 @@
+"""Scenes with laws of finite strain: exact blocks, the hold of closed gaps, results in the present shape, refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import fecontact as fc
+from fecontact.contact.hold import IndefiniteError, held
+from tests.refusals import refused
+
+SIDES = {"bottom": "z", "x_min": "x", "y_min": "y"}
+
+
+def uniaxial(law, stretch: float) -> tuple[float, float]:
+    """Cauchy stress along a stretch, and the stretch across it, without stress across."""
+
+    def stress(across: float) -> np.ndarray:
+        return law.cauchy(np.diag([across, across, stretch])).diagonal()
+
+    across = brentq(lambda s: stress(s)[0], 0.5, 3.0, xtol=1e-15)
+    return stress(across)[2], across
+
+
+def pressed_block(law, mesh=None, depth=0.5, mu=0.0, **given):
+    """A block pressed from above by a plate; smooth sides."""
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8") if mesh is None else mesh
+    body = fc.ElasticBody(mesh, law, contact="top", supports=SIDES, name="block")
+    plate = fc.RigidBody(fc.Plane(), name="plate").placed((0, 0, -1.0)).placed(rotation=np.diag([1.0, -1, -1]))
+    scene = fc.Scene([body, plate], [fc.Contact(body, plate, friction=mu)])
+    return body, plate, scene.solve(motions={plate: {"z": -depth}}, **given)
+
+
+def test_a_block_is_pressed_to_half_its_height() -> None:
+    """Uniform stress, although the tangent is not positive definite there: closed gaps hold it."""
+    law = fc.NeoHookean(E=2.0, nu=0.4)
+    body, plate, result = pressed_block(law)
+    stress, across = uniaxial(law, 0.5)
+    contact = result.contacts[0]
+    assert result._condensed.held_motions is not None
+    assert np.abs(contact.pressure + stress).max() < 1e-8 * abs(stress)
+    exact = body.mesh.points * [across - 1, across - 1, -0.5]
+    assert np.abs(result.displacement(body) - exact).max() < 1e-9
+    assert contact.area == pytest.approx(across**2, rel=1e-9)
+    assert result.reaction(plate)[2] == pytest.approx(stress * across**2, rel=1e-8)
+    assert result.reaction(body, "bottom")[2] == pytest.approx(-stress * across**2, rel=1e-8)
+    assert result.boundary_motion(body, "top") == pytest.approx([(across - 1) / 2, (across - 1) / 2, -0.5], abs=1e-9)
+    assert np.abs(result.stress(body) - [0, 0, stress, 0, 0, 0]).max() < 1e-8
+    assert np.abs(result.strain(body)[:, 2] - np.log(0.5)).max() < 1e-9
+    assert len(result.finite_strain) == 1
+    assert result.finite_strain[0].iterations <= 6
+    assert result.finite_strain[0].residual < 1e-8
+    assert result.residuals().worst < 1e-8
+    assert not [text for text in result.warnings if "strain" in text]
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        fc.NeoHookean(E=1.0, nu=0.4999),
+        fc.MooneyRivlin(c10=0.1, c01=0.05, bulk=100.0),
+        fc.Ogden(mu=(0.3, 0.1), alpha=(2.0, -2.0), bulk=5.0),
+        fc.HolmesMow(E=1.0, nu=0.2, beta=0.3),
+        fc.StVenantKirchhoff(E=1.0, nu=0.3),
+    ],
+    ids=lambda law: type(law).__name__,
+)
+def test_every_law_is_its_closed_form_in_a_block(law) -> None:
+    body, _, result = pressed_block(law, depth=0.3)
+    stress, across = uniaxial(law, 0.7)
+    assert np.abs(result.contacts[0].pressure / -stress - 1).max() < 2e-8
+    assert np.abs(result.displacement(body)[:, 0] - (across - 1) * body.mesh.points[:, 0]).max() < 1e-8
+
+
+@pytest.mark.parametrize("kind", ["plane", "revolved"])
+def test_sections_are_pressed_as_solids_are(kind: str) -> None:
+    law = fc.NeoHookean(E=1.0, nu=0.45)
+    mesh = fc.sections.rectangle((1.0, 1.0), (2, 2))
+    make = fc.PlaneBody if kind == "plane" else fc.AxisymmetricBody
+    supports = {"bottom": "z", "left": "x"} if kind == "plane" else {"bottom": "z"}
+    body = make(mesh, law, contact="top", supports=supports, name="section")
+    plate = fc.RigidBody(fc.Plane(), name="plate").placed((0, 0, -1.0)).placed(rotation=np.diag([1.0, -1, -1]))
+    result = fc.Scene([body, plate], [fc.Contact(body, plate)]).solve(motions={plate: {"z": -0.4}})
+    if kind == "plane":
+        across = brentq(lambda s: law.cauchy(np.diag([s, 1.0, 0.6]))[0, 0], 0.5, 3.0, xtol=1e-15)
+        stress = law.cauchy(np.diag([across, 1.0, 0.6]))[2, 2]
+        area = across
+    else:
+        stress, across = uniaxial(law, 0.6)
+        area = np.pi * across**2
+    assert np.abs(result.contacts[0].pressure / -stress - 1).max() < 1e-8
+    assert abs(result.contacts[0].force[2]) == pytest.approx(-stress * area, rel=1e-8)
+    assert np.abs(result.stress(body)[:, 2] / stress - 1).max() < 1e-7
+
+
+def test_small_strains_are_the_linear_answer() -> None:
+    mesh = fc.shapes.block((1.0, 1.0, 0.5), (4, 4, 2), element="hex8")
+    ball = fc.RigidBody(fc.Sphere(1e6), name="ball").placed((0, 0, 0.5))
+    found = []
+    for material in (fc.Material(E=1.0, nu=0.3), fc.NeoHookean(E=1.0, nu=0.3)):
+        body = fc.ElasticBody(mesh, material, contact="top", supports={"bottom": "xyz"})
+        found.append(fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(motions={ball: {"z": -1e-7}}).contacts[0])
+    linear, finite = found
+    assert np.abs(linear.pressure - finite.pressure).max() < 1e-6 * linear.max_pressure
+
+
+def test_a_force_presses_as_the_motion_that_it_makes() -> None:
+    law = fc.NeoHookean(E=1.0, nu=0.3, density=2.0)
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
+    body = fc.ElasticBody(mesh, law, contact=("top", "bottom"), supports={"x_min": "x", "y_min": "y"}, name="block")
+    upper = fc.RigidBody(fc.Plane(), name="upper").placed((0, 0, -1.0)).placed(rotation=np.diag([1.0, -1, -1]))
+    lower = fc.RigidBody(fc.Plane(), name="lower")
+    contacts = [fc.Contact(body, upper, ("top", "surface")), fc.Contact(body, lower, ("bottom", "surface"))]
+    scene = fc.Scene([body, upper, lower], contacts)
+    stress, across = uniaxial(law, 0.7)
+    result = scene.solve(forces={upper: (0, 0, stress * across**2)})
+    assert result.rigid_motion(upper).translation[2] == pytest.approx(-0.3, abs=1e-8)
+    assert np.abs(result.contacts[1].pressure / -stress - 1).max() < 1e-7
+    # the weight is that of the initial volume
+    heavy = scene.solve(motions={upper: {"z": -0.3}}, gravity=(0, 0, -0.01))
+    carried = heavy.contacts[1].total_force - heavy.contacts[0].total_force
+    assert carried == pytest.approx(0.02, rel=1e-8)
+
+
+def test_friction_holds_the_sides_of_a_pressed_block() -> None:
+    """Rough plate: its face keeps its width, and bulges below; with little friction it slides at the limit."""
+    law = fc.NeoHookean(E=1.0, nu=0.45)
+    body, _, rough = pressed_block(law, depth=0.3, mu=np.inf)
+    top = body.mesh.boundary_nodes("top")
+    assert np.abs(rough.displacement(body)[top][:, :2]).max() < 1e-8
+    assert rough.contacts[0].total_force > 1.02 * pressed_block(law, depth=0.3)[2].contacts[0].total_force
+    _, _, slides = pressed_block(law, depth=0.3, mu=0.05)
+    friction = slides.contacts[0].friction
+    sliding = friction.sliding
+    assert sliding.sum() > 3
+    forces = np.linalg.norm(friction.forces, axis=1)
+    assert np.abs(forces - 0.05 * slides.contacts[0].forces)[sliding].max() < 1e-9
+
+
+def test_a_turned_scene_and_other_units_have_the_same_answer() -> None:
+    law = fc.NeoHookean(E=1.0, nu=0.45)
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
+
+    def force(mesh, law, turn, unit):
+        body = fc.ElasticBody(mesh, law, contact="top", supports={"bottom": "xyz"}, name="block").placed(rotation=turn)
+        ball = fc.RigidBody(fc.Sphere(2.0 * unit), name="ball").placed((0.4 * unit, 0.5 * unit, unit))
+        ball = ball.placed(rotation=turn)
+        motion = dict(zip("xyz", turn @ [0, 0, -0.3 * unit], strict=True))
+        return fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(motions={ball: motion}).contacts[0].force
+
+    straight = force(mesh, law, np.eye(3), 1.0)
+    turn = fc.rotation_about((1.0, 2.0, 3.0), 0.8)
+    assert np.abs(force(mesh, law, turn, 1.0) - turn @ straight).max() < 1e-9 * np.linalg.norm(straight)
+    large = force(mesh.mapped(lambda x: 1e3 * x), fc.NeoHookean(E=1e6, nu=0.45), np.eye(3), 1e3)
+    assert np.abs(large / 1e12 - straight).max() < 1e-9 * np.linalg.norm(straight)
+
+
+def test_a_linear_body_is_the_partner_of_a_soft_one() -> None:
+    """A pad glued to nothing on a stiff linear block is pressed as on a rigid plate, up to the stiffness' ratio."""
+    pad_law = fc.NeoHookean(E=1.0, nu=0.0)
+    pad = fc.shapes.block((1.0, 1.0, 0.5), (2, 2, 1), element="hex8")
+    base = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
+    stiff = fc.ElasticBody(base, fc.Material(E=1e6, nu=0.0), contact="top", supports={"bottom": "xyz"}, name="stiff")
+    sides = {"top": "z", "x_min": "x", "y_min": "y"}
+    soft = fc.ElasticBody(pad, pad_law, contact="bottom", supports=sides, name="pad").placed((0, 0, 1.0))
+    result = fc.Scene([soft, stiff], [fc.Contact(soft, stiff)]).solve(motions={soft: {"z": -0.2}})
+    stress, _ = uniaxial(pad_law, 0.6)
+    assert np.abs(result.contacts[0].pressure / -stress - 1).max() < 1e-5
+    assert result.displacement(stiff)[:, 2].min() == pytest.approx(stress / 1e6, rel=1e-3)
+
+
+def test_what_is_not_offered_is_refused() -> None:
+    law = fc.NeoHookean(E=1.0, nu=0.45)
+    for given in ({"accuracy": 0.1}, {"search": "local"}, {"finite_motion": False}):
+        with refused(fc.InputError, "finite-strain", next(iter(given))):
+            pressed_block(law, **given)
+    body, plate, _ = pressed_block(law, depth=0.1)
+    scene = fc.Scene([body, plate], [fc.Contact(body, plate, friction=0.1)])
+    with refused(fc.InputError, "finite-strain", "block"):
+        scene.solve_path([{"motions": {plate: {"z": -0.1}}}])
+    with refused(fc.InputError, "finite-strain", "AncfBody"):
+        fc.AncfBody(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)), law)
+    with refused(fc.InputError, "finite-strain", "block"):
+        body.reduce(None, None, None)  # type: ignore[arg-type]
+
+
+def test_too_much_is_refused_and_nothing_is_turned_inside_out() -> None:
+    with refused(fc.SolverError, "no-equilibrium"):
+        pressed_block(fc.NeoHookean(E=1.0, nu=0.3), depth=1.2)
+
+
+def test_held_points_make_an_indefinite_problem_definite_with_the_same_answer() -> None:
+    """One stiffness -1 beside the springs of two closed points, against the equations of these alone."""
+    K = np.array([[1.0, -1.2, 0.0], [-1.2, 1.0, 0.3], [0.0, 0.3, 2.0]])
+    S, g = np.linalg.inv(K), np.array([-0.3, -0.1, 0.05])
+    assert np.linalg.eigvalsh(S)[0] < 0
+    none = np.zeros((0, 3)), np.zeros(0)
+    found = held(S, g, *none, np.array([True, True, False]))
+    assert np.linalg.eigvalsh(found.S)[0] > 0
+    closed = np.linalg.solve(S[:2, :2], -g[:2])  # gaps zero on both
+    forces = np.append(closed, 0.0)
+    assert np.abs(found.S @ forces + found.g)[:2].max() < 1e-12
+    assert (found.S @ forces + found.g)[2] == pytest.approx((S @ forces + g)[2], abs=1e-12)
+    assert held(np.eye(3), g, *none, np.zeros(3, bool)) is None
+    with refused(IndefiniteError, "indefinite"):
+        held(S, g, *none, np.zeros(3, bool))
+
+
+def test_held_points_eliminate_free_motions() -> None:
+    K = np.array([[1.0, 1.2], [1.2, 1.0]])
+    S, g, B, F = np.linalg.inv(K), np.array([0.1, 0.2]), np.ones((1, 2)), np.array([3.0])
+    found = held(S, g, B, F, np.array([True, True]))
+    exact = np.linalg.solve(np.block([[S, B.T], [B, np.zeros((1, 1))]]), np.concatenate([-g, F]))
+    assert np.abs(found.S @ exact[:2] + found.g).max() < 1e-10
+    assert found.motions(exact[:2]) == pytest.approx(exact[2:], abs=1e-10)

@@ -1,0 +1,115 @@
+"""Contact at finite strain: patch tests at half the height, Rivlin's tube, the rubber roller."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from skfem import MeshTet, MeshTet2
+
+import fecontact as fc
+from fecontact.mesh import pick
+
+SIDES = {"bottom": "z", "x_min": "x", "y_min": "y"}
+
+
+def block(element: str) -> fc.Mesh:
+    """A distorted cube of 2 x 2 x 2 cells."""
+    if element == "tet10":
+        axis = np.linspace(0, 1, 3)
+        mesh = fc.Mesh.from_skfem(MeshTet2.from_mesh(MeshTet.init_tensor(axis, axis, axis)))
+        for name, point, normal in (
+            ("x_min", (0, 0, 0), (1, 0, 0)), ("y_min", (0, 0, 0), (0, 1, 0)),
+            ("bottom", (0, 0, 0), (0, 0, 1)), ("top", (0, 0, 1), (0, 0, 1)),
+        ):  # fmt: skip
+            mesh = mesh.with_boundary(name, pick.plane(point, normal))
+    else:
+        mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element=element)
+    return mesh.mapped(lambda x: x + np.prod(np.sin(np.pi * x), axis=1)[:, None] * [0.12, -0.084, 0.096])
+
+
+def uniaxial(law: fc.NeoHookean, stretch: float) -> tuple[float, float]:
+    """Cauchy stress and the stretch across: mu (s^2 - 1) + lambda ln J = 0 across."""
+    lame, mu = law.at_rest.lame, law.at_rest.shear_modulus
+    across = brentq(lambda s: mu * (s * s - 1) + lame * np.log(stretch * s * s), 0.5, 3.0, xtol=1e-15)
+    J = stretch * across**2
+    return (mu * (stretch**2 - 1) + lame * np.log(J)) / J, across
+
+
+def plate() -> fc.RigidBody:
+    return fc.RigidBody(fc.Plane(), name="plate").placed((0, 0, -1.0)).placed(rotation=np.diag([1.0, -1, -1]))
+
+
+@pytest.mark.parametrize("nu", [0.3, 0.49, 0.4999])
+@pytest.mark.parametrize("element", ["hex8", "hex20", "hex27", "tet10"])
+def test_patch_at_half_the_height(element: str, nu: float) -> None:
+    law = fc.NeoHookean(E=1.0, nu=nu)
+    body = fc.ElasticBody(block(element), law, contact="top", supports=SIDES, name="block", geometry="plain")
+    top = plate()
+    result = fc.Scene([body, top], [fc.Contact(body, top)]).solve(motions={top: {"z": -0.5}})
+    stress, across = uniaxial(law, 0.5)
+    contact = result.contacts[0]
+    assert np.abs(contact.pressure[contact.active] / -stress - 1).max() < 3e-8
+    assert np.abs(result.displacement(body) - body.mesh.points * [across - 1, across - 1, -0.5]).max() < 1e-8
+    assert [each.iterations for each in result.finite_strain] <= [7]
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_patch_of_two_blocks_with_unlike_meshes(mu: float) -> None:
+    law = fc.NeoHookean(E=1.0, nu=0.3)
+    lower = fc.ElasticBody(block("hex20"), law, contact="top", supports=SIDES, name="lower", geometry="plain")
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 2))
+    supports = {"top": "z", "x_min": "x", "y_min": "y"}
+    upper = fc.ElasticBody(mesh, law, contact="bottom", supports=supports, name="upper").placed((0, 0, 1.0))
+    scene = fc.Scene([upper, lower], [fc.Contact(upper, lower, friction=mu)])
+    result = scene.solve(motions={upper: {"z": -1.0}})
+    stress, _ = uniaxial(law, 0.5)
+    contact = result.contacts[0]
+    assert np.abs(contact.pressure[contact.active] / -stress - 1).max() < 2e-6
+    assert sum(each.iterations for each in result.finite_strain) <= 10
+
+
+@pytest.mark.parametrize(
+    "law", [fc.NeoHookean(E=1.0, nu=0.4999), fc.MooneyRivlin(c10=0.15, c01=0.02, bulk=1700.0)], ids=["neo", "mooney"]
+)
+def test_tube_under_pressure(law: fc.NeoHookean | fc.MooneyRivlin) -> None:
+    """Rivlin's tube in plane strain, blown up by half: Green & Zerna, Theoretical Elasticity (1968), section 3.10."""
+    inner = 1.5
+    outer = np.sqrt(1 + (inner**2 - 1) / 4)
+    pressure = law.at_rest.shear_modulus * (np.log(inner / outer) + (outer**-2 - inner**-2) / 2)
+    mesh = fc.shapes.thick_ring(1.0, 2.0, 0.25, (6, 4, 1))
+    supports = {"bottom": "z", "top": "z", "sym_x": "x", "sym_y": "y"}
+    tube = fc.ElasticBody(mesh, law, contact="bottom", supports=supports, geometry="plain", name="tube")
+    far = fc.RigidBody(fc.Plane()).placed((0, 0, -5.0))
+    result = fc.Scene([tube, far], [fc.Contact(tube, far)]).solve(pressures={(tube, "inner"): pressure})
+    x = tube.mesh.points + result.displacement(tube)
+    for name, radius in (("inner", inner), ("outer", 2 * outer)):
+        nodes = tube.mesh.boundary_nodes(name)
+        assert np.abs(np.hypot(*x[nodes, :2].T) / radius - 1).max() < 2e-4
+
+
+def roller(element: str, around: int, through: int) -> tuple[fc.Scene, fc.RigidBody]:
+    """Half a rubber roller of radii 17.5 and 35 on a rigid core, width 28, above a floor; plane strain."""
+    radii = 17.5 * (1 - (1 - np.linspace(0, 1, through + 1)) ** 1.3)
+    mesh = fc.shapes.thick_ring(17.5, 35.0, 28.0, (around, radii, 1), sector="half", element=element)
+    outside = pick.Pick(lambda m, f: np.hypot(*m.points[m.face_nodes(f)].mean(axis=1)[:, :2].T) > 34)
+    mesh = mesh.with_boundary("tread", pick.facing((-1, 0, 0), 75) & outside)
+    supports = {"inner": "xyz", "bottom": "z", "top": "z", "sym_y": "y"}
+    law = fc.NeoHookean(E=0.275, nu=0.475)
+    body = fc.ElasticBody(mesh, law, contact="tread", supports=supports, name="roller", geometry="plain")
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    floor = floor.placed(rotation=np.array([[0, 0, 1.0], [0, 1, 0], [-1, 0, 0]])).placed((-35.0, 0, 0))
+    return fc.Scene([body, floor], [fc.Contact(body, floor)]), floor
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("element", "around", "through"), [("hex20", 16, 4), ("hex27", 16, 4)])
+def test_roller_pressed_by_46_percent_in_one_step(element: str, around: int, through: int) -> None:
+    """Beside bricks of gradient coordinates (256.2 and 256.1 N) and finer cells of 20 nodes (257.0 N)."""
+    scene, floor = roller(element, around, through)
+    result = scene.solve(motions={floor: {"x": 8.0}})
+    (step,) = result.finite_strain
+    assert step.iterations <= 6
+    assert 2 * abs(result.contacts[0].force[0]) == pytest.approx(257.0, rel=0.01)
+    assert not [text for text in result.warnings if "strain" in text]
