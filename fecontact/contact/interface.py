@@ -13,12 +13,14 @@ import scipy.sparse as sp
 from fecontact.bodies.body import Body
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
-from fecontact.contact.coupling.nodal import Pairing
+from fecontact.contact.coupling.mortar import pair_anywhere
+from fecontact.contact.coupling.mortar_basis import has_mortar_basis
+from fecontact.contact.coupling.nodal import Pairing, SurfacePair
 from fecontact.contact.dimension import opposite
 from fecontact.contact.rigid_motion import RigidMotionConstraints, after_prescribed
 from fecontact.contact.search_region import SearchRadius, SearchRegion
 from fecontact.contact.springs import SpringState
-from fecontact.surfaces.facet_surface import FacetSurface, with_nodes
+from fecontact.surfaces.facet_surface import FacetSurface, has_cells, with_nodes
 
 #: Force at a sample, relative to the largest, that is rounding.
 ROUNDING = 1e-9
@@ -99,10 +101,14 @@ class Interface(UnilateralConstraints):
         """Initial gap (n_pairs,)."""
         return self.pairing.mixed(self.pairing.gap)
 
-    @property
+    @cached_property
     def pointwise(self) -> Interface | None:
-        """The same with a force at every sample of its faces in place of pressures over them; None: it has none."""
-        pairing = self.pairing
+        """The same with a force at every sample of its faces in place of nodes or pressures; None: it has none."""
+        pairing, surface = self.pairing, self.slave_surface
+        if pairing.coupling != "mortar" and has_mortar_basis(surface) and not has_cells(surface):
+            master = self.master.surface(self.surfaces[1])
+            both = surface, master, pairing.rotation, pairing.translation
+            pairing = pair_anywhere(SurfacePair(*both, share=pairing.share))
         if pairing.coupling != "mortar" or pairing.sums is not None:
             return None
         return replace(self, pairing=replace(pairing, average=sp.eye(pairing.average.shape[1], format="csr"), mix=None))
@@ -118,16 +124,20 @@ class Interface(UnilateralConstraints):
         )
 
     def reach_hint(self, forces: Array) -> str:
-        """How far from centres of pressure forces (n_samples,) at single points act that balance the load."""
+        """How far from contact points forces (n_samples,) at single points act that balance the load."""
         if self.pointwise is None or not forces.any():
             return ""
-        samples = (self.pairing.slave_weights @ self.slave_nodes)[forces > ROUNDING * forces.max()]
-        centres = self.pairing.mixed(self.pairing.average @ self.pairing.slave_weights @ self.slave_nodes)
+        single, pairing = self.pointwise.pairing, self.pairing
+        samples = (single.slave_weights @ self.slave_nodes)[forces > ROUNDING * forces.max()]
+        centres = pairing.mixed(pairing.average @ pairing.slave_weights @ self.slave_nodes)
         away = np.linalg.norm(samples[:, None] - centres, axis=2).min(axis=1).max()
-        faces = self.slave_surface.mean_facet_size[self.pairing.covered].mean()
+        faces = self.slave_surface.mean_facet_size[single.covered].mean()
+        where, points = "nearer to the rim of what faces each other", "the centres of the pressures on whole faces"
+        if pairing.coupling != "mortar":
+            where, points = "between the nodes that face the other body", "these, the only contact points"
         return (
-            f"Forces nearer to the rim of what faces each other balance it, up to {away:.2g}, {away / faces:.2g} of a "
-            f"face, from the centres of the pressures on whole faces: finer faces of {self.slave.name!r} there do. "
+            f"Forces {where} balance it, up to {away:.2g}, {away / faces:.2g} of a face, from {points}: finer faces of "
+            f"{self.slave.name!r} there do. "
         )
 
     def held(self, rows: IntArray, closed: IntArray, stuck: Sequence[IntArray]) -> Mask:

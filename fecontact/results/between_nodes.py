@@ -39,7 +39,7 @@ SAMPLES = 4
 
 @dataclass(frozen=True, eq=False)
 class Overlap:
-    """Overlap of two bodies between the nodes of faces that carry no force.
+    """Overlap of two bodies between the nodes of faces that carry no force, whether or not others do.
 
     Attributes
     ----------
@@ -140,17 +140,16 @@ class GapsBetweenNodes:
     @property
     def _idle(self) -> IntArray:
         """Facets that carry no force, and may be reached between their nodes only: no deeper than they are wide."""
-        surface, idle = self.surface, ~self._loaded
-        if self._loaded.any():
-            # beside those that are loaded the edge of the contact is known to a face only, which its error includes
-            idle = self._paired & ~with_rings(surface, self._loaded, 1)
-        facets = np.flatnonzero(idle)
+        surface, pressed = self.surface, self._loaded.any()
+        # beside those that are loaded the edge of the contact is known to a face only, which its error includes
+        facets = np.flatnonzero(~with_rings(surface, self._loaded, 1) if pressed else ~self._loaded)
         if len(facets) == 0:
             return facets
         gap, _, hidden, middle, _ = self._on(facets, facet_centres(surface.triangle[facets]))
         nodes = surface.points[surface.facets[facets]]
         reach = np.linalg.norm(nodes - middle[:, None], axis=2).max(axis=1, initial=0.0)
-        return facets[hidden | (np.abs(gap) <= reach)]
+        # what lies beyond a rim of the other body may reach it where that is nearer than the face is wide
+        return facets[np.abs(gap) <= np.where(hidden, np.inf if not pressed else 2 * reach, reach)]
 
     def _depth_at_nodes(self, facets: IntArray) -> Array:
         """Depth (n,) of the deepest node of each facet; zero where contact points are means over functions."""

@@ -18,11 +18,22 @@ from fecontact.contact.candidates import likely_nodes
 from fecontact.contact.contact import Contact
 from fecontact.contact.coupling.mortar import multiplier_areas, pair_mortar
 from fecontact.contact.coupling.mortar_basis import has_mortar_basis
-from fecontact.contact.coupling.nodal import NONE_AVERTED, TIE, Averted, Pairing, SurfacePair, nested, pair, pair_cells
+from fecontact.contact.coupling.nodal import (
+    NONE_AVERTED,
+    STEEPEST,
+    TIE,
+    Averted,
+    Pairing,
+    SurfacePair,
+    nested,
+    pair,
+    pair_cells,
+)
 from fecontact.contact.dimension import check_rigid_surface
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading
 from fecontact.contact.search_region import STILL, SearchRadius, SearchRegion, plain_facets, search_region
+from fecontact.surfaces.between_nodes import samples_of
 from fecontact.surfaces.facet_surface import FacetSurface, Surface, facets_of, has_cells
 from fecontact.surfaces.nodal_weights import contact_weights, facet_weights
 
@@ -52,6 +63,8 @@ def check_faced(interface: Interface, seen: Averted | None = None) -> None:
         found = _averted(interface, surface)
     one = f"{interface.surfaces[0]!r} of {interface.slave.name!r}"
     other = f"{interface.surfaces[1]!r} of {interface.master.name!r}"
+    if not empty and found.gap < found.facing - TIE * surface.size:
+        found = found._replace(facing=min(found.facing, _between_nodes(interface, surface)))
     if np.isfinite(found.gap) and (empty or found.gap < found.facing - TIE * surface.size):
         nearest = "where they are nearest " if np.isfinite(found.facing) else ""
         raise InputError(
@@ -94,6 +107,17 @@ def _averted(interface: Interface, surface: FacetSurface) -> Averted:
     relative = interface.slave.pose.relative_to(interface.master.pose)
     master = interface.master.surface(interface.surfaces[1])
     return SurfacePair(surface, master, relative.rotation, relative.translation, interface.region).averted
+
+
+def _between_nodes(interface: Interface, surface: FacetSurface) -> float:
+    """Smallest gap of samples of the slave's faces that face the master: a tip may stand between the nodes."""
+    relative = interface.slave.pose.relative_to(interface.master.pose)
+    facet, local = samples_of(np.arange(len(surface.facets)), surface.triangle)
+    x, tangents, _ = surface.evaluate(facet, local)
+    normals = np.cross(tangents[:, :, 0], tangents[:, :, 1]) @ relative.rotation.T
+    foot = interface.master.surface(interface.surfaces[1]).project(x @ relative.rotation.T + relative.translation)
+    facing = np.einsum("ni,ni->n", normals, foot.normals) < -STEEPEST * np.linalg.norm(normals, axis=1)
+    return float(foot.gap[facing & ~foot.outside].min(initial=np.inf))
 
 
 #: Relative difference of sizes that counts as rounding.

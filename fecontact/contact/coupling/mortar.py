@@ -203,6 +203,21 @@ def pair_mortar(surfaces: SurfacePair) -> Pairing:
     return replace(_paired(slave, samples, rotation, translation, near), share=share)
 
 
+#: Intervals along each side of a face between its samples where forces may act at any point.
+ACROSS = 16
+
+
+def pair_anywhere(surfaces: SurfacePair) -> Pairing:
+    """Pairing with a grid of samples on each face, its sides and corners included, whatever the coupling is."""
+    slave, s = surfaces.slave, np.linspace(0.0, 1.0, ACROSS + 1)
+    grid = np.stack(np.meshgrid(s, s, indexing="ij"), -1).reshape(-1, 2)
+    facet, local = np.repeat(np.arange(len(slave.facets)), len(grid)), np.tile(grid, (len(slave.facets), 1))
+    local[:, 0] *= np.where(slave.triangle[facet], 1 - local[:, 1], 1.0)
+    place = surfaces.rotation, surfaces.translation
+    samples = _samples(slave, surfaces.master, *place, surfaces.share, facet, local, np.ones(len(facet)))
+    return replace(_paired(slave, samples, *place, None), share=surfaces.share)
+
+
 def _samples(
     slave: FacetSurface,
     master: Surface,

@@ -59,6 +59,21 @@ def test_an_arch_that_stands_on_the_edges_of_its_inner_face_is_refused():
         fc.Scene([arch, FLOOR], [fc.Contact(arch, FLOOR)]).solve(motions={arch: {"z": -0.01}})
 
 
+def test_a_steep_tip_between_the_nodes_is_told_and_not_refused():
+    """The nodes beside a tilted cone look at its flank, which is upright; its tip stands lower, on a face."""
+    mesh = fc.shapes.block((0.946, 0.885, 0.917), (3, 5, 1), element="hex8")
+    body = fc.ElasticBody(mesh, SOLID, "top", {"bottom": "xyz"})
+    turn = fc.rotation_about((0.538, -0.843, 0), 0.45)
+    tip = np.array([0.235, 0.806, 0.917])
+    cone = fc.RigidBody(fc.surfaces.Cone(1.1315), pose=fc.Pose(turn, tip))
+    result = fc.Scene([body, cone], [fc.Contact(body, cone)]).solve(motions={cone: {"z": -7e-4}})
+    found = result.contacts[0]._between_nodes.overlap
+    # the depth along the flanks is less than that of the tip
+    assert 4e-4 < found.depth < 7e-4
+    assert np.abs(found.points[0] - tip).max() < 1e-4
+    assert any("overlap by" in text for text in result.warnings)
+
+
 def bottom_edge(angle):
     """A block tilted about its edge, pressed on the floor with that edge: the outcome of its bottom as contact."""
     turn = fc.rotation_about((0, 1, 0), np.radians(angle))

@@ -164,6 +164,29 @@ def test_the_warning_has_place_figure_and_remedy() -> None:
     )
 
 
+@pytest.mark.parametrize(("recess", "told"), [(0.0, True), (0.004, True), (0.012, False)])
+def test_a_peg_between_the_nodes_is_told_while_a_plate_presses_elsewhere(recess: float, told: bool) -> None:
+    """A rigid plate and a peg of .06 within a face of .33, pushed in by .01: the peg by .01 less its recess."""
+
+    def square(low: tuple[float, float], high: tuple[float, float], z: float) -> list[list[float]]:
+        return [[x, y, z] for x, y in ((low[0], low[1]), (low[0], high[1]), (high[0], high[1]), (high[0], low[1]))]
+
+    points = np.array(square((0.0, 0.0), (0.6, 2.0), 0.0) + square((1.45, 1.08), (1.51, 1.14), recess))
+    shape = fc.surfaces.Facets(fc.SurfaceMesh(points, np.array([[0, 1, 2, 3], [4, 5, 6, 7]])))
+    mesh = fc.shapes.block((2.0, 2.0, 1.0), (6, 6, 2))
+    body = fc.ElasticBody(mesh, SOFT, contact="top", supports={"bottom": "xyz"}, name="block")
+    result = pressed(body, rigid(shape, (0.0, 0.0, 1.0)), 0.01)
+    (contact,) = result.contacts
+    found = contact._between_nodes.overlap
+    assert contact.total_force > 0.01
+    assert (found is not None) == any("overlap by" in text for text in result.warnings) == told
+    if found is not None:
+        # beside the plate the block rises, by a fiftieth of the plate's depth
+        assert 0 < found.depth - (0.01 - recess) < 3e-4
+        # on the peg, which the block's top has moved along by a tenth of the depth
+        assert (np.abs(found.points[0, :2] - [1.48, 1.11]) < 0.03 + 1e-3).all()
+
+
 @pytest.mark.full
 def test_force_by_divided_meshes_is_continuous_in_the_depth() -> None:
     """Divided until the overlap is seen: forces near Hertz's at every depth, with room for meshes that stop early."""
