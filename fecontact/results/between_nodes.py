@@ -148,8 +148,8 @@ class GapsBetweenNodes:
         gap, _, hidden, middle, _ = self._on(facets, facet_centres(surface.triangle[facets]))
         nodes = surface.points[surface.facets[facets]]
         reach = np.linalg.norm(nodes - middle[:, None], axis=2).max(axis=1, initial=0.0)
-        # what lies beyond a rim of the other body may reach it where that is nearer than the face is wide
-        return facets[np.abs(gap) <= np.where(hidden, np.inf if not pressed else 2 * reach, reach)]
+        # from beyond a rim of the other body, as far as the corners of the face, and no deeper than that
+        return facets[np.abs(gap) <= np.where(hidden, np.sqrt(2) * reach if pressed else np.inf, reach)]
 
     def _depth_at_nodes(self, facets: IntArray) -> Array:
         """Depth (n,) of the deepest node of each facet; zero where contact points are means over functions."""
