@@ -25,7 +25,8 @@ import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
-from fecontact.fem.stiffness import Cells, SolidElement, determinant_3x3, inverse_3x3, jacobians
+from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3, jacobians
+from fecontact.fem.stiffness import Cells, SolidElement
 from fecontact.fem.stress import components, gauss_strain, hooke, to_nodes
 from fecontact.mesh.element import hex_shapes
 from fecontact.mesh.facets import places_among
@@ -84,7 +85,7 @@ def energy_error(
 
     Parameters
     ----------
-    mesh : Mesh or Cells
+    mesh : Mesh, SectionMesh or Cells
     u : (n_points, 3) array
     lame, shear : (n_cells,) arrays
         Lame constants.

@@ -25,20 +25,12 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
+from fecontact.fem.element_stiffness import inverse_3x3, pair_stiffness, upper_pairs
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.fem.laws import FIRST, SECOND, Law, determinants, isotropic
 from fecontact.fem.model import Model
 from fecontact.fem.section_model import SectionModel
-from fecontact.fem.stiffness import (
-    ENTRIES,
-    Batch,
-    Cells,
-    batches,
-    inverse_3x3,
-    pair_stiffness,
-    sum_of_blocks,
-    upper_pairs,
-)
+from fecontact.fem.stiffness import ENTRIES, Batch, Cells, batches, sum_of_blocks
 from fecontact.fem.stress import components, to_nodes
 
 
@@ -362,8 +354,8 @@ class SectionAtState(AtState, SectionModel):
 #: What a model keeps at a state: all else follows from its points or its stiffness.
 KEPT = (
     "supports", "backend", "selective", "coordinates", "held", "material_of_cell", "materials", "lame", "shear",
-    "density", "mass_and_centre", "grounded", "solved_dofs", "out_of_plane", "plane_stress", "dofs_per_node", "across",
-    "across_held",
+    "density", "mass_and_centre", "pinned_dofs", "solved_dofs", "out_of_plane", "plane_stress", "dofs_per_node",
+    "across", "across_held",
 )  # fmt: skip
 
 

@@ -23,7 +23,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import array_of, number, positive
 from fecontact.common.errors import FecontactError, InputError, shown
 from fecontact.common.material import Material
-from fecontact.fem.stiffness import determinant_3x3
+from fecontact.fem.element_stiffness import determinant_3x3
 from fecontact.fem.stress import VOIGT
 
 #: Components of symmetric tensors in the order of `VOIGT`.

@@ -14,7 +14,7 @@ import numpy as np
 
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError
-from fecontact.fem.stiffness import determinant_3x3, inverse_3x3
+from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3
 
 
 class InvertedError(FecontactError):

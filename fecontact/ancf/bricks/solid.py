@@ -43,8 +43,8 @@ from fecontact.ancf.system.member import Drawing
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.fem.element_stiffness import determinant_3x3, element_stiffness
 from fecontact.fem.model import materials_of_cells
-from fecontact.fem.stiffness import determinant_3x3, element_stiffness
 from fecontact.mesh.element import CORNERS, EDGES
 
 #: Change of strain, relative to the largest strain, below which the second term of S* is rounding.

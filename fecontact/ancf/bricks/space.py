@@ -35,7 +35,7 @@ from numpy.typing import ArrayLike
 from fecontact.ancf.bricks.hexahedron import N_FUNCTIONS, face_points, gauss, shapes
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MeshError
-from fecontact.fem.stiffness import determinant_3x3, inverse_3x3, jacobians
+from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3, jacobians
 from fecontact.mesh.check import check_cells
 from fecontact.mesh.element import CORNERS, FACES, hex_shapes
 from fecontact.mesh.facets import corner_keys, sides_of

@@ -22,8 +22,7 @@ from petsc4py import PETSc
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.fem.constrained_cg import Held, constrained_cg
-from fecontact.fem.petsc.job import Message, receive, send
-from fecontact.fem.petsc.parts import Cells, block_rows
+from fecontact.fem.petsc.shared import ElasticCells, Message, block_rows, receive, send
 
 WORLD = PETSc.COMM_WORLD
 #: Options of the preconditioner where PETSC_OPTIONS has none.
@@ -309,10 +308,10 @@ def _mean(diagonal: Any) -> float:
     return float(diagonal.sum() / diagonal.getSize())
 
 
-def _cells(folder: Path, k: int) -> Cells:
+def _cells(folder: Path, k: int) -> ElasticCells:
     kind = np.load(folder / f"cells{k}.npz")
     rules = [(kind[f"dN{r}"], kind[f"W{r}"]) for r in range(2) if f"W{r}" in kind]
-    return Cells(np.load(folder / f"nodes{k}.npy", mmap_mode="r"), kind["lame"], kind["shear"], rules)
+    return ElasticCells(np.load(folder / f"nodes{k}.npy", mmap_mode="r"), kind["lame"], kind["shear"], rules)
 
 
 def _rows(arrays: Any, name: str, own: slice = slice(None)) -> tuple[IntArray, IntArray, Array]:

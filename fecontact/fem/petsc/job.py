@@ -6,10 +6,6 @@ not. Environment variables: FECONTACT_MPIEXEC is the command that starts process
 the system's). FECONTACT_MPI_HOST is the name by which other machines reach this one; files then go to TMPDIR, which
 they must share.
 
-Messages between the program and the processes of a job: arrays by name, through a socket, as NumPy's archive.
-
-NumPy only, and no objects: both sides may have different versions of Python and NumPy.
-
 Bodies whose stiffness is with the processes of a job, in place of a factor.
 
 The outer active set is that of `fem.multigrid`; the equations of each set are solved by the processes.
@@ -18,14 +14,12 @@ The outer active set is that of `fem.multigrid`; the equations of each set are s
 from __future__ import annotations
 
 import importlib.util
-import io
 import os
 import secrets
 import selectors
 import shlex
 import shutil
 import socket
-import struct
 import subprocess
 import sys
 import tempfile
@@ -38,63 +32,14 @@ from typing import IO, Any, cast
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError, MissingPackageError
-from fecontact.fem.constrained_cg import SparseRows
 from fecontact.fem.model import Model
-from fecontact.fem.multigrid import MultigridCompliance, OnRows
+from fecontact.fem.multigrid import MultigridCompliance, OnRows, SparseRows
 from fecontact.fem.petsc.parts import layout, rows_of, write_parts
+from fecontact.fem.petsc.shared import Message, receive, send
 from fecontact.solvers.problem import ContactProblem
-
-Message = dict[str, NDArray[Any]]
-
-#: Length of a message in front of it.
-LENGTH = struct.Struct("<q")
-
-
-def send(to: socket.socket, **arrays: Any) -> None:
-    """Send arrays, numbers or texts.
-
-    Examples
-    --------
-    >>> here, there = socket.socketpair()
-    >>> send(here, what="half", of=np.array([1.0, 3.0]))
-    >>> message = receive(there)
-    >>> str(message["what"]), (message["of"] / 2).tolist()
-    ('half', [0.5, 1.5])
-    """
-    archive = io.BytesIO()
-    np.savez(archive, allow_pickle=False, **arrays)
-    data = archive.getbuffer()
-    to.sendall(LENGTH.pack(len(data)))
-    to.sendall(data)
-
-
-def receive(other: socket.socket) -> Message:
-    """The next message.
-
-    Raises
-    ------
-    ConnectionError
-        If the other side has ended.
-    """
-    (size,) = LENGTH.unpack(_exactly(other, LENGTH.size))
-    with np.load(io.BytesIO(_exactly(other, size)), allow_pickle=False) as archive:
-        return dict(archive)
-
-
-def _exactly(other: socket.socket, size: int) -> bytearray:
-    data = bytearray(size)
-    view, got = memoryview(data), 0
-    while got < size:
-        count = other.recv_into(view[got:])
-        if count == 0:
-            raise ConnectionError("the other side has ended")
-        got += count
-    return data
-
 
 #: What a process runs: the package is found where this one is, without other packages of its environment.
 START = (
@@ -104,8 +49,8 @@ START = (
 )
 #: Seconds between looks at whether the processes still run.
 LOOK = 0.5
-#: Seconds that processes have to end.
-LAST_LINES = 10.0
+#: How long processes may take to end.
+SECONDS_TO_END = 10.0
 SYSTEM_PYTHON = "/usr/bin/python3"
 HOW_TO_GET = (
     "Debian and Ubuntu: apt install python3-petsc4py openmpi-bin; or conda install -c conda-forge petsc4py openmpi. "
@@ -242,7 +187,7 @@ def _end(
     for rank in ranks:
         rank.close()
     try:
-        processes.wait(timeout=LAST_LINES if ranks else 0)
+        processes.wait(timeout=SECONDS_TO_END if ranks else 0)
     except subprocess.TimeoutExpired:
         processes.terminate()
         processes.wait()

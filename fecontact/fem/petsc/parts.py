@@ -1,16 +1,12 @@
 """What the processes of a job read: meshes, supports and materials, with nodes numbered by process.
 
 Nodes are divided by recursive bisection of coordinates (M. J. Berger, S. H. Bokhari, IEEE Trans. Comput. C-36 (1987)
-570). No stiffness is written: every process integrates its own cells, see `fem.petsc.parts`.
-
-Block rows of a stiffness that one process owns, from the cells that touch its nodes.
-
-Cells at the border of two parts are integrated in both, so that no rows are exchanged. NumPy only.
+570). No stiffness is written: every process integrates its own cells, see `fem.petsc.shared`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,107 +17,8 @@ from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.fem.model import Model
-from fecontact.fem.stiffness import element_stiffness, physical_gradients, with_means
+from fecontact.fem.petsc.shared import ElasticCells
 from fecontact.mesh.element import element_basis, element_quadrature, reduced_quadrature
-
-#: Cells integrated at once.
-BATCH = 1024
-
-
-@dataclass(frozen=True, eq=False)
-class Cells:
-    """Cells of one kind.
-
-    Attributes
-    ----------
-    nodes : (n_cells, n_functions) array
-    lame, shear : (n_cells,) arrays
-        Lame constants.
-    rules : sequence of (dN, W)
-        Gradients (n_q, n_functions, 3) of the functions on the reference cell and weights (n_q,); then those of the
-        volumetric part, where it is integrated by another rule.
-    """
-
-    nodes: IntArray
-    lame: Array
-    shear: Array
-    rules: Sequence[tuple[Array, Array]]
-
-    def touching(self, first: int, last: int) -> Cells:
-        """Cells with a node in first..last - 1."""
-        mine = ((self.nodes >= first) & (self.nodes < last)).any(axis=1)
-        return Cells(self.nodes[mine], self.lame[mine], self.shear[mine], self.rules)
-
-    def parts(self) -> Iterator[Cells]:
-        """The cells in batches."""
-        for start in range(0, len(self.nodes), BATCH):
-            part = slice(start, start + BATCH)
-            yield Cells(self.nodes[part], self.lame[part], self.shear[part], self.rules)
-
-    def stiffness(self, points: Array) -> Array:
-        """Stiffness matrices (n_cells, n_functions, n_functions, 3, 3) of the cells of a mesh with points (n, 3)."""
-        full, *reduced = (physical_gradients(points[self.nodes], dN, W) for dN, W in self.rules)
-        volumetric = [_Gradients(*with_means(*full, *each)) for each in reduced]
-        return element_stiffness(_Gradients(*full), self.lame, self.shear, *volumetric)
-
-
-@dataclass(frozen=True, eq=False)
-class _Gradients:
-    gradients: Array
-    dV: Array
-
-
-def block_rows(points: Array, cells: Sequence[Cells], first: int, last: int) -> tuple[IntArray, IntArray, Array]:
-    """Rows first..last - 1 of the stiffness, in blocks of 3 x 3 for pairs of nodes.
-
-    Parameters
-    ----------
-    points : (n, 3) array
-    cells : sequence of Cells
-    first, last : int
-        Nodes whose rows are asked for.
-
-    Returns
-    -------
-    indptr, indices, blocks : (last - first + 1,), (k,) and (k, 3, 3) arrays
-        As in compressed rows; columns are sorted.
-
-    Examples
-    --------
-    Two cubes of one hexahedral mesh; the rows of a part are those of the whole:
-
-    >>> import fecontact as fc
-    >>> from fecontact.fem.petsc.parts import cells_of
-    >>> mesh = fc.shapes.block((2.0, 1.0, 1.0), (2, 1, 1), element="hex8")
-    >>> body = fc.ElasticBody(mesh, fc.Material(1.0, 0.3), contact="top", supports={"bottom": "xyz"})
-    >>> cells = cells_of(body.model, np.arange(12))
-    >>> _, _, every = block_rows(mesh.points, cells, 0, 12)
-    >>> _, _, some = block_rows(mesh.points, cells, 0, 5)
-    >>> bool(np.allclose(every[: len(some)], some))
-    True
-    """
-    n = len(points)
-    own = [part for group in cells for part in group.touching(first, last).parts()]
-    found = [np.unique(_keys(part.nodes, first, last, n)) for part in own]
-    keys = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *found]))
-    blocks = np.zeros((len(keys), 3, 3))
-    for part in own:
-        mine = (part.nodes >= first) & (part.nodes < last)
-        values = part.stiffness(points)[mine].reshape(-1, 3, 3)
-        number = np.searchsorted(keys, _keys(part.nodes, first, last, n))
-        order = np.argsort(number, kind="stable")
-        number = number[order]
-        start = np.flatnonzero(np.concatenate([[True], number[1:] != number[:-1]]))
-        blocks[number[start]] += np.add.reduceat(values[order], start, axis=0)
-    rows, columns = np.divmod(keys, n)
-    return np.searchsorted(rows, np.arange(last - first + 1)), columns, blocks
-
-
-def _keys(nodes: IntArray, first: int, last: int, n: int) -> IntArray:
-    """Numbers of all pairs (a node in first..last - 1, a node) in cells."""
-    mine = (nodes >= first) & (nodes < last)
-    pairs = (nodes[:, :, None] - first) * n + nodes[:, None, :]
-    return np.asarray(pairs[mine].ravel(), dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +48,7 @@ class Layout:
         return int(self.ends[-1])
 
 
-def cells_of(model: Model, number: IntArray) -> list[Cells]:
+def cells_of(model: Model, number: IntArray) -> list[ElasticCells]:
     """Cells of a model by kind, with their nodes numbered anew by `number` (n_points,)."""
     width, out = model.mesh.cells.shape[1], []
     for group in model.mesh.cell_groups:
@@ -159,7 +56,7 @@ def cells_of(model: Model, number: IntArray) -> list[Cells]:
         if model.selective:
             points.append(reduced_quadrature(width))
         rules = [(element_basis(width, group.pattern, group.midfaces, X)[1], W) for X, W in points]
-        out.append(Cells(number[group.nodes], model.lame[group.cells], model.shear[group.cells], rules))
+        out.append(ElasticCells(number[group.nodes], model.lame[group.cells], model.shear[group.cells], rules))
     return out
 
 
@@ -239,7 +136,7 @@ def rows_of(name: str, A: sp.csr_matrix) -> dict[str, NDArray[Any]]:
     return {f"{name}_data": A.data, f"{name}_indices": A.indices, f"{name}_indptr": A.indptr}
 
 
-def _rules(cells: Cells) -> dict[str, NDArray[Any]]:
+def _rules(cells: ElasticCells) -> dict[str, NDArray[Any]]:
     """Rules as arrays by name."""
     return {f"{name}{k}": a for k, rule in enumerate(cells.rules) for name, a in zip(("dN", "W"), rule, strict=True)}
 

@@ -5,7 +5,8 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.fem.constrained_cg import DependentRowsError, Held, SparseRows, constrained_cg
+from fecontact.fem.constrained_cg import Held, constrained_cg
+from fecontact.fem.multigrid import DependentRowsError, SparseRows
 
 
 def problem(seed, n=40, a=7, m=2, per_row=4):

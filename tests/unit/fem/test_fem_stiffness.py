@@ -5,8 +5,9 @@ import pytest
 
 import fecontact as fc
 from fecontact import Mesh
+from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3
 from fecontact.fem.rigid import COMPONENTS, describe_motion, gram_schmidt, null_space, rigid_modes
-from fecontact.fem.stiffness import assemble_stiffness, batches, determinant_3x3, inverse_3x3
+from fecontact.fem.stiffness import assemble_stiffness, batches
 
 ALL_FACES = ("x_min", "x_max", "y_min", "y_max", "bottom", "top")
 

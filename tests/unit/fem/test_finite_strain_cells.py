@@ -11,7 +11,7 @@ from skfem import MeshTet, MeshTet2
 
 import fecontact as fc
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.fem.finite_strain import State
+from fecontact.fem.finite_strain import KEPT, State, at_state
 from fecontact.fem.laws import InvertedError
 from tests.refusals import refused
 
@@ -136,3 +136,12 @@ def test_what_is_not_offered_is_refused() -> None:
     both = replace(mesh, groups={"one": np.array([0]), "two": np.array([1])})
     with refused(fc.InputError, "some-laws", "Material"):
         fc.ElasticBody(both, {"one": NEO, "two": fc.Material(1.0, 0.3)})
+
+
+@pytest.mark.parametrize(("kind", "mesh"), [(ElasticBody, solid("hex8")), (fc.AxisymmetricBody, SECTION)])
+def test_a_model_at_a_state_keeps_the_coordinates_that_are_solved(kind, mesh) -> None:
+    """Pinned ones among them: chosen anew on present points they may be others than those left out of the solve."""
+    body, cells, state, _ = deformed(kind, mesh, NEO)
+    at = at_state(cells, state)
+    assert all(getattr(at, name) is getattr(body.model, name) for name in ("pinned_dofs", "solved_dofs", "held"))
+    assert kind is ElasticBody or all(hasattr(body.model, name) for name in KEPT)

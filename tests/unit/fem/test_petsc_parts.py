@@ -1,6 +1,8 @@
 """Shares of a stiffness against the whole one; messages. What needs PETSc is in unit/scene/test_engine.py."""
 
 import socket
+import subprocess
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -8,8 +10,9 @@ import pytest
 import scipy.sparse as sp
 
 import fecontact as fc
-from fecontact.fem.petsc.job import receive, send
-from fecontact.fem.petsc.parts import bisected, block_rows, cells_of, layout
+from fecontact.fem.petsc.job import START, _package
+from fecontact.fem.petsc.parts import bisected, cells_of, layout
+from fecontact.fem.petsc.shared import block_rows, receive, send
 
 STEEL, RUBBER = fc.Material(2.0, 0.3), fc.Material(1.0, 0.4995)
 
@@ -78,3 +81,26 @@ def test_a_message_that_breaks_off_is_an_end():
     with pytest.raises(ConnectionError):
         receive(there)
     there.close()
+
+
+#: Finds no packages but NumPy and a stand-in for petsc4py.
+BARE = """
+import sys, types
+class Bare:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] not in {*sys.stdlib_module_names, "numpy", "fecontact"}:
+            raise ModuleNotFoundError(name)
+sys.meta_path.insert(0, Bare())
+sys.modules["petsc4py"] = types.SimpleNamespace(PETSc=types.SimpleNamespace(COMM_WORLD=None))
+"""
+
+
+def test_a_process_needs_numpy_and_petsc4py_only():
+    """Processes may run in the system's Python, without what the program has."""
+    begin = START.removesuffix(" main()")
+    assert begin != START
+    said = subprocess.run([sys.executable, "-c", BARE + begin, _package()], capture_output=True, text=True, check=False)
+    assert (said.returncode, said.stderr) == (0, "")
+    other = BARE + "import fecontact.fem.petsc.job"
+    refused = subprocess.run([sys.executable, "-c", other], capture_output=True, text=True, check=False)
+    assert "ModuleNotFoundError" in refused.stderr
