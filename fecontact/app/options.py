@@ -13,7 +13,7 @@ CASES = {"equal": ((25.0, 25.0), 726.4), "unequal": ((25.0, 2.5), 454.0), "light
 ELEMENTS = ("hex8", "hex20", "hex27", "ancf")
 PRESSURES = ("midface", "nodal")
 MODELS = ("two-bodies", "symmetric", "axisymmetric")
-#: The package's own, or that of the report (`source_route`).
+#: The package's own, or that of the report (`studies.report`).
 ROUTES = ("fast", "1978")
 
 
@@ -54,7 +54,7 @@ class Shape:
         )
 
 
-#: Rigid shapes by their kind in scene files; `studies.closed_forms` has the closed forms by class.
+#: Rigid shapes by their kind in scene files; `studies.closed_forms` has closed forms by the same kind.
 SHAPES = {
     "plane": Shape("fecontact.bodies:Plane", (Parameter("size", False),)),
     "sphere": Shape("fecontact.bodies:Sphere", (Parameter("radius"),), "sphere"),

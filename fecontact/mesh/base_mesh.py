@@ -95,7 +95,7 @@ class BaseMesh:
             ids.setflags(write=False)
             object.__setattr__(self, name, ids)
 
-    def refuse_loose_points(self, used: Mask, joined_by: str) -> None:
+    def _refuse_loose_points(self, used: Mask, joined_by: str) -> None:
         """Refuse points (n_points,) that are not in use, and distinct ones in the same place.
 
         Raises

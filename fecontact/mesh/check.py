@@ -35,7 +35,7 @@ def check_mesh(mesh: Mesh) -> None:
     used[mesh.cells] = True
     if mesh.midface is not None:
         used[mesh.midface[mesh.midface >= 0]] = True
-    mesh.refuse_loose_points(used, "fc.merge([mesh], tolerance)")
+    mesh._refuse_loose_points(used, "fc.merge([mesh], tolerance)")
     check_cells(mesh)
 
 

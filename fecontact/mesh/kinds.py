@@ -71,9 +71,9 @@ KINDS = {
 }
 BY_MESHIO = {kind.meshio: kind for kind in KINDS.values()}
 #: Kinds by the first node of the hexahedron with which each of its nodes coalesces.
-BY_PATTERN = {tuple(map(kind.embedding.index, kind.embedding)): kind for kind in KINDS.values()}
+_BY_PATTERN = {tuple(map(kind.embedding.index, kind.embedding)): kind for kind in KINDS.values()}
 
 
 def kind_of(pattern: tuple[int, ...]) -> Kind | None:
     """Look up the kind of cell of a pattern; None for other degenerate hexahedra."""
-    return BY_PATTERN.get(pattern)
+    return _BY_PATTERN.get(pattern)

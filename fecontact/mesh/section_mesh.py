@@ -215,7 +215,7 @@ class SectionMesh(PlaneCells):
         """Refuse an invalid mesh, which would give wrong results or a singular matrix."""
         used = np.zeros(len(self.points), bool)
         used[self.cells] = True
-        self.refuse_loose_points(used, "merge_sections")
+        self._refuse_loose_points(used, "merge_sections")
         again = np.flatnonzero(first_alike(self.cells[:, :4]) != np.arange(len(self.cells)))
         middles = np.bincount(self.cells[:, 4:8].ravel(), minlength=len(self.points))
         if len(again) or middles.max() > 2:

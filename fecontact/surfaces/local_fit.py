@@ -42,7 +42,7 @@ NEIGHBOURS, AT_RIM, MAX_RINGS = 24, 36, 5
 SURPLUS = 0.25
 #: Cosines of the angle to a node's normal below which neighbours do not count: of a polynomial in u, v, which steepens
 #: there, and of a quadric, which may turn away.
-MIN_COSINE, MIN_OF_QUADRIC = 0.45, 0.1
+MIN_COSINE, MIN_COSINE_OF_QUADRIC = 0.45, 0.1
 #: Weight of a term: of all solutions the least is taken, whatever the axes (Bombieri's norm), and low powers first.
 SIZE = np.array([0.7 ** (a + b + c) * np.sqrt(comb(a + b, a)) for a, b, c in TERMS.tolist()])
 #: Largest ratio of the sizes of terms, in neighbourhoods far longer than wide.
@@ -226,7 +226,7 @@ def _fit(fits: LocalFits, points: Array, normals: Array, wanted: IntArray, rows:
     real = (near >= 0) & (near != node[:, None])
     offset = np.where(real[..., None], points[near] - points[node][:, None], 0.0)
     cosine = np.einsum("nmi,ni->nm", normals[near], normals[node])
-    real &= cosine > MIN_OF_QUADRIC
+    real &= cosine > MIN_COSINE_OF_QUADRIC
     axes = _axes(offset, normals[node])
     local = np.einsum("nmi,nki->nmk", offset, axes)
     count = np.maximum(real.sum(axis=1), 1)

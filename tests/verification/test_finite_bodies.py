@@ -182,7 +182,7 @@ def test_block_wider_than_its_support(divisions, swapped, row):
 
 
 def test_forces_do_not_depend_on_the_artificial_supports(row):
-    """Section IV of the report: a floating block is pinned_dofs somewhere; contact forces must not depend on where.
+    """Section IV of the report: a floating block is held somewhere; contact forces must not depend on where.
 
     Source: the default choice against three others, drawn at random. Loads in equilibrium put no reaction there;
     rounding, times the condition of the choice (less than 100).

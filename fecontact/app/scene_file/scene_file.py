@@ -366,7 +366,8 @@ def _check_loads(root: Table, bodies: Mapping[str, AnyBody], loads: Mapping[str,
 
 #: Keys of [solve].
 OPTIONS: Arguments = {
-    "solver": choice(("auto", *available_solvers())),
+    # back-ends are looked for where a solver is read, since importing them takes long
+    "solver": lambda table, key, required: table.text(key, ("auto", *available_solvers()), required),
     "tolerance": number,
     "finite_motion": lambda table, key, required: table.flag(key, required, "auto"),
     "accuracy": Table.number_or_named,

@@ -88,7 +88,7 @@ def closed_form(shape: Any, half: HalfSpace, load: Load) -> Exact | None:
     if half.pressure != "uniform" or (half.layers and (half.periodic or load.point)):
         return None
     forms = _ON_PERIOD if half.periodic else _ON_LAYER if half.layers else _ON_HALF_SPACE
-    found = forms.get(getattr(shape, "kind", ""))
+    found = forms.get(shape.kind) if isinstance(shape, Indenter) else None
     return None if found is None else found(shape, half, load)
 
 

@@ -56,7 +56,7 @@ class Study:
     data : mapping
         Everything for scripts, ready for JSON.
     solved : object
-        The result, contact or path behind the figures.
+        The result, contact or path behind the figures; of a curve the studies of its loads.
     source : str
         The closed form that the figures are compared with.
     notes : sequence of str

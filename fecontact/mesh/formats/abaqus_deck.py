@@ -261,7 +261,8 @@ class Deck:
     @cached_property
     def kinds(self) -> NDArray[np.str_]:
         """Kind of each solid cell (n_cells,)."""
-        return np.array([kind for kind, cells in self.raw.blocks for _ in cells], dtype=np.str_)
+        kinds = np.array([kind for kind, _ in self.raw.blocks], dtype=np.str_)
+        return np.repeat(kinds, np.array([len(cells) for _, cells in self.raw.blocks], dtype=np.int64))
 
 
 def read_deck(sections: list[KeywordSection], source: str) -> Deck:

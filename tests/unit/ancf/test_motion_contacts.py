@@ -7,7 +7,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly, EnergyMomentum, GeneralisedAlpha, Stage, equilibrium, move
-from fecontact.ancf.slender import Joints, line, straight
+from fecontact.ancf.slender import line, straight
 from fecontact.ancf.system.slip import initial_friction, slips
 
 MU, G, MASS = 0.4, 10.0, 0.5
@@ -93,9 +93,13 @@ def test_a_motion_without_friction_has_four_residuals_and_one_resumed_the_same_c
     assert whole.save(tmp_path / "points.csv").exists()
 
 
-def test_a_cable_that_falls_on_a_floor_has_force_per_length():
-    cable = line(straight((0, 0, 0.11), (1, 0, 0.11), 4), EA=100.0, EI=0.1, mass=1.0)
-    contact = fc.Contact(cable.side(0.1), fc.RigidBody(fc.Plane()))
-    a = Assembly([cable], [Joints([cable]).flat()], [contact])
-    motion = move(a, until=0.02, step=0.01, velocity=(0, 0, 0), gravity=(0, 0, -1.0))
-    assert motion.contacts[0].force.tolist() == [0.0, 0.0, 0.0]
+@SCHEMES
+def test_a_cable_that_lies_on_a_floor_presses_by_its_weight_per_length(scheme):
+    """Source: statics. Above the floor it presses nothing."""
+    for height, pressed in ((0.1, 1.0), (0.11, 0.0)):
+        cable = line(straight((0, 0, height), (1, 0, height), 4), EA=100.0, EI=0.1, mass=1.0)
+        a = Assembly([cable], [], [fc.Contact(cable.side(0.1), fc.RigidBody(fc.Plane()))])
+        motion = move(a, until=0.02, step=0.01, scheme=scheme, gravity=(0, 0, -1.0))
+        (contact,) = motion.contacts
+        assert np.abs(contact.force - [0.0, 0.0, pressed]).max() < 1e-9
+        assert np.abs(contact.pressure - pressed).max() < 1e-9

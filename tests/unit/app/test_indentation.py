@@ -6,7 +6,10 @@ import meshio
 import numpy as np
 import pytest
 
+import fecontact as fc
 from fecontact.app.cli import main
+from fecontact.app.studies.closed_forms import closed_form
+from fecontact.halfspace.pressing import Load
 
 BALL = ["sphere", "--radius", "10", "--E", "210e3", "--cells", "48"]
 
@@ -153,3 +156,15 @@ def test_refusals_of_heights(tmp_path, capsys):
     ):
         assert main(["halfspace", "heights", "--file", str(tmp_path / file), *common, *more]) == 2
         assert message in capsys.readouterr().err
+
+
+def test_an_own_shape_has_no_closed_form_whatever_its_kind():
+    class Own:
+        kind = "cone"
+
+        def heights(self, x, y):
+            return x**2 + y**2
+
+    half = fc.HalfSpace(fc.Material(1.0, 0.3), size=(1.0, 1.0), cells=(8, 8))
+    assert closed_form(Own(), half, Load(1.0, None, None)) is None
+    assert closed_form(fc.Sphere(1.0), half, Load(0.01, None, None)) is not None
