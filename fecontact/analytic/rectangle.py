@@ -131,8 +131,8 @@ def stress(
     *,
     half_sides: tuple[float, float],
     material: Material,
-    pressure: float = 0.0,
-    traction: tuple[float, float] = (0.0, 0.0),
+    pressure: float | None = None,
+    traction: tuple[float, float] | None = None,
     corner_distance: float = 0.0,
 ) -> Array:
     """Return the stress in the half-space and on its surface.
@@ -141,9 +141,9 @@ def stress(
     ----------
     points, half_sides, material
         As in `displacement`.
-    pressure : float
+    pressure : float, optional
         Pressure, positive into the body.
-    traction : tuple of (float, float)
+    traction : tuple of (float, float), optional
         Shear traction along x and y on the body.
     corner_distance : float
         Distance assumed at the four corners, where xy by the pressure is infinite as the logarithm of the distance.
@@ -159,7 +159,7 @@ def stress(
     Raises
     ------
     InputError
-        If a point lies outside the half-space, or a side is not positive.
+        If a point lies outside the half-space, or a side is not positive, or there is no load.
 
     References
     ----------
@@ -177,8 +177,10 @@ def stress(
     """
     sides = _rectangle_sides(half_sides)
     coordinates = _inside(points)
-    p = checks.finite("the pressure", pressure)
-    along = [checks.finite("the traction", q) for q in traction]
+    if pressure is None and traction is None:
+        raise InputError("Give the pressure on the rectangle, the traction, or both.", code="no-load")
+    p = 0.0 if pressure is None else checks.finite("the pressure", pressure)
+    along = [checks.finite("the traction", q) for q in traction or (0.0, 0.0)]
 
     def near(close: Array) -> Array:
         tensor = np.zeros((*close.shape[:-1], 3, 3))

@@ -137,6 +137,8 @@ def test_bad_input_is_named():
     material = Material(1.0, 0.3)
     with refused(InputError, "not-positive", "The half-side b"):
         rectangle.stress([0, 0, 1.0], half_sides=(1.0, 0.0), pressure=1.0, material=material)
+    with refused(InputError, "no-load", "pressure"):
+        rectangle.stress([0, 0, 1.0], half_sides=(1.0, 1.0), material=material)
     with refused(InputError, "half-sides", "1.0"):
         rectangle.stress([0, 0, 1.0], half_sides=1.0, pressure=1.0, material=material)
     with refused(InputError, "input", "z >= 0"):
