@@ -358,7 +358,7 @@ class _Tractions:
         if start is not None:
             q, m = start[0][:, *self.box], m if start[1] is None else start[1]
         elif not self.step.torque and not self.step.twist and math.isfinite(friction.mu):
-            q, m = self.superposed(heights, load)
+            q, m = self.superposed(heights)
             if friction.constants.poisson == 0 and not friction.coupled:
                 exact = self.contact(heights, load, q, m)
                 if exact.residuals.within(friction.tolerance):
@@ -369,7 +369,7 @@ class _Tractions:
             at = solve_nested_tresca(self.problem, friction.compliance, q, m, 0.1 * tolerance)
         return _Solved(at.q, at.m, at.newton, at.nit)
 
-    def superposed(self, heights: Array, load: Load) -> tuple[Array, Array]:
+    def superposed(self, heights: Array) -> tuple[Array, Array]:
         """Tractions mu (p - p') by the pressures p' of a smaller load, and motions.
 
         Exact for one step from the unloaded state if nu = 0 and nothing is coupled, for then tractions displace the

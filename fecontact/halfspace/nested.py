@@ -616,7 +616,7 @@ def solve_level(
         if part == level.whole:
             return at
         at = _spread(at, level, part, tolerance, tally, workers)
-        if _reaches_border(at.active, part, level):
+        if _reaches_border(at.active, part):
             start, active, part = at.p, at.active, level.whole
             continue
         missed = _penetrating(at, level, tolerance)
@@ -658,7 +658,7 @@ def _penetrating(at: GridIterate, level: GridLevel, tolerance: float) -> Mask:
     return np.asarray(level.allowed & (gap < -tolerance * largest))
 
 
-def _reaches_border(active: Mask, part: tuple[slice, slice], level: GridLevel) -> bool:
+def _reaches_border(active: Mask, part: tuple[slice, slice]) -> bool:
     """Whether cells in contact lie at a border of the part inside the grid."""
     touching = False
     for axis in (0, 1):

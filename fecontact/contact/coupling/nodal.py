@@ -480,16 +480,6 @@ class Pairing:
         n = len(self.nodes)
         return sp.csr_matrix((np.ones(n), (self.nodes, np.arange(n))), shape=(self.slave_weights.shape[1], n))
 
-    def nodes_at(self, points: IntArray) -> IntArray:
-        """Nodes of some contact points, and hanging nodes that with nodal coupling follow from these alone."""
-        if self.spread is None or self.coupling != "nodal":
-            return self.nodes[points]
-        chosen = np.zeros(len(self.nodes))
-        chosen[points] = 1.0
-        some = sp.csr_matrix((np.ones(self.spread.nnz), self.spread.indices, self.spread.indptr), self.spread.shape)
-        count = np.diff(some.indptr)
-        return np.flatnonzero((count > 0) & (some @ chosen == count))
-
     @cached_property
     def gap(self) -> Array:
         """Initial gap (n,), negative where the bodies overlap."""
@@ -660,8 +650,8 @@ def _covered(slave: FacetSurface, nodes: IntArray) -> IntArray:
     return np.flatnonzero(inside)
 
 
+#: Normal of a half-space in its own axes.
 UPWARDS = (0.0, 0.0, 1.0)
-"""Normal of a half-space in its own axes."""
 
 
 def straight_above(
