@@ -287,9 +287,9 @@ class Path(Figures, Sequence[Result]):
         """Result at the end of the path."""
         return self.steps[-1]
 
+    @abstractmethod
     def rows(self) -> Sequence[Mapping[str, Any]]:
         """Figures of each step by name."""
-        raise NotImplementedError
 
     @cached_property
     def figures(self) -> Mapping[str, Array]:

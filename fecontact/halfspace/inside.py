@@ -43,8 +43,10 @@ CORE = 0.1
 #: Distance in cells from a cell edge or from the surface that counts as rounding of the coordinates.
 ON_EDGE = 1e-9
 
+#: Pressures of one cell alone.
 ALONE = np.pad(np.ones((1, 1)), 1)
-#: Pressures of one cell alone, and pairs of points and cells at a time below a line.
+
+#: Pairs of points and cells at a time below a line.
 LINE = 1_000_000
 
 #: Signs of xx, yy, zz, xy, yz, xz under reversal of z.

@@ -30,8 +30,8 @@ NEAR = 32
 #: The same for bilinear pressures, a fourth difference: 5e-10 on either side.
 NEAR_BILINEAR = 20
 
-BOX_MOMENTS = (1 / 24, 1 / 1920)
 #: Second moment over 2! and fourth over 4! of a uniform and of a linear (hat) weight on cells of unit width.
+BOX_MOMENTS = (1 / 24, 1 / 1920)
 HAT_MOMENTS = (1 / 12, 1 / 360)
 
 #: Self term over nearest neighbour below which point forces on square cells have a negative eigenvalue: minus the

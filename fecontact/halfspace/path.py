@@ -119,7 +119,7 @@ class FrictionPath(Path[FrictionContact]):
         return tuple(f"Step {k}: {text}" for text, k in first.items())
 
     def rows(self) -> list[dict[str, float]]:
-        """Loads of each step by name."""
+        """Figures of each step by name."""
         return [RenamedKeys({name: read(contact) for name, read in OF_STEPS.items()}) for contact in self.steps]
 
     def as_dict(self) -> dict[str, Any]:
@@ -179,7 +179,7 @@ class LoadCurve(Path[Mapping[str, Any]], Drawn):
     to_csv = renamed("to_csv", "save")
 
     def rows(self) -> list[dict[str, float]]:
-        """Loads of each load by name."""
+        """Figures of each load by name."""
         return [{name: row[name] for name in OF_LOADS} for row in self.steps]
 
     def _drawn(self, path: str | FilePath | None, units: Units) -> Any:
@@ -277,7 +277,7 @@ class CurveSteps(Steps[Mapping[str, Any]]):
     def part(
         self, k: int, before: Loads | None, start: float, end: float, last: Loads | None, known: Any = None
     ) -> Loads:
-        """Loads and warnings of load k."""
+        """Figures and warnings of load k."""
         if known is not None:
             return cast(Loads, known)
         contact = self.pressed(self.loads[k])

@@ -31,8 +31,8 @@ from fecontact.surfaces.facet_surface import has_cells, with_nodes
 if TYPE_CHECKING:
     from fecontact.results.result import ContactResult
 
+#: Lines of cells along a side at which displacement and stress are evaluated; between them they are interpolated.
 LINES = 32
-"""Lines of cells along a side at which displacement and stress are evaluated; between them they are interpolated."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -606,10 +606,10 @@ def make_result(
             k = len(contacts)
             swapped = contact.slave is not scene.contacts[k].slave
             fields = contact_fields(contact, candidates, forces, gap, (own, other), swapped)
-            rubbing = None if k not in friction else replace(friction[k], sign=fields._sign)
+            tangential = None if k not in friction else replace(friction[k], sign=fields._sign)
             alone = contact.master.is_rigid and solution.problem.n == len(candidates)
             problem = solution.problem if alone and is_half_space(fields._surface) else None
-            contacts.append(replace(fields, friction=rubbing, directions=scene.directions, _cell_problem=problem))
+            contacts.append(replace(fields, friction=tangential, directions=scene.directions, _cell_problem=problem))
     seconds = dict(timer.seconds)
     seconds["total"] = sum(seconds.values())
     memory = {"before": timer.before, **timer.memory}

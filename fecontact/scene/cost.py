@@ -40,11 +40,11 @@ from fecontact.scene.engine import advice
 from fecontact.scene.linear import prepared
 from fecontact.scene.windows import WIDE, window_at_touch
 
+#: Cells along a side of the window that is tried; only its place and its sides matter.
 CELLS = 64
-"""Cells along a side of the window that is tried; only its place and its sides matter."""
 
+#: Faces across a contact with which finite elements alone resolve it to about 1 %.
 FINE = 12
-"""Faces across a contact with which finite elements alone resolve it to about 1 %."""
 
 FIRST = re.compile(r"\. (?=[A-Z])")
 

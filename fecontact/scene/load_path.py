@@ -413,8 +413,8 @@ class _SceneSteps(Steps[ContactResult]):
         """
         start = self.end(found if last is None else last)
         if last is None:
-            poses, none = tuple(b.pose for b in self.model.bodies), np.zeros(len(start.nodes))
-            start = replace(start, poses=poses, displacement=np.outer(none, np.zeros(3)), pressed=none > 0)
+            poses, n = tuple(b.pose for b in self.model.bodies), len(start.nodes)
+            start = replace(start, poses=poses, displacement=np.zeros((n, 3)), pressed=np.zeros(n, bool))
         if not any(_presses_anew(found, i, start, self.finite_motion) for i in np.unique(self.end(found).contact)):
             return None
         same = self.coupled_as(found)

@@ -23,23 +23,23 @@ from fecontact.results.result import ContactResult
 from fecontact.scene.carried import with_bodies
 from fecontact.surfaces.facet_surface import FacetSurface
 
+#: Half a window relative to the reach of the contact.
 WIDE = 1.15
-"""Half a window relative to the reach of the contact."""
 
+#: Reach of a contact, relative to the window, from which the window is grown.
 NEAR_RIM = 0.96
-"""Reach of a contact, relative to the window, from which the window is grown."""
 
+#: Factor by which it is grown.
 GROWTH = 1.5
-"""Factor by which it is grown."""
 
+#: Reach of a contact, relative to the window, below which the window is fitted to it.
 SMALL = 0.6
-"""Reach of a contact, relative to the window, below which the window is fitted to it."""
 
+#: Distance of the first touch from a plane of symmetry, relative to the contact, within which it lies on it.
 ON_PLANE = 1.0
-"""Distance of the first touch from a plane of symmetry, relative to the contact, within which it lies on it."""
 
+#: Windows tried in turn.
 MAX_WINDOWS = 8
-"""Windows tried in turn."""
 
 Solve = Callable[[SceneModel, LoadStep, Sequence[KnownContact | None]], ContactResult]
 

@@ -267,7 +267,10 @@ def _paired(
     multipliers = (points.gather @ multipliers).tocsr()
     area = np.asarray(multipliers.sum(axis=1)).ravel()
     return points.paired(
-        *(slave, area, rotation, translation),
+        slave,
+        area,
+        rotation,
+        translation,
         average=sp.diags(1 / area) @ multipliers,
         slave_weights=samples.weights,
         slave_normals=samples.projection.normals @ rotation,
@@ -297,7 +300,10 @@ def _paired_in_blocks(
         np.zeros((0, 2)), master.name,
     )  # fmt: skip
     return points.paired(
-        *(slave, area, rotation, translation),
+        slave,
+        area,
+        rotation,
+        translation,
         average=sp.csr_matrix((len(area), 0)),
         slave_weights=sp.csr_matrix((0, len(slave.points))),
         slave_normals=nothing,
