@@ -52,6 +52,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.fem.support import SAME_DIRECTION, Support, support_directions
 from fecontact.mesh.element import FACES
+from fecontact.mesh.facets import places_among
 
 #: Share of a direction in the tangents of the faces round a node above which it counts as in the face; facets of a
 #: curved boundary may be inclined by about 13 degrees to their mean.
@@ -414,26 +415,50 @@ class Joints:
 def free_directions(conditions: Sequence[sp.csr_matrix], n: int) -> sp.csr_matrix:
     """Orthonormal directions (n, n_free) that fulfil all conditions, rows (k, n).
 
-    Single coordinates are eliminated as they are, others by the null spaces of rows that have some in common.
+    Single coordinates are eliminated as they are, others by the null spaces of rows that have some in common, of all
+    parts of one shape at once.
     """
     rows = sp.vstack([sp.csr_matrix((0, n)), *conditions], format="csr")
     rows.eliminate_zeros()
     single = np.diff(rows.indptr) == 1
     loose = np.setdiff1d(np.arange(n), rows[np.flatnonzero(single)].indices)
-    rest = rows[np.flatnonzero(~single)][:, loose].tocsc()
-    touched = np.diff(rest.indptr) > 0
-    _, label = connected_components(abs(rest.T) @ abs(rest), directed=False)
-    parts = [np.flatnonzero(touched & (label == k)) for k in np.unique(label[touched])]
-    each = [rest[:, part] for part in parts]
-    bases = [_null_space(own[np.unique(own.indices)].toarray()) for own in each]
-    columns = np.concatenate([np.flatnonzero(~touched), *parts])
-    order = sp.csr_matrix((np.ones(len(loose)), (loose[columns], np.arange(len(loose)))), shape=(n, len(loose)))
-    return sp.csr_matrix(order @ sp.block_diag([sp.eye_array(int((~touched).sum())), *bases], format="csr"))
+    rest = rows[np.flatnonzero(~single)][:, loose]
+    touched = np.unique(rest.indices)
+    rest = rest[np.flatnonzero(np.diff(rest.indptr))][:, touched]
+    count, label = connected_components(abs(rest.T) @ abs(rest), directed=False) if len(touched) else (0, touched)
+    of_row = label[rest.indices[rest.indptr[:-1]]]
+    (heights, _, line), (widths, members, column) = (_sorted_by(x, count) for x in (of_row, label))
+    entries, starts = rest.tocoo(), np.cumsum(widths) - widths
+    owner, at, values = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0)]
+    for h, w in np.unique(np.stack([heights, widths], axis=1), axis=0):
+        parts = np.flatnonzero((heights == h) & (widths == w))
+        place = places_among(parts, count)[label[entries.col]]
+        mine = place >= 0
+        blocks = np.zeros((len(parts), h, w))
+        blocks[place[mine], line[entries.row[mine]], column[entries.col[mine]]] = entries.data[mine]
+        _, singular, V = np.linalg.svd(blocks)
+        # rows may depend on each other
+        part, k = np.nonzero(np.arange(w) >= (singular > 1e-10 * singular[:, :1]).sum(axis=1)[:, None])
+        owner.append(parts[part])
+        at.append(loose[touched[members[starts[parts[part], None] + np.arange(w)]]].ravel())
+        values.append(V[part, k].ravel())
+    alone, owners = np.setdiff1d(loose, loose[touched]), np.concatenate(owner)
+    # directions of one part beside each other
+    number = np.empty(len(owners), dtype=np.int64)
+    number[np.argsort(owners, kind="stable")] = len(alone) + np.arange(len(owners))
+    columns = np.concatenate([np.arange(len(alone)), np.repeat(number, widths[owners])])
+    found = np.concatenate([np.ones(len(alone)), *values]), (np.concatenate([alone, *at]), columns)
+    Z = sp.csr_matrix(found, shape=(n, len(alone) + len(owners)))
+    Z.eliminate_zeros()
+    return Z
 
 
-def _null_space(rows: Array) -> Array:
-    """Orthonormal null space (n, k) of rows (m, n), dependent ones among them."""
-    return np.asarray(scipy.linalg.null_space(rows, rcond=1e-10))
+def _sorted_by(label: IntArray, count: int) -> tuple[IntArray, IntArray, IntArray]:
+    """Sizes (count,) of labels, members (n,) label by label, and the place (n,) of each in its label."""
+    sizes, order = np.bincount(label, minlength=count), np.argsort(label, kind="stable")
+    place = np.empty(len(label), dtype=np.int64)
+    place[order] = np.arange(len(label)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    return sizes, order, place
 
 
 def _vectors(member: Any, k: int, where: Any) -> Sequence[sp.csr_matrix]:

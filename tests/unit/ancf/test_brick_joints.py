@@ -16,9 +16,11 @@ from fecontact.ancf import (
     Stage,
     equilibrium,
     force_at,
+    hold,
     move,
 )
 from fecontact.ancf.slender import line, straight
+from fecontact.ancf.system.joints import free_directions
 
 
 def bar(size, divisions, E=1.0, at=(0.0, 0.0, 0.0)):
@@ -208,3 +210,10 @@ def test_oblique_supports_of_many_nodes_leave_what_each_leaves_alone():
     assert Z.shape == (space.n_dofs, space.n_dofs - 25 * 3)
     assert np.abs(Z.T @ Z - np.eye(Z.shape[1])).max() < 1e-14
     assert np.abs(a.supports[0] @ Z).max() < 1e-14
+    # the same directions as node by node
+    alone = hold(space, {"bottom": tuple(slant)}).free.toarray()
+    assert np.abs(Z @ Z.T - alone @ alone.T).max() < 1e-13
+    # rows that say the same twice hold no more, and none hold nothing
+    twice = free_directions([a.supports[0], a.supports[0][:7]], space.n_dofs).toarray()
+    assert np.abs(twice @ twice.T - Z @ Z.T).max() < 1e-13
+    assert abs(free_directions([], 3) - np.eye(3)).max() == 0.0
