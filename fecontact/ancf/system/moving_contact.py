@@ -76,6 +76,11 @@ class Master(ABC):
     def thickness(self) -> float:
         """Smallest extent of the body behind it; infinite where it has no other side."""
 
+    @property
+    def n_dofs(self) -> int:
+        """Number of its coordinates."""
+        return 0
+
     @abstractmethod
     def project(self, q: Array, points: Array) -> Projection:
         """Feet of points (n, 3), in world axes."""
@@ -248,7 +253,7 @@ class ContactConstraints:
 
     def _theirs(self, q: Array) -> Array:
         """Coordinates of the master; none of a rigid body."""
-        return q[:0] if self.master_start is None else q[self.master_start :][: self.master.n_dofs]  # type: ignore[attr-defined]
+        return q[self.master_start or 0 :][: self.master.n_dofs]
 
     def positions(self, q: Array) -> Array:
         """World positions (n_points, 3) of the slave's quadrature points at coordinates q of all bodies."""
