@@ -7,6 +7,7 @@ from fecontact.ancf.slender.kinds import beam, line, plate, strip, thick_plate
 from fecontact.ancf.slender.structure import Part, Structure, straight
 from fecontact.ancf.system.joints import Joints
 from fecontact.bodies.rigid import RigidBody
+from fecontact.common.errors import InputError
 from fecontact.common.renamed import warn
 from fecontact.contact.contact import Contact
 
@@ -32,7 +33,7 @@ def touching(
 ) -> Contact:  # fmt: skip
     """Former name of `Contact` with the side of a structure; it warns."""
     warn("touching(..) is now Contact(structure.side(offset, elements), body, friction=..); it will be removed.", 3)
-    return Contact(structures[number_of].side(offset, elements), body, friction=friction)
+    return Contact(_one(structures, number_of).side(offset, elements), body, friction=friction)
 
 
 def touching_members(
@@ -41,5 +42,11 @@ def touching_members(
 ) -> Contact:  # fmt: skip
     """Former name of `Contact` with the sides of two structures; it warns."""
     warn("touching_members(..) is now Contact(one.side(r_1), other.side(r_2), friction=..); it will be removed.", 3)
-    sides = structures[slave].side(offsets[0], elements), structures[master].side(offsets[1])
+    sides = _one(structures, slave).side(offsets[0], elements), _one(structures, master).side(offsets[1])
     return Contact(*sides, friction=friction)
+
+
+def _one(structures: Sequence[Structure], k: int) -> Structure:
+    if not 0 <= k < len(structures):
+        raise InputError(f"There are {len(structures)} structures, counted from 0; found {k}.", code="unknown")
+    return structures[k]

@@ -249,3 +249,8 @@ def test_former_names_of_contacts_still_work():
     with pytest.warns(DeprecationWarning, match=r"touching_members\(..\) is now Contact"):
         found = touching_members([post, cable], 1, 0, offsets=(0.1, 0.2))
     assert (found.slave.member, found.master.member, found.master.offset) == (cable, post, 0.2)
+    for number in (-1, 2):
+        with pytest.warns(DeprecationWarning, match="now Contact"), refused(fc.InputError, "unknown", "are 2"):
+            touching([cable, post], number, drum())
+        with pytest.warns(DeprecationWarning, match="now Contact"), refused(fc.InputError, "unknown", "are 2"):
+            touching_members([cable, post], 0, number, offsets=(0.1, 0.1))
