@@ -217,3 +217,27 @@ def test_a_path_is_a_sequence_with_a_table_that_is_saved(tmp_path):
     assert len(str(path).splitlines()) == 4
     with pytest.warns(DeprecationWarning, match=r"Path\.states is now steps"):
         assert path.states == path.steps
+
+
+def test_a_snap_that_stops_statics_is_followed_in_time_from_the_last_state():
+    """One brick under a ball moved in by over a quarter of its height: the stop names the way on, and it goes on."""
+    size, at = (0.777, 0.916, 1.336), np.array([0.255, 0.384, 1.336])
+    mesh = fc.shapes.block(size, (1, 1, 1), element="hex8")
+    material = fc.Material(E=1.0, nu=0.3, density=1.0)
+    solid = AncfSolid(AncfSpace(mesh), material, NeoHookean(), points=3)
+    ball = fc.RigidBody(fc.Sphere(2.91)).placed(at)
+    a = Assembly.of([solid], [{"bottom": "xyz"}], [fc.Contact(solid.side("top"), ball)])
+
+    def pushed(level):
+        return Stage(a.with_rigid(ball.placed((0.0, 0.0, -0.365 * level))))
+
+    path = equilibrium(pushed, steps=2)
+    assert not path.success
+    assert "`move(.., start=path.last)` follows it" in path.message
+    begin = path.last.level
+    onwards = GeneralisedAlpha(0.5)
+    motion = move(lambda t: pushed(begin + t * (1 - begin)), until=1.0, step=0.2, scheme=onwards, start=path.last)
+    assert motion.success
+    # it moves on from where it stood, and by no more than the ball does
+    moved = np.abs(motion.now.q - path.last.q).max()
+    assert 1e-3 < moved < 0.365
