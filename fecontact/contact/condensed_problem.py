@@ -14,15 +14,16 @@ from scipy.sparse.linalg import LinearOperator, aslinearoperator
 
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import SupportError
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.contact.hold import Hold, held
+from fecontact.contact.hold import Hold, held, held_inside, semidefinite
 from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.rigid_motion import RigidMotionConstraints
 from fecontact.fem.condensation import Compliance
+from fecontact.fem.finite_strain import AtState
 from fecontact.fem.multigrid import JointCompliance
 from fecontact.solvers import ContactProblem
 from fecontact.solvers.problem import formed
@@ -282,6 +283,8 @@ class CondensedProblem:
         Whether the compliance of an elastic body is an operator only.
     held_motions : function of forces (n,), optional
         Free motions (m,) of a problem whose closed points are held, see `contact.hold`; None elsewhere.
+    pulled : function of motions (m,), optional
+        Forces (n,) of the springs inside held bodies, by their gaps without deformation.
     """
 
     problem: ContactProblem
@@ -289,11 +292,14 @@ class CondensedProblem:
     interfaces: tuple[UnilateralConstraints, ...]
     by_products: bool = False
     held_motions: Callable[[Array], Array] | None = None
+    pulled: Callable[[Array], Array] | None = None
 
     def state(self, forces: Array, motions: Array) -> DisplacementState:
         """Displacements of all bodies and gaps of all pairs, candidates or not, by forces (n,) and motions (m,)."""
         if self.held_motions is not None:
             motions = self.held_motions(forces)
+        if self.pulled is not None:
+            forces = forces - self.pulled(motions)
         displacements, found = [], []
         start = 0
         for part in self.parts:
@@ -351,8 +357,53 @@ def assemble(
     """
     _condense_shared(bodies, interfaces, chosen, timer)
     bare = uncondensed(bodies, interfaces, chosen, loading)
+    rows = np.zeros(len(bare.g), bool) if hold is None else hold.rows(interfaces, chosen)
+    alone = _alone(bare, rows)
+    S: Array | LinearOperator | None = None
+    if not (alone and hold is not None and hold.at_once):
+        S, response, by_products = _condensed(bare, dense, timer)
+        with timer("condense"):
+            if hold is None or not isinstance(S, np.ndarray) or semidefinite(S):
+                problem = ContactProblem(S, bare.g + response, bare.B, bare.F)
+                return CondensedProblem(problem, tuple(bare.parts), tuple(interfaces), by_products)
+    springs = np.zeros(len(rows))
+    if alone:
+        for part in bare.parts:
+            model, own = _at_state(part.body), rows[part.index]
+            if model is not None and own.any():
+                springs[part.index[own]] = model.stiffen(part.rows[own])
+        T, response, by_products = _condensed(bare, True, timer)
+        with timer("condense"):
+            found = held_inside(T, bare.g, response, bare.B, bare.F, springs)
+    else:
+        with timer("condense"):
+            assert isinstance(S, np.ndarray)
+            found = held(S, bare.g + response, bare.B, bare.F, rows)
+    problem = ContactProblem(found.S, found.g, found.B, found.F)
+    return CondensedProblem(
+        problem, tuple(bare.parts), tuple(interfaces), by_products, found.motions,
+        lambda q: np.asarray(springs * (bare.g + bare.B.T @ q)),
+    )  # fmt: skip
+
+
+def _alone(bare: Uncondensed, rows: Mask) -> bool:
+    """Whether on each held row (n,) only one body deforms: one at a state, whose mean position is not held."""
+    deforming, at_state = np.zeros(len(rows)), np.zeros(len(rows), bool)
+    for part in bare.parts:
+        deforming[part.index] += not part.body.is_rigid
+        at_state[part.index] |= part.hold is None and _at_state(part.body) is not None
+    return bool(rows.any() and ((deforming == 1) & at_state & (bare.own == 0))[rows].all())
+
+
+def _at_state(body: Body) -> AtState | None:
+    """The model of a body at a state of finite strain; None of others."""
+    return next((b.model for b in elastic_among([body]) if isinstance(b.model, AtState)), None)
+
+
+def _condensed(bare: Uncondensed, dense: bool, timer: Stopwatch) -> tuple[Array | LinearOperator, Array, bool]:
+    """Compliance, response (n,) to the loads, and whether a body's compliance is an operator only."""
     shares: list[tuple[IntArray, Array | LinearOperator]] = []
-    g, by_products = bare.g, False
+    total, by_products = np.zeros(len(bare.g)), False
     for part in bare.parts:
         reduced = part.body.reduce(part.rows, part.loads, timer)
         compliance, response = reduced.compliance, reduced.response
@@ -364,16 +415,12 @@ def assemble(
                 compliance, response = _held_by_mean(part, part.hold, compliance, response)
             if compliance is not None:
                 shares.append((part.index, compliance))
-            g[part.index] += response
+            total[part.index] += response
     with timer("condense"):
         S = _total(bare.own, shares)
         if isinstance(S, np.ndarray):
             _drop_rounding(S, bare.parts)
-            if hold is not None and (found := held(S, g, bare.B, bare.F, hold.rows(interfaces, chosen))) is not None:
-                problem = ContactProblem(found.S, found.g, found.B, found.F)
-                return CondensedProblem(problem, tuple(bare.parts), tuple(interfaces), by_products, found.motions)
-        problem = ContactProblem(S, g, bare.B, bare.F)
-    return CondensedProblem(problem, tuple(bare.parts), tuple(interfaces), by_products)
+    return S, total, by_products
 
 
 @dataclass(frozen=True, eq=False)

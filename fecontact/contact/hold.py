@@ -2,13 +2,19 @@
 
 Pressed bodies are often stable through their contact only (rubber from 25 % of compression on): their tangent, and with
 it the compliance S of the problem, is not positive semidefinite. With springs w on the gaps y of rows a that are known
-to stay closed, and forces l' = l - w y there, which are l where they are closed, the conditions y = S l + g + B^T q and
+to stay closed, and forces l' = l + w y there, which are l where they are closed, the conditions y = S l + g + B^T q and
 B l = F become those of
 
     S' = S - S_a (1/w + S_aa)^-1 S_a^T,   g' and B' likewise,   D q = B' l' - F - w B_a g'_a,   D = w B_a B'_a^T
 
 (augmented Lagrangian; Nocedal & Wright, Numerical Optimization, 2nd ed. 2006, section 17.3). Free motions q, which the
 closed rows resist, are eliminated too. Bodies stay condensed one by one.
+
+A tangent may be nearly singular too, and S then mostly rounding. Where only one of the bodies of each held row deforms,
+its stiffness gets the springs before it is factorised: T = C (K + C_a^T w C_a)^-1 C^T is S' itself, and with the gaps
+h = g + B^T q without deformation the springs, which act on whole gaps, load it by -w h_a:
+
+    S' = T,   g' = g + r - T_a w g_a,   B'^T = B^T - T_a w B_a^T,   r the response of K + C_a^T w C_a to the loads.
 """
 
 from __future__ import annotations
@@ -39,11 +45,13 @@ class IndefiniteError(SolverError):
 class Hold:
     """Slave nodes of the points of each contact that are closed, and of those that stick.
 
-    They are known by nodes, as points are renumbered when surfaces are paired anew.
+    They are known by nodes, as points are renumbered when surfaces are paired anew. `at_once`: whether bodies get their
+    springs without a look at the compliance, as it was not semidefinite last time.
     """
 
     closed: Sequence[IntArray]
     stuck: Sequence[IntArray]
+    at_once: bool = False
 
     def rows(self, interfaces: Sequence[UnilateralConstraints], chosen: Sequence[IntArray]) -> Mask:
         """Rows (n,) of the problem that are held, out of those chosen of contacts, springs and tangents."""
@@ -61,7 +69,7 @@ class Hold:
         """The points of both; what sticks is closed."""
         closed = [np.intersect1d(a, b) for a, b in zip(self.closed, other.closed, strict=True)]
         stuck = [np.intersect1d(a, b) for a, b in zip(self.stuck, other.stuck, strict=True)]
-        return Hold(closed, [np.intersect1d(a, b) for a, b in zip(stuck, closed, strict=True)])
+        return Hold(closed, [np.intersect1d(a, b) for a, b in zip(stuck, closed, strict=True)], self.at_once)
 
     def same(self, other: Hold) -> bool:
         """Whether both are the same points."""
@@ -79,16 +87,14 @@ class Held:
     motions: Callable[[Array], Array]
 
 
-def held(S: Array, g: Array, B: Array, F: Array, rows: Mask) -> Held | None:
-    """The problem with held rows (n,); None where S is positive semidefinite as it is.
+def held(S: Array, g: Array, B: Array, F: Array, rows: Mask) -> Held:
+    """The problem with held rows (n,), of a compliance that is not positive semidefinite.
 
     Raises
     ------
     IndefiniteError
         If it is not so with them either.
     """
-    if _semidefinite(S):
-        return None
     a = np.flatnonzero(rows)
     if not len(a):
         raise _indefinite()
@@ -99,26 +105,43 @@ def held(S: Array, g: Array, B: Array, F: Array, rows: Mask) -> Held | None:
         return np.asarray(X - S[:, a] @ (inner @ X[a]))
 
     S1, g1, B1 = less(S), less(g), less(B.T).T
-    S1 = (S1 + S1.T) / 2
+    springs = np.where(rows, w, 0.0)
+    return _without_motions((S1 + S1.T) / 2, g1, B1, B * springs, F)
+
+
+def held_inside(T: Array, g: Array, response: Array, B: Array, F: Array, springs: Array) -> Held:
+    """The problem with springs (n,) inside the bodies, zero where no row is held: T and the response have them.
+
+    Raises
+    ------
+    IndefiniteError
+        If T is not positive semidefinite.
+    """
+    pulled = T * springs
+    return _without_motions(T, g + response - pulled @ g, B - B @ pulled.T, B * springs, F)
+
+
+def _without_motions(S1: Array, g1: Array, B1: Array, Bw: Array, F: Array) -> Held:
+    """The held problem S', g', B' without its free motions; Bw is B with springs."""
     if not len(F):
-        if not _semidefinite(S1):
+        if not semidefinite(S1):
             raise _indefinite()
-        return Held(S1, g1, B, F, lambda forces: np.zeros(0))
-    D = w * B[:, a] @ B1[:, a].T
-    load = F + w * B[:, a] @ g1[a]
+        return Held(S1, g1, B1, F, lambda forces: np.zeros(0))
+    D = Bw @ B1.T
+    load = F + Bw @ g1
     try:
         factor = scipy.linalg.cho_factor((D + D.T) / 2)
     except np.linalg.LinAlgError as error:
         raise _indefinite() from error
     S2 = S1 + B1.T @ scipy.linalg.cho_solve(factor, B1)
-    if not _semidefinite(S2):
+    if not semidefinite(S2):
         raise _indefinite()
     g2 = g1 - B1.T @ scipy.linalg.cho_solve(factor, load)
-    none = np.zeros((0, len(g))), np.zeros(0)
+    none = np.zeros((0, len(g1))), np.zeros(0)
     return Held((S2 + S2.T) / 2, g2, *none, lambda forces: scipy.linalg.cho_solve(factor, B1 @ forces - load))
 
 
-def _semidefinite(S: Array) -> bool:
+def semidefinite(S: Array) -> bool:
     """Whether a symmetric matrix is positive semidefinite up to rounding, in any scale of its rows."""
     size = np.abs(S.diagonal())
     if (S.diagonal() < -ROUNDING * size.max(initial=0.0)).any():

@@ -33,6 +33,10 @@ from fecontact.fem.section_model import SectionModel
 from fecontact.fem.stiffness import ENTRIES, Batch, Cells, batches, sum_of_blocks
 from fecontact.fem.stress import components, to_nodes
 
+#: Stiffness of springs over the median of their rows by the diagonal of the tangent: far above that of the body as a
+#: whole, and low enough to lose few digits.
+STRENGTH = 100.0
+
 
 def deformation(batch: Batch, u: Array) -> Array:
     """Deformation gradients (n_cells, n_q, 3, 3) by displacements (n_points, 3) of nodes."""
@@ -302,12 +306,27 @@ class AtState(Model):
     inner: Inner
     finite: FiniteStrain
     state: State
+    springs: sp.csr_matrix | None = None
 
     @property
     def stiffness(self) -> sp.csr_matrix:
         """Upper triangle of the tangent (n_dofs, n_dofs)."""
         assert self.inner.stiffness is not None
         return self.inner.stiffness
+
+    def solved_stiffness(self) -> sp.csr_matrix:
+        """Upper triangle of the tangent over the solved coordinates, with springs if there are any."""
+        K = super().solved_stiffness()
+        return K if self.springs is None else K + self.springs
+
+    def stiffen(self, rows: sp.csr_matrix) -> float:
+        """Add springs along rows (n, n_dofs), see `contact.hold`; return their stiffness."""
+        C, K = self.solved_rows(rows), super().solved_stiffness()
+        diagonal = np.abs(K.diagonal())
+        compliance = C.multiply(C) @ np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0)
+        strength = STRENGTH / float(np.median(compliance))
+        self.springs, self.condensation = sp.triu(strength * (C.T @ C), format="csr"), None
+        return strength
 
     @property
     def u(self) -> Array:

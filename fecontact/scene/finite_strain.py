@@ -236,8 +236,9 @@ class _Newton:
         for _ in range(MAX_HOLDS):
             result = solved(scene, loading, None, self._settings, self._timer, (), past, hold)
             found = _touching(result)
-            if result._condensed.held_motions is None or hold.within(found):
-                return result, found
+            needed = result._condensed.held_motions is not None
+            if not needed or hold.within(found):
+                return result, replace(found, at_once=needed)
             hold = hold.common(found)
         raise SolverError("The points that are held open again and again.", code="indefinite")
 

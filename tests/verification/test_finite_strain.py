@@ -49,9 +49,10 @@ def test_patch_at_half_the_height(element: str, nu: float) -> None:
     result = fc.Scene([body, top], [fc.Contact(body, top)]).solve(motions={top: {"z": -0.5}})
     stress, across = uniaxial(law, 0.5)
     contact = result.contacts[0]
-    assert np.abs(contact.pressure[contact.active] / -stress - 1).max() < 3e-8
-    assert np.abs(result.displacement(body) - body.mesh.points * [across - 1, across - 1, -0.5]).max() < 1e-8
-    assert [each.iterations for each in result.finite_strain] <= [7]
+    # quadratic: the last change is below 1e-9, and the pressure as accurate as it
+    assert np.abs(contact.pressure[contact.active] / -stress - 1).max() < 3e-9
+    assert np.abs(result.displacement(body) - body.mesh.points * [across - 1, across - 1, -0.5]).max() < 1e-12
+    assert [each.iterations for each in result.finite_strain] == [5]
 
 
 @pytest.mark.full

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 import fecontact as fc
-from fecontact.contact.hold import IndefiniteError, held
+from fecontact.contact.hold import IndefiniteError, held, held_inside, semidefinite
 from tests.refusals import refused
 
 SIDES = {"bottom": "z", "x_min": "x", "y_min": "y"}
@@ -202,7 +202,8 @@ def test_held_points_make_an_indefinite_problem_definite_with_the_same_answer() 
     forces = np.append(closed, 0.0)
     assert np.abs(found.S @ forces + found.g)[:2].max() < 1e-12
     assert (found.S @ forces + found.g)[2] == pytest.approx((S @ forces + g)[2], abs=1e-12)
-    assert held(np.eye(3), g, *none, np.zeros(3, bool)) is None
+    assert semidefinite(np.eye(3))
+    assert not semidefinite(S)
     with refused(IndefiniteError, "indefinite"):
         held(S, g, *none, np.zeros(3, bool))
 
@@ -214,3 +215,23 @@ def test_held_points_eliminate_free_motions() -> None:
     exact = np.linalg.solve(np.block([[S, B.T], [B, np.zeros((1, 1))]]), np.concatenate([-g, F]))
     assert np.abs(found.S @ exact[:2] + found.g).max() < 1e-10
     assert found.motions(exact[:2]) == pytest.approx(exact[2:], abs=1e-10)
+
+
+@pytest.mark.parametrize("least", [-0.5, 0.0, 1e-13])
+def test_springs_inside_a_body_do_not_need_its_inverse(least: float) -> None:
+    """A stiffness that is indefinite, or (nearly) singular, pressed by a free plane on two rows of it."""
+    axes = np.linalg.qr(np.array([[1.0, 1.0, 0.0], [-1.0, 0.5, 0.3], [0.2, 0.3, 1.0]]))[0]  # gaps resist the first
+    K = axes @ np.diag([least, 2.0, 3.0]) @ axes.T
+    C, f, g = np.array([[1.0, 0, 0], [0, 1, 0]]), np.array([0.1, -0.2, 0.3]), np.array([0.1, 0.2])
+    B, F, w = np.ones((1, 2)), np.array([1.0]), 50.0
+    inverse = np.linalg.inv(K + w * C.T @ C)
+    springs = np.full(2, w)
+    found = held_inside(C @ inverse @ C.T, g, C @ inverse @ f, B, F, springs)
+    # u, forces and the motion from K u = f + C^T l, C u + g + B^T q = 0, B l = F
+    zero = np.zeros((2, 2)), np.zeros((1, 1))
+    left = np.block([[K, -C.T, np.zeros((3, 1))], [C, zero[0], B.T], [np.zeros((1, 3)), B, zero[1]]])
+    u, forces, q = np.split(np.linalg.solve(left, np.concatenate([f, -g, F])), [3, 5])
+    assert np.abs(found.S @ forces + found.g).max() < 1e-12
+    assert found.motions(forces) == pytest.approx(q, abs=1e-11)
+    pulled = springs * (g + B.T @ q)
+    assert np.abs(inverse @ (f + C.T @ (forces - pulled)) - u).max() < 1e-12
