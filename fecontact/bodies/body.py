@@ -229,6 +229,10 @@ class Body(FormerNames):
         """Internal forces (n_dofs,) of a body at a state of finite strain; None for others."""
         return None
 
+    def _stiffen(self, rows: sp.csr_matrix) -> float:
+        """Give a body at a state springs along rows, see `contact.hold`, in place of others; return their stiffness."""
+        raise InputError(f"{self.name!r} has no law of finite strain.", code="finite-strain")
+
     @property
     def _deformation(self) -> Array | None:
         """Displacements (n_points, 3) of its mesh by a state of finite strain, in its axes; None where it has none."""

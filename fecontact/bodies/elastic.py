@@ -148,6 +148,11 @@ class ElasticBody(Body):
         """Internal forces (n_dofs,) of a body at a state of finite strain; None for others."""
         return self.model.inner.forces if isinstance(self.model, AtState) else None
 
+    def _stiffen(self, rows: sp.csr_matrix) -> float:
+        """Give a body at a state springs along rows, see `contact.hold`, in place of others; return their stiffness."""
+        assert isinstance(self.model, AtState)
+        return self.model.stiffen(rows)
+
     @property
     def _deformation(self) -> Array | None:
         """Displacements (n_points, 3) of its mesh by a state of finite strain, in its axes; None where it has none."""

@@ -23,7 +23,6 @@ from fecontact.contact.interface import UnilateralConstraints
 from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.rigid_motion import RigidMotionConstraints
 from fecontact.fem.condensation import Compliance
-from fecontact.fem.finite_strain import AtState
 from fecontact.fem.multigrid import JointCompliance
 from fecontact.solvers import ContactProblem
 from fecontact.solvers.problem import formed
@@ -361,24 +360,25 @@ def assemble(
     alone = _alone(bare, rows)
     S: Array | LinearOperator | None = None
     if not (alone and hold is not None and hold.at_once):
-        S, response, by_products = _condensed(bare, dense, timer)
-        with timer("condense"):
-            if hold is None or not isinstance(S, np.ndarray) or semidefinite(S):
-                problem = ContactProblem(S, bare.g + response, bare.B, bare.F)
-                return CondensedProblem(problem, tuple(bare.parts), tuple(interfaces), by_products)
+        for part in bare.parts:
+            if part.body._inner_forces is not None:
+                part.body._stiffen(part.rows[:0])
+        S, response, by_products, unstable = _condensed(bare, dense, timer, hold is not None)
+        if not unstable:
+            problem = ContactProblem(S, bare.g + response, bare.B, bare.F)
+            return CondensedProblem(problem, tuple(bare.parts), tuple(interfaces), by_products)
     springs = np.zeros(len(rows))
     if alone:
         for part in bare.parts:
-            model, own = _at_state(part.body), rows[part.index]
-            if model is not None and own.any():
-                springs[part.index[own]] = model.stiffen(part.rows[own])
-        T, response, by_products = _condensed(bare, True, timer)
+            own = rows[part.index]
+            if part.body._inner_forces is not None and own.any():
+                springs[part.index[own]] = part.body._stiffen(part.rows[own])
+        S, response, by_products, _ = _condensed(bare, True, timer)
         with timer("condense"):
-            found = held_inside(T, bare.g, response, bare.B, bare.F, springs)
+            found = held_inside(cast(Array, S), bare.g, response, bare.B, bare.F, springs)
     else:
         with timer("condense"):
-            assert isinstance(S, np.ndarray)
-            found = held(S, bare.g + response, bare.B, bare.F, rows)
+            found = held(cast(Array, S), bare.g + response, bare.B, bare.F, rows)
     problem = ContactProblem(found.S, found.g, found.B, found.F)
     return CondensedProblem(
         problem, tuple(bare.parts), tuple(interfaces), by_products, found.motions,
@@ -391,17 +391,17 @@ def _alone(bare: Uncondensed, rows: Mask) -> bool:
     deforming, at_state = np.zeros(len(rows)), np.zeros(len(rows), bool)
     for part in bare.parts:
         deforming[part.index] += not part.body.is_rigid
-        at_state[part.index] |= part.hold is None and _at_state(part.body) is not None
+        at_state[part.index] |= part.hold is None and part.body._inner_forces is not None
     return bool(rows.any() and ((deforming == 1) & at_state & (bare.own == 0))[rows].all())
 
 
-def _at_state(body: Body) -> AtState | None:
-    """The model of a body at a state of finite strain; None of others."""
-    return next((b.model for b in elastic_among([body]) if isinstance(b.model, AtState)), None)
+def _condensed(
+    bare: Uncondensed, dense: bool, timer: Stopwatch, at_state: bool = False
+) -> tuple[Array | LinearOperator, Array, bool, bool]:
+    """Compliance, response (n,) to the loads, whether a body's compliance is an operator only, and whether it is unstable.
 
-
-def _condensed(bare: Uncondensed, dense: bool, timer: Stopwatch) -> tuple[Array | LinearOperator, Array, bool]:
-    """Compliance, response (n,) to the loads, and whether a body's compliance is an operator only."""
+    That is, of bodies at a state, an array that is not positive semidefinite.
+    """
     shares: list[tuple[IntArray, Array | LinearOperator]] = []
     total, by_products = np.zeros(len(bare.g)), False
     for part in bare.parts:
@@ -420,7 +420,8 @@ def _condensed(bare: Uncondensed, dense: bool, timer: Stopwatch) -> tuple[Array 
         S = _total(bare.own, shares)
         if isinstance(S, np.ndarray):
             _drop_rounding(S, bare.parts)
-    return S, total, by_products
+        unstable = at_state and isinstance(S, np.ndarray) and not semidefinite(S)
+    return S, total, by_products, unstable
 
 
 @dataclass(frozen=True, eq=False)

@@ -320,7 +320,11 @@ class AtState(Model):
         return K if self.springs is None else K + self.springs
 
     def stiffen(self, rows: sp.csr_matrix) -> float:
-        """Add springs along rows (n, n_dofs), see `contact.hold`; return their stiffness."""
+        """Take springs along rows (n, n_dofs), see `contact.hold`, in place of others; return their stiffness."""
+        if not rows.shape[0]:
+            if self.springs is not None:
+                self.springs, self.condensation = None, None
+            return 0.0
         C, K = self.solved_rows(rows), super().solved_stiffness()
         diagonal = np.abs(K.diagonal())
         compliance = C.multiply(C) @ np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0)

@@ -239,7 +239,7 @@ class _Newton:
             needed = result._condensed.held_motions is not None
             if not needed or hold.within(found):
                 return result, replace(found, at_once=needed)
-            hold = hold.common(found)
+            hold = replace(hold.common(found), at_once=True)
         raise SolverError("The points that are held open again and again.", code="indefinite")
 
     def _fix_sides(self, result: ContactResult) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from scipy.optimize import brentq
 
 import fecontact as fc
@@ -215,6 +216,18 @@ def test_held_points_eliminate_free_motions() -> None:
     exact = np.linalg.solve(np.block([[S, B.T], [B, np.zeros((1, 1))]]), np.concatenate([-g, F]))
     assert np.abs(found.S @ exact[:2] + found.g).max() < 1e-10
     assert found.motions(exact[:2]) == pytest.approx(exact[2:], abs=1e-10)
+
+
+def test_springs_of_a_body_at_a_state_are_replaced() -> None:
+    body, _, _ = pressed_block(fc.NeoHookean(E=1.0, nu=0.3), depth=0.1)
+    model = body._linearised(body._finite_strain.rest, body.pose).model
+    bare = model.solved_stiffness().toarray()
+    row = sp.csr_matrix(([1.0], ([0], [model.n_dofs - 1])), shape=(1, model.n_dofs))
+    for _ in range(2):
+        strength = model.stiffen(row)
+        assert abs((model.solved_stiffness().toarray() - bare).sum() - strength) < 1e-9 * strength
+    model.stiffen(row[:0])
+    assert np.array_equal(model.solved_stiffness().toarray(), bare)
 
 
 @pytest.mark.parametrize("least", [-0.5, 0.0, 1e-13])
