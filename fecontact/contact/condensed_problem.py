@@ -398,12 +398,12 @@ def _alone(bare: Uncondensed, rows: Mask) -> bool:
 def _condensed(
     bare: Uncondensed, dense: bool, timer: Stopwatch, at_state: bool = False
 ) -> tuple[Array | LinearOperator, Array, bool, bool]:
-    """Compliance, response (n,) to the loads, whether a body's compliance is an operator only, and whether it is unstable.
+    """Compliance, response (n,) to the loads, whether a body's compliance is an operator only, whether it is unstable.
 
     That is, of bodies at a state, an array that is not positive semidefinite.
     """
     shares: list[tuple[IntArray, Array | LinearOperator]] = []
-    total, by_products = np.zeros(len(bare.g)), False
+    total, by_products, unstable = np.zeros(len(bare.g)), False, False
     for part in bare.parts:
         reduced = part.body.reduce(part.rows, part.loads, timer)
         compliance, response = reduced.compliance, reduced.response
@@ -420,7 +420,7 @@ def _condensed(
         S = _total(bare.own, shares)
         if isinstance(S, np.ndarray):
             _drop_rounding(S, bare.parts)
-        unstable = at_state and isinstance(S, np.ndarray) and not semidefinite(S)
+            unstable = at_state and not semidefinite(S)
     return S, total, by_products, unstable
 
 
