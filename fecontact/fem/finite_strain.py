@@ -32,10 +32,13 @@ from fecontact.fem.model import Model
 from fecontact.fem.section_model import SectionModel
 from fecontact.fem.stiffness import ENTRIES, Batch, Cells, batches, sum_of_blocks
 from fecontact.fem.stress import components, to_nodes
+from fecontact.fem.support import support_directions
 
 #: Stiffness of springs over the median of their rows by the diagonal of the tangent: far above that of the body as a
 #: whole, and low enough to lose few digits.
 STRENGTH = 100.0
+#: Difference of unit normals of a flat boundary.
+FLAT = 1e-6
 
 
 def deformation(batch: Batch, u: Array) -> Array:
@@ -159,7 +162,8 @@ class FiniteStrain:
     Raises
     ------
     InputError
-        Where a body, or a law with Poisson's ratio above 0.48, has no form that does not lock.
+        Where a body, or a law with Poisson's ratio above 0.48, has no form that does not lock, or a curved boundary is
+        held along its normal.
     """
 
     def __init__(self, model: Model, laws: Sequence[Law]) -> None:
@@ -178,6 +182,15 @@ class FiniteStrain:
                 f"A law of finite strain is not offered with {what}: give a body in space.",
                 code="finite-strain-section",
             )
+        for name, support in model.supports.items():
+            if isinstance(support, str) and "n" in support:
+                normals = support_directions(model.mesh, name, "n")[1][:, 0]
+                if np.abs(normals - normals[0]).max() > FLAT:
+                    raise InputError(
+                        f"The boundary {name!r} is curved: points held along its normal 'n' would stay in their first "
+                        "tangent plane at finite strain. Name flat parts or give a direction.",
+                        code="finite-strain",
+                    )
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:

@@ -42,6 +42,7 @@ from fecontact.results.resultants import DividingPlane, resultant
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.carried import CarriedScene
 from fecontact.scene.finite_rotation import carried_poses, check_rest, solve_finite
+from fecontact.scene.finite_strain import is_nonlinear
 from fecontact.scene.linear import Settings, solved
 from fecontact.scene.solve import refuse_limits_alone
 from fecontact.scene.sweep_case import fingerprints, loads_of, numbered
@@ -272,6 +273,13 @@ def solve_path(
             raise InputError(f"Step {k + 1} has {', '.join(map(repr, unknown))}; expected {', '.join(LOADS)}.")
     if finite_motion not in (True, False):
         raise InputError(f"finite_motion of a load path must be True or False; found {finite_motion!r}.", code="motion")
+    if is_nonlinear(model):
+        soft = next(body.name for body in model.bodies if body._finite_strain is not None)
+        raise InputError(
+            f"{soft!r} has a law of finite strain, for which paths are not offered: give Scene.solve the loads at the "
+            "end; it makes its own steps, in which all loads grow together.",
+            code="finite-strain",
+        )
     if not model.has_friction:
         raise InputError("No contact has friction: the order of loads does not matter; use Scene.solve or Scene.sweep.")
     share("the tolerance", tolerance)

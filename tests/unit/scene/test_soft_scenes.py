@@ -177,9 +177,14 @@ def test_what_is_not_offered_is_refused() -> None:
         with refused(fc.InputError, "finite-strain", next(iter(given))):
             pressed_block(law, **given)
     body, plate, _ = pressed_block(law, depth=0.1)
-    scene = fc.Scene([body, plate], [fc.Contact(body, plate, friction=0.1)])
-    with refused(fc.InputError, "finite-strain", "block"):
-        scene.solve_path([{"motions": {plate: {"z": -0.1}}}])
+    for mu in (0.0, 0.1):
+        scene = fc.Scene([body, plate], [fc.Contact(body, plate, friction=mu)])
+        with refused(fc.InputError, "finite-strain", "block"):
+            scene.solve_path([{"motions": {plate: {"z": -0.1}}}])
+    ring = fc.shapes.thick_ring(1.0, 2.0, 0.5, (4, 2, 1))
+    with refused(fc.InputError, "finite-strain", "curved"):
+        fc.ElasticBody(ring, law, contact="outer", supports={"inner": "n"})
+    fc.ElasticBody(ring, law, contact="outer", supports={"sym_x": "n", "sym_y": "n", "bottom": "n"})
     with refused(fc.InputError, "finite-strain", "AncfBody"):
         fc.AncfBody(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)), law)
     with refused(fc.InputError, "finite-strain", "block"):
