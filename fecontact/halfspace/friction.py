@@ -41,8 +41,9 @@ MAX_STAGGERED = 40
 #: Tolerance of the first staggered iteration; of others, relative to the worst residual of the one before.
 FIRST_TOLERANCE, REDUCTION = 1e-3, 0.03
 
-#: Share of the residual before above which tractions are solved for to a smaller tolerance, and its factor.
-STALLED, SHARPER = 0.5, 0.1
+#: Share of the dissipation residual before above which tractions are solved for to a smaller tolerance, its factor, and
+#: the smallest product of these factors: beyond it lies rounding.
+STALLED, SHARPER, SHARPEST = 0.5, 0.1, 1e-4
 
 #: Tolerance of the certificate unless another is given; it costs a quarter more than 1e-8.
 CERTIFIED = 1e-10
@@ -226,8 +227,10 @@ def press_step(
             )
         by_traction = tractions.lift(at.q)
         # dissipation is relative to the work of slip, of which there may be hardly any
-        sharper *= SHARPER if contact.residuals.worst > STALLED * left else 1.0
-        left = contact.residuals.worst
+        dissipation = contact.residuals.dissipation or 0.0
+        if dissipation > max(STALLED * left, friction.tolerance) and dissipation == contact.residuals.worst:
+            sharper = max(SHARPER * sharper, SHARPEST)
+        left = dissipation
         tolerance = max(friction.tolerance, min(tolerance, REDUCTION * contact.residuals.worst))
 
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
+from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.common.progress import progress_line, set_part
 from fecontact.common.stopwatch import Stopwatch
@@ -22,7 +23,7 @@ from fecontact.contact.model import SceneModel
 from fecontact.results.cell_contact import is_half_space
 from fecontact.results.result import ContactResult
 from fecontact.scene.adaptive import Target, solve_to_accuracy
-from fecontact.scene.engine import check_engine, on_processes
+from fecontact.scene.engine import ENGINES, check_engine, on_processes
 from fecontact.scene.finite_rotation import check_rest, follow, follow_from, solve_finite
 from fecontact.scene.finite_strain import is_nonlinear, refuse_with_laws, solve_at_finite_strain
 from fecontact.scene.linear import Settings, solved
@@ -132,6 +133,7 @@ def solve_scene(
     settings.check(inspect.signature(solve_scene).parameters)
     refuse_with_laws(model, search=search, finite_motion=finite_motion, engine=engine, accuracy=accuracy)
     elsewhere: AbstractContextManager[None] = nullcontext()
+    among("engine", engine, ENGINES)
     if engine != "own" or ranks is not None:
         elsewhere = on_processes(model, check_engine(model, engine, ranks, accuracy, solver))
     if model.has_friction:
