@@ -181,7 +181,8 @@ class _Newton:
                 break
         raise SolverError(
             f"Newton's method found no equilibrium in {len(self._changes)} iterations (last change of displacements "
-            f"{self._changes[-1]:.1e} of the size); the smallest load step was too large, or the body is not stable.",
+            f"{self._changes[-1]:.1e} of the size); the smallest load step was too large, or the body is not stable. "
+            "Where two deformable bodies touch and normals turn much, it may not converge: make the stiffer rigid.",
             code="no-equilibrium",
         )
 
