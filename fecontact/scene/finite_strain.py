@@ -133,7 +133,7 @@ def refuse_with_laws(model: SceneModel, **given: object) -> None:
         return
     offered = {"search": ("global",), "finite_motion": ("auto", True), "engine": ("own",), "accuracy": (None,)}
     for name, value in given.items():
-        if not any(type(value) is type(each) and value == each for each in offered[name]):
+        if repr(value) not in map(repr, offered[name]):  # 1 is not True
             raise InputError(
                 f"{name}={value!r} is not offered for bodies with a law of finite strain: leave it out"
                 + (", and refine their meshes." if name == "accuracy" else "."),
