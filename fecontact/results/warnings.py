@@ -181,9 +181,10 @@ def friction_not_unique(result: ContactResult) -> Iterator[str]:
     """Warning of a solution with friction beyond which others exist or which is not stable."""
     assert result.friction is not None
     if result.friction.orientation < 0:
+        path = "" if result.finite_strain else " Follow the load in smaller steps by Scene.solve_path, and compare."
         yield (
             "With this much friction the solution is not the only one, or not stable (the determinant of Newton's "
-            "matrix has changed its sign). Follow the load in smaller steps by Scene.solve_path, and compare."
+            f"matrix has changed its sign).{path}"
         )
 
 
@@ -207,10 +208,8 @@ def large_steps(result: ContactResult) -> Iterator[str]:
 def single_step(result: ContactResult) -> Iterator[str]:
     """Note on friction under loads applied at once."""
     if not result._follows_step:
-        yield (
-            "Friction depends on the order of loads: these act together, in one step from the unloaded state. "
-            "Scene.solve_path applies them one after the other."
-        )
+        other = "" if result.finite_strain else " Scene.solve_path applies them one after the other."
+        yield f"Friction depends on the order of loads: these act together, in one step from the unloaded state.{other}"
 
 
 def unbounded_pressures(result: ContactResult) -> Iterator[str]:
@@ -382,7 +381,9 @@ def overlap_between_nodes(result: ContactResult) -> Iterator[str]:
 
 
 def _remedy(result: ContactResult, contact: ContactFields) -> str:
-    meshed = any(body is b for b in result._elastic_bodies for body in (contact.slave, contact.master))
+    # meshes of bodies at finite strain are not divided
+    divided = () if result.finite_strain else result._elastic_bodies
+    meshed = any(body is b for b in divided for body in (contact.slave, contact.master))
     return " or solve with accuracy=0.05" if meshed else ""
 
 
@@ -417,7 +418,7 @@ def coarse_pressures(result: ContactResult) -> Iterator[str]:
         elif estimate.worst > MAX_ERROR:
             yield (
                 f"The tractions of friction between {between} may be off by about {percent(estimate.worst)} in the "
-                "mean, most at the edge of what sticks. Refine the faces there or solve the path with accuracy=0.05."
+                f"mean, most at the edge of what sticks. Refine the faces there{remedy}."
             )
 
 

@@ -56,6 +56,21 @@ def test_a_block_is_pressed_to_half_its_height() -> None:
     assert not [text for text in result.warnings if "strain" in text]
 
 
+def test_remedies_name_only_what_laws_offer() -> None:
+    pad = fc.ElasticBody(
+        fc.shapes.block((4.0, 4.0, 2.0), (2, 2, 1), element="hex8"),
+        fc.NeoHookean(E=1.0, nu=0.3),
+        contact="top",
+        supports={"bottom": "xyz"},
+    )
+    ball = fc.RigidBody(fc.Sphere(4.0)).placed((2.0, 2.0, 2.0))
+    result = fc.Scene([pad, ball], [fc.Contact(pad, ball, friction=0.2)]).solve(motions={ball: {"z": -0.3}})
+    texts = result.warnings + result.notes
+    assert any("Refine the faces there." in text for text in texts)
+    assert any("order of loads" in text for text in texts)
+    assert not [text for text in texts if "accuracy=" in text or "solve_path" in text]
+
+
 @pytest.mark.parametrize(
     "law",
     [
