@@ -64,7 +64,7 @@ True
 """
 
 from fecontact.ancf.bricks.hexahedron import ElementHexAncf, gauss, shapes
-from fecontact.ancf.bricks.laws import InvertedError, Law, NeoHookean, Response, StVenantKirchhoff
+from fecontact.ancf.bricks.laws import Law, NeoHookean, Response, StVenantKirchhoff
 from fecontact.ancf.bricks.loads import (
     Follower,
     FollowerPressure,
@@ -89,6 +89,7 @@ from fecontact.ancf.system.joints import Joints, Supports, hold
 from fecontact.ancf.system.schemes import EnergyMomentum, GeneralisedAlpha
 from fecontact.ancf.system.stage import Stage
 from fecontact.ancf.system.statics import Path, State, equilibrium
+from fecontact.fem.laws import InvertedError
 
 __all__ = [
     "AncfSolid",

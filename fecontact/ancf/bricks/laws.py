@@ -13,14 +13,8 @@ from typing import Protocol
 import numpy as np
 
 from fecontact.common.arrays import Array
-from fecontact.common.errors import FecontactError
 from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3
-
-
-class InvertedError(FecontactError):
-    """The deformation inverts material (det F <= 0); take a smaller step."""
-
-    code = "inverted-material"
+from fecontact.fem.laws import InvertedError
 
 
 @dataclass(frozen=True, eq=False)

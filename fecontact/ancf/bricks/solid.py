@@ -35,7 +35,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.ancf.bricks.faces import Faces
 from fecontact.ancf.bricks.hexahedron import gauss
-from fecontact.ancf.bricks.laws import Dilatation, InvertedError, Law, Response, StVenantKirchhoff
+from fecontact.ancf.bricks.laws import Dilatation, Law, Response, StVenantKirchhoff
 from fecontact.ancf.bricks.space import AncfSpace, GradientBatch, deformation_gradients
 from fecontact.ancf.bricks.tangents import PAIRS, Pattern, element_tangents
 from fecontact.ancf.bricks.viscosity import Viscosity, viscous_response
@@ -44,6 +44,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.fem.element_stiffness import determinant_3x3, element_stiffness
+from fecontact.fem.laws import InvertedError
 from fecontact.fem.model import materials_of_cells
 from fecontact.mesh.element import CORNERS, EDGES
 

@@ -12,7 +12,6 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from fecontact.ancf.bricks.laws import InvertedError
 from fecontact.ancf.bricks.solid import AncfSolid
 from fecontact.ancf.bricks.tangents import Places, has_pattern, with_data
 from fecontact.ancf.bricks.viscosity import ViscousStep, relaxed, viscous_step
@@ -28,6 +27,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.renamed import renamed
 from fecontact.contact.contact import Contact, Side, is_side
+from fecontact.fem.laws import InvertedError
 from fecontact.fem.support import Support
 
 #: What users are asked for.

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from tqdm import tqdm
 
-from fecontact.ancf.bricks.laws import InvertedError
 from fecontact.ancf.system.assembly import Assembly
 from fecontact.ancf.system.contact_result import WithContacts
 from fecontact.ancf.system.moving_contact import NEAR, ContactConstraints
@@ -27,6 +26,7 @@ from fecontact.common.errors import InputError, SolverError
 from fecontact.common.files import check_writable, replacing
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.renamed import renamed
+from fecontact.fem.laws import InvertedError
 from fecontact.solvers.coulomb import Residuals
 
 #: Halvings of the step, less the steps made since, after which the motion stops.

@@ -26,7 +26,6 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import lsmr
 from tqdm import tqdm
 
-from fecontact.ancf.bricks.laws import InvertedError
 from fecontact.ancf.system.assembly import Assembly, Conditions
 from fecontact.ancf.system.contact_result import WithContacts
 from fecontact.ancf.system.moving_contact import ContactConstraints
@@ -41,6 +40,7 @@ from fecontact.common.errors import InputError, SolverError
 from fecontact.common.path import Path as BasePath
 from fecontact.common.renamed import renamed
 from fecontact.common.table import Column, Table
+from fecontact.fem.laws import InvertedError
 from fecontact.solvers.coulomb import Residuals
 
 #: Share of a rigid motion that supports resist, below which it is free.
