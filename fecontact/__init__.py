@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from fecontact.common.region import Region
     from fecontact.contact.contact import Contact
     from fecontact.contact.springs import Spring
-    from fecontact.fem.laws import HolmesMow, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
+    from fecontact.fem.laws import Fibres, HolmesMow, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
     from fecontact.halfspace import FrictionContact, FrictionPath, HalfSpaceContact, Layer, LoadCurve, PressStep
     from fecontact.mesh import pick, shapes
     from fecontact.mesh import section_shapes as sections
@@ -90,6 +90,7 @@ __all__ = [
     "ErrorEstimate",
     "Explanation",
     "FecontactError",
+    "Fibres",
     "FrictionContact",
     "FrictionFields",
     "FrictionPath",
@@ -162,7 +163,7 @@ _MODULES = {
     "common.region": "Region",
     "contact.contact": "Contact",
     "contact.springs": "Spring",
-    "fem.laws": "HolmesMow MooneyRivlin NeoHookean Ogden StVenantKirchhoff",
+    "fem.laws": "Fibres HolmesMow MooneyRivlin NeoHookean Ogden StVenantKirchhoff",
     "halfspace": "FrictionContact FrictionPath HalfSpaceContact Layer LoadCurve PressStep",
     "mesh.layer": "extrude",
     "mesh.mesh": "Mesh merge",

@@ -182,6 +182,8 @@ class FiniteStrain:
                 f"A law of finite strain is not offered with {what}: give a body in space.",
                 code="finite-strain-section",
             )
+        for law in laws:  # refuses bad directions now
+            law.at(model.mesh.points[model.mesh.cells].mean(axis=1), isinstance(model, SectionModel))
         for name, support in model.supports.items():
             if isinstance(support, str) and "n" in support:
                 normals = support_directions(model.mesh, name, "n")[1][:, 0]
@@ -210,7 +212,8 @@ class FiniteStrain:
                     own = model.material_of_cell[one.cells] == k
                     if own.any():
                         points = _chosen(one, own)
-                        yield Part(law, points, points if other is None else _chosen(other, own), carry)
+                        placed = law.at(points.N @ model.mesh.points[points.nodes], isinstance(model, SectionModel))
+                        yield Part(placed, points, points if other is None else _chosen(other, own), carry)
 
     @property
     def rest(self) -> State:

@@ -12,15 +12,17 @@ present shape (Holzapfel, Nonlinear Solid Mechanics, 2000, sections 6.2 and 6.6)
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from fecontact.common.arguments import instance
 from fecontact.common.arrays import Array
-from fecontact.common.checks import array_of, number, positive
+from fecontact.common.checks import array_of, number, point_array, positive
 from fecontact.common.errors import FecontactError, InputError, shown
 from fecontact.common.material import Material
 from fecontact.fem.element_stiffness import determinant_3x3
@@ -34,6 +36,12 @@ SYMMETRIC_UNIT = np.diag([1.0, 1.0, 1.0, 0.5, 0.5, 0.5])
 #: Relative difference of two principal stretches below which the limit of their quotient is taken: the limit is off by
 #: its square, and the quotient by rounding over it.
 EQUAL = 1e-5
+#: Exponent of the largest number whose square is one.
+MAX_EXPONENT = 300.0
+#: Squared stretch, less one, from which a fibre counts as taut: at rest it does, however its direction is rounded.
+TAUT = -1e-12
+#: Component out of the plane of a section, of a unit vector in it.
+OUT_OF_PLANE = 1e-9
 
 
 class InvertedError(FecontactError):
@@ -98,6 +106,10 @@ class Law:
     @abstractmethod
     def distortion(self, F: Array, J: Array) -> Response:
         """Response of W_c to deformation gradients F (..., 3, 3) with determinants J (...)."""
+
+    def at(self, places: Array, in_section: bool = False) -> Law:
+        """The law at points (..., 3) of the initial shape, or of a section y = 0: another one if it has directions."""
+        return self
 
     def response(self, F: Array) -> Response:
         """Response of the whole law to deformation gradients F (..., 3, 3).
@@ -191,6 +203,23 @@ def determinants(F: Array) -> Array:
             f"{np.min(J):.3g}). Apply the load in smaller steps."
         )
     return J
+
+
+def exponential(Q: Array) -> Array:
+    """Exp Q of exponential laws.
+
+    Raises
+    ------
+    InvertedError
+        If it is beyond all numbers.
+    """
+    if not (Q < MAX_EXPONENT).all():
+        raise InvertedError(
+            f"An exponential law grows beyond all numbers at {int((~(Q < MAX_EXPONENT)).sum())} points. Apply the load "
+            "in smaller steps.",
+            code="overflow",
+        )
+    return np.exp(Q)
 
 
 def dilatation(kappa: Array, J: Array) -> Response:
@@ -355,7 +384,7 @@ class HolmesMow(_ByModuli):
         rates = np.array([self.beta * (2 * mu - lame) / M, self.beta * lame / M, -2 * self.beta])
         Q = rates[0] * (I1 - 3) + rates[1] * (I2 - 3) + rates[2] * y
         c = M / (4 * self.beta)
-        grown = c * np.exp(Q)
+        grown = c * exponential(Q)
         return (
             c * np.expm1(Q),
             grown * rates.reshape(3, *(1,) * grown.ndim),
@@ -363,13 +392,27 @@ class HolmesMow(_ByModuli):
         )
 
 
-def _rest(shear: float, bulk: float, density: float | None) -> Material:
-    """The linear material of a shear and a bulk modulus."""
-    return Material(9 * bulk * shear / (3 * bulk + shear), (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear)), density)
+class _Rubber(Law):
+    """A law with a shear and a bulk modulus of small strains."""
+
+    @property
+    @abstractmethod
+    def _shear(self) -> float:
+        """The shear modulus at small strains."""
+
+    def __post_init__(self) -> None:
+        positive("the bulk modulus", self.bulk)
+        self.at_rest  # noqa: B018 - refuses bad input now
+
+    @cached_property
+    def at_rest(self) -> Material:
+        """The linear material that it is at small strains."""
+        G, K = self._shear, self.bulk
+        return Material(9 * K * G / (3 * K + G), (3 * K - 2 * G) / (2 * (3 * K + G)), self.density)
 
 
 @dataclass(frozen=True)
-class MooneyRivlin(InvariantLaw):
+class MooneyRivlin(_Rubber, InvariantLaw):
     """Rubber: W = c10 (I1' - 3) + c01 (I2' - 3) + bulk/2 (ln J)^2 of I1' = J^(-2/3) I1 and I2' = J^(-4/3) I2.
 
     The shear modulus at small strains is 2 (c10 + c01). Source: Holzapfel, Nonlinear Solid Mechanics (2000), section
@@ -395,15 +438,9 @@ class MooneyRivlin(InvariantLaw):
     bulk: float
     density: float | None = None
 
-    def __post_init__(self) -> None:
-        positive("the sum c10 + c01", number(self.c10) + number(self.c01))
-        positive("the bulk modulus", self.bulk)
-        self.at_rest  # noqa: B018 - refuses bad input now
-
-    @cached_property
-    def at_rest(self) -> Material:
-        """The linear material that it is at small strains."""
-        return _rest(2 * (self.c10 + self.c01), self.bulk, self.density)
+    @property
+    def _shear(self) -> float:
+        return 2 * positive("the sum c10 + c01", number(self.c10) + number(self.c01))
 
     def derivatives(self, I1: Array, I2: Array, y: Array) -> tuple[Array, Sequence[Array], Sequence[Sequence[Array]]]:
         """Energy and derivatives of W_c."""
@@ -418,7 +455,7 @@ class MooneyRivlin(InvariantLaw):
 
 
 @dataclass(frozen=True)
-class Ogden(Law):
+class Ogden(_Rubber):
     """Rubber: W = sum_k 2 mu_k / alpha_k^2 (sum_i (J^(-1/3) l_i)^alpha_k - 3) + bulk/2 (ln J)^2 of stretches l_i.
 
     The shear modulus at small strains is the sum of mu_k. Source: Ogden, Proc. R. Soc. Lond. A 326 (1972) 565; moduli
@@ -460,14 +497,11 @@ class Ogden(Law):
                 f"Ogden's law needs as many exponents alpha as moduli mu, none zero; found {self.alpha} and {self.mu}.",
                 code="exponents",
             )
-        positive("the sum of the moduli mu", sum(self.mu))
-        positive("the bulk modulus", self.bulk)
-        self.at_rest  # noqa: B018 - refuses bad input now
+        super().__post_init__()
 
-    @cached_property
-    def at_rest(self) -> Material:
-        """The linear material that it is at small strains."""
-        return _rest(sum(self.mu), self.bulk, self.density)
+    @property
+    def _shear(self) -> float:
+        return positive("the sum of the moduli mu", sum(self.mu))
 
     def distortion(self, F: Array, J: Array) -> Response:
         """Response of W_c."""
@@ -495,6 +529,124 @@ class Ogden(Law):
         D[..., [3, 4, 5], [3, 4, 5]] = 4 * shears
         zero = np.zeros_like(J)
         return Response(energy, stress, zero, zero, np.swapaxes(dyads, -1, -2) @ D @ dyads)
+
+
+@dataclass(frozen=True, eq=False)
+class Fibres(Law):
+    """A family of fibres in a ground law: ksi / (alpha beta) (exp(alpha (I4 - 1)^beta) - 1) is added where I4 > 1.
+
+    For ligaments and menisci. I4 = |F a|^2 is the squared stretch along the fibres a, the whole one also in a ground
+    law that is nearly incompressible (Nolan et al., J. Mech. Behav. Biomed. Mater. 39 (2014) 48). Shortened fibres
+    carry nothing. Source: Holzapfel, Gasser & Ogden, J. Elasticity 61 (2000) 1 with k1 = ksi, k2 = alpha, beta = 2; the
+    general power is FEBio's "fiber-exp-pow". The linear material at small strains is that of the ground law. Several
+    families: the ground law is one with fibres.
+
+    Parameters
+    ----------
+    law : Law
+        The ground law.
+    direction : (3,) array or callable
+        Of the fibres in the initial shape, in the body's axes, of any length; or ``direction(points (n, 3)) -> (n, 3)``. In a section
+        along y, the circumference, or in its plane.
+    ksi : float
+        Modulus (force / length^2), positive.
+    alpha : float
+        Exponential stiffening, positive or zero: a power law.
+    beta : float
+        Power, at least 2.
+
+    Examples
+    --------
+    >>> ligament = Fibres(NeoHookean(E=1.0, nu=0.3), (0, 0, 1), ksi=5.0, alpha=2.0)
+    >>> stress = [law.cauchy(np.diag([1.0, 1.0, 1.1])).diagonal() for law in (ligament, ligament.law)]
+    >>> (stress[0] - stress[1]).round(4).tolist()
+    [0.0, 0.0, 2.523]
+    """
+
+    law: Law
+    direction: ArrayLike | Callable[[Array], Array]
+    _: KW_ONLY
+    ksi: float
+    alpha: float
+    beta: float = 2.0
+
+    def __post_init__(self) -> None:
+        instance("the ground law of fibres", self.law, Law)
+        positive("the modulus ksi", self.ksi)
+        for name, least in (("alpha", 0.0), ("beta", 2.0)):
+            if not least <= number(getattr(self, name)) < np.inf:
+                raise InputError(
+                    f"{name} of fibres must be {least:g} or more; found {shown(getattr(self, name))}.", code="exponents"
+                )
+        if not callable(self.direction):
+            given = point_array("directions of fibres", self.direction, 3)
+            size = np.linalg.norm(given, axis=-1, keepdims=True)
+            if not size.all():
+                raise InputError("A direction of fibres is zero.", code="axis-zero")
+            object.__setattr__(self, "direction", given / size)
+
+    @property
+    def density(self) -> float | None:  # type: ignore[override]
+        """That of the ground law."""
+        return self.law.density
+
+    @property
+    def bulk(self) -> float:  # type: ignore[override]
+        """That of the ground law."""
+        return self.law.bulk
+
+    @property
+    def at_rest(self) -> Material:
+        """That of the ground law."""
+        return self.law.at_rest
+
+    def at(self, places: Array, in_section: bool = False) -> Fibres:
+        """The law with its directions at points (..., 3) of the initial shape.
+
+        Raises
+        ------
+        InputError
+            For directions that are not one, or one for each point, or that leave a section and its normal.
+        """
+        points = places.reshape(-1, 3)
+        along = self.direction(points) if callable(self.direction) else self.direction
+        found = replace(self, law=self.law.at(places, in_section), direction=along)
+        d = np.asarray(found.direction)
+        if d.shape != (3,) and not (callable(self.direction) and d.shape == points.shape):
+            raise InputError(
+                f"Directions of fibres are one vector, or a function that has one for each of n points (n, 3); found "
+                f"shape {d.shape}. For one of each cell take that of the nearest centre in a function.",
+                code="wrong-shape",
+            )
+        if in_section and (np.abs(np.abs(d[..., 1]) - 0.5) < 0.5 - OUT_OF_PLANE).any():
+            raise InputError(
+                "Fibres of a section lie in its plane or along y, its normal or circumference; found others, which "
+                "would shear it out of its plane. Give a body in space.",
+                code="finite-strain-section",
+            )
+        return found if d.shape == (3,) else replace(found, direction=d.reshape(places.shape))
+
+    def distortion(self, F: Array, J: Array) -> Response:
+        """Response of W_c of the ground law with the fibres."""
+        if callable(self.direction):
+            raise InputError("The direction of the fibres depends on the place: law.at(points).", code="no-place")
+        ground = self.law.distortion(F, J)
+        a = (F @ np.asarray(self.direction)[..., None])[..., 0]
+        longer = (a * a).sum(axis=-1) - 1
+        s, alpha, beta = np.maximum(longer, 0.0), self.alpha, self.beta
+        Q = alpha * s**beta
+        grown = self.ksi * exponential(Q)
+        energy = self.ksi / beta * (np.expm1(Q) / alpha if alpha else s**beta)
+        rate = grown * s ** (beta - 1)
+        bend = grown * ((beta - 1) * s ** (beta - 2) + alpha * beta * s ** (2 * beta - 2)) * (longer > TAUT)
+        dyad = a[..., FIRST] * a[..., SECOND]
+        own = (4 * bend)[..., None, None] * (dyad[..., :, None] * dyad[..., None, :])
+        return replace(
+            ground,
+            energy=ground.energy + energy,
+            stress=ground.stress + (2 * rate)[..., None, None] * (a[..., :, None] * a[..., None, :]),
+            moduli=own if ground.moduli is None else ground.moduli + own,
+        )
 
 
 def _symmetric(a: Array, b: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.optimize import brentq
 from skfem import MeshTet, MeshTet2
 
@@ -88,6 +89,40 @@ def test_tube_under_pressure(law: fc.NeoHookean | fc.MooneyRivlin) -> None:
     for name, radius in (("inner", inner), ("outer", 2 * outer)):
         nodes = tube.mesh.boundary_nodes(name)
         assert np.abs(np.hypot(*x[nodes, :2].T) / radius - 1).max() < 2e-4
+
+
+@pytest.mark.parametrize("kind", ["space", "revolved"])
+def test_tube_with_hoop_fibres_under_pressure(kind: str) -> None:
+    """Rivlin's tube with rings of fibres: p = int (s_hoop - s_radial) dr / r, by the stretches of constant volume."""
+    inner, alpha, ksi = 1.25, 1.5, 0.4
+    ground = fc.NeoHookean(E=1.0, nu=0.4999)
+
+    def difference(r: float) -> float:
+        square = r**2 / (r**2 - inner**2 + 1)
+        return (
+            ground.at_rest.shear_modulus * (square - 1 / square)
+            + 2 * ksi * (square - 1) * np.exp(alpha * (square - 1) ** 2) * square
+        ) / r
+
+    outer = np.sqrt(4 + inner**2 - 1)
+    pressure = quad(difference, inner, outer)[0]
+    far = fc.RigidBody(fc.Plane()).placed((0, 0, -5.0))
+    if kind == "space":
+        law = fc.Fibres(ground, lambda x: x[:, [1, 0, 2]] * [-1, 1, 0], ksi=ksi, alpha=alpha)
+        mesh = fc.shapes.thick_ring(1.0, 2.0, 0.25, (6, 4, 1))
+        supports = {"bottom": "z", "top": "z", "sym_x": "x", "sym_y": "y"}
+        tube = fc.ElasticBody(mesh, law, contact="bottom", supports=supports, geometry="plain", name="tube")
+        name = "inner"
+    else:
+        law = fc.Fibres(ground, (0, 1, 0), ksi=ksi, alpha=alpha)
+        section = fc.sections.rectangle((1.0, 0.25), (6, 1)).mapped(lambda x: x + np.array([1.0, 0, 0]))
+        supports = {"bottom": "z", "top": "z"}
+        tube = fc.AxisymmetricBody(section, law, contact="bottom", supports=supports, name="tube")
+        name = "left"
+    result = fc.Scene([tube, far], [fc.Contact(tube, far)]).solve(pressures={(tube, name): pressure})
+    start = tube.mesh.points[tube.mesh.boundary_nodes(name)]
+    x = start + result.displacement(tube)[tube.mesh.boundary_nodes(name)]
+    assert np.abs(np.hypot(*x[:, :2].T) / inner - 1).max() < 2e-4
 
 
 def roller(element: str, around: int, through: int) -> tuple[fc.Scene, fc.RigidBody]:

@@ -19,6 +19,7 @@ LAWS: dict[str, Law] = {
     "mooney": fc.MooneyRivlin(c10=0.4, c01=0.1, bulk=5.0),
     "ogden": fc.Ogden(mu=(0.4, 0.1, 0.2), alpha=(2.0, -2.0, 4.5), bulk=5.0),
 }
+FIBRES = fc.Fibres(LAWS["neo-hooke"], (1, 2, 2), ksi=0.5, alpha=1.5)
 
 
 def deformations() -> Array:
@@ -29,9 +30,14 @@ def deformations() -> Array:
     return given
 
 
-@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+@pytest.mark.parametrize("law", [*LAWS.values(), FIBRES], ids=[*LAWS, "fibres"])
 def test_stress_and_moduli_are_the_derivatives_by_order(law: Law) -> None:
     F = deformations()
+    if law is FIBRES:  # taut and slack ones, none at the bend between
+        F = F[3:]
+        longer = ((F @ np.array([1, 2, 2]) / 3) ** 2).sum(axis=1) - 1
+        assert longer.min() < -0.05 < 0.05 < np.abs(longer).min()
+        assert longer.max() > 0.05
     G = np.random.default_rng(2).standard_normal(F.shape)
     at = law.response(F)
     d = (G + np.swapaxes(G, 1, 2)) / 2
@@ -137,6 +143,104 @@ def test_units_scale_the_stress() -> None:
     F = deformations()
     soft, hard = fc.HolmesMow(E=1.0, nu=0.2, beta=0.3), fc.HolmesMow(E=1e9, nu=0.2, beta=0.3)
     assert np.abs(hard.cauchy(F) / 1e9 - soft.cauchy(F)).max() < 1e-12
+
+
+def along(stretch: float, angle: float) -> tuple[Array, Array]:
+    """A stretch along z, and unit fibres at an angle from z towards x."""
+    return np.diag([1.0, 1.0, stretch]), np.array([np.sin(angle), 0.0, np.cos(angle)])
+
+
+@pytest.mark.parametrize(("alpha", "beta"), [(0.0, 2.0), (1.5, 2.0), (0.7, 3.5)])
+@pytest.mark.parametrize("angle", [0.0, 0.6])
+@pytest.mark.parametrize("ground", LAWS.values(), ids=LAWS)
+def test_taut_fibres_add_their_tension(ground: Law, angle: float, alpha: float, beta: float) -> None:
+    """2 W4 F a (x) F a / J with W4 = ksi s^(beta - 1) exp(alpha s^beta), s the squared stretch less one."""
+    F, a = along(1.3, angle)
+    law = fc.Fibres(ground, 7 * a, ksi=0.8, alpha=alpha, beta=beta)
+    s = np.sin(angle) ** 2 + (1.3 * np.cos(angle)) ** 2 - 1
+    pull = 2 * 0.8 * s ** (beta - 1) * np.exp(alpha * s**beta) / 1.3
+    own = pull * np.outer([np.sin(angle), 0, 1.3 * np.cos(angle)], [np.sin(angle), 0, 1.3 * np.cos(angle)])
+    assert np.abs(law.cauchy(F) - ground.cauchy(F) - own).max() < 1e-14
+    assert law.at_rest == ground.at_rest
+
+
+@pytest.mark.parametrize("ground", LAWS.values(), ids=LAWS)
+def test_slack_fibres_are_the_ground_law_alone(ground: Law) -> None:
+    law = fc.Fibres(ground, (0, 0, 2), ksi=50.0, alpha=3.0)
+    F = np.array([np.diag([1.1, 0.9, 0.7]), np.diag([2.0, 0.4, 1 - 1e-9])])
+    one, other = law.response(F), ground.response(F)
+    assert np.array_equal(one.stress, other.stress)
+    assert np.array_equal(one.energy, other.energy)
+    assert np.array_equal(one.all_moduli, other.all_moduli)
+
+
+def test_fibres_turn_with_the_frame_and_the_body() -> None:
+    turn = fc.rotation_about((1.0, 2.0, 3.0), 0.7)
+    F, given = deformations(), np.array([1.0, 2.0, 2.0])
+    stress = FIBRES.cauchy(F)
+    assert np.abs(FIBRES.cauchy(turn @ F) - turn @ stress @ turn.T).max() < 1e-13
+    other = fc.Fibres(FIBRES.law, turn @ given, ksi=0.5, alpha=1.5)
+    assert np.abs(other.cauchy(turn @ F @ turn.T) - turn @ stress @ turn.T).max() < 1e-12
+    assert np.abs(other.cauchy(F) - stress).max() > 0.01
+    assert np.array_equal(fc.Fibres(FIBRES.law, -given, ksi=0.5, alpha=1.5).cauchy(F), stress)
+
+
+def test_two_families_of_fibres_add_up() -> None:
+    F = deformations()
+    both = fc.Fibres(FIBRES, (3, 0, -1), ksi=0.2, alpha=0.0, beta=3.0)
+    second = fc.Fibres(FIBRES.law, (3, 0, -1), ksi=0.2, alpha=0.0, beta=3.0)
+    ground = FIBRES.law.cauchy(F)
+    assert np.abs(both.cauchy(F) + ground - FIBRES.cauchy(F) - second.cauchy(F)).max() < 1e-13
+
+
+def test_directions_are_those_of_the_place() -> None:
+    law = fc.Fibres(FIBRES, lambda x: np.stack([-x[:, 1], x[:, 0], 0 * x[:, 0]], axis=1), ksi=0.4, alpha=1.0)
+    places = np.random.default_rng(0).uniform(1, 2, (4, 2, 3))
+    F = np.broadcast_to(deformations()[4], (4, 2, 3, 3))
+    found = law.at(places).cauchy(F)
+    for (i, j), (x, y, _) in zip(np.ndindex(4, 2), places.reshape(-1, 3), strict=True):
+        one = fc.Fibres(FIBRES, (-y, x, 0), ksi=0.4, alpha=1.0)
+        assert np.abs(found[i, j] - one.cauchy(F[i, j])).max() < 1e-14
+    with refused(fc.InputError, "no-place", "at(points)"):
+        law.cauchy(F)
+
+
+def test_fibres_without_sense_are_refused() -> None:
+    ground, points = FIBRES.law, np.ones((5, 3))
+
+    def made(direction: object = (1, 0, 0), ksi: float = 1e-3, alpha: float = 0.0, beta: float = 2.0) -> fc.Fibres:
+        return fc.Fibres(ground, direction, ksi=ksi, alpha=alpha, beta=beta).at(points, in_section=True)  # type: ignore[arg-type]
+
+    made()
+    with refused(fc.InputError, "not-positive", "ksi"):
+        made(ksi=0.0)
+    with refused(fc.InputError, "exponents", "alpha", "-0.1"):
+        made(alpha=-0.1)
+    with refused(fc.InputError, "exponents", "beta", "1.9"):
+        made(beta=1.9)
+    with refused(fc.InputError, "axis-zero"):
+        made((0, 0, 0))
+    made(lambda x: x * [1, 0, 1])
+    with refused(fc.InputError, "wrong-shape", "nearest centre"):
+        made(np.ones((5, 3)))
+    with refused(fc.InputError, "wrong-shape", "(2, 3)"):
+        made(lambda x: x[:2])
+    made((0, 1, 0))
+    with refused(fc.InputError, "finite-strain-section", "plane"):
+        made((0, 1, 1e-3))
+    with refused(fc.InputError, "wrong-class", "ground law"):
+        fc.Fibres(fc.Material(1.0, 0.3), (1, 0, 0), ksi=1.0, alpha=0.0)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("law", "bearable"),
+    [(fc.Fibres(FIBRES.law, (0, 0, 1), ksi=1.0, alpha=1.0), 4.2), (fc.HolmesMow(E=1.0, nu=0.2, beta=1.0), 17.0)],
+    ids=["fibres", "holmes-mow"],
+)
+def test_exponents_beyond_all_numbers_are_refused(law: Law, bearable: float) -> None:
+    assert np.isfinite(law.cauchy(np.diag([1.0, 1.0, bearable]))).all()
+    with refused(InvertedError, "overflow", "smaller steps"):
+        law.cauchy(np.diag([1.0, 1.0, 1.1 * bearable]))
 
 
 class Linear(InvariantLaw):

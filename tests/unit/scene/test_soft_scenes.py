@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, fsolve
 
 import fecontact as fc
 from fecontact.contact.hold import IndefiniteError, held, held_inside, semidefinite
@@ -87,6 +89,42 @@ def test_every_law_is_its_closed_form_in_a_block(law) -> None:
     stress, across = uniaxial(law, 0.7)
     assert np.abs(result.contacts[0].pressure / -stress - 1).max() < 2e-8
     assert np.abs(result.displacement(body)[:, 0] - (across - 1) * body.mesh.points[:, 0]).max() < 1e-8
+
+
+def fibred(law, sz: float) -> tuple[float, float, float]:
+    """Cauchy stress along a stretch of z, and the stretches across it, of a law with its fibres along x."""
+
+    def stress(across) -> np.ndarray:
+        return law.cauchy(np.diag([*across, sz])).diagonal()
+
+    sx, sy = fsolve(lambda s: stress(s)[:2], (1.0, 1.2), xtol=1e-14)
+    return stress((sx, sy))[2], sx, sy
+
+
+@pytest.mark.parametrize("nu", [0.3, 0.4999])
+@pytest.mark.parametrize("turn", [None, fc.rotation_about((1.0, 2.0, 3.0), 0.7)], ids=["axes", "turned"])
+def test_a_block_with_fibres_bulges_across_them(turn, nu: float) -> None:
+    law = fc.Fibres(fc.NeoHookean(E=1.0, nu=nu), (1, 0, 0), ksi=2.0, alpha=1.5)
+    stress, sx, sy = fibred(law, 0.6)
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex20")
+    mesh = mesh.mapped(lambda x: x + np.prod(np.sin(np.pi * x), axis=1)[:, None] * [0.12, -0.084, 0.096])
+    R, sides = np.eye(3), SIDES
+    if turn is not None:
+        R = turn
+        mesh = mesh.mapped(lambda x: x @ R.T)
+        sides = {name: tuple(R[:, "xyz".index(c)]) for name, c in SIDES.items()}
+        law = replace(law, direction=R[:, 0])
+    body = fc.ElasticBody(mesh, law, contact="top", supports=sides, name="block", geometry="plain")
+    plate = fc.RigidBody(fc.Plane(), name="plate").placed((0, 0, -1.0)).placed(rotation=np.diag([1.0, -1, -1]))
+    plate = plate.placed(rotation=R)
+    result = fc.Scene([body, plate], [fc.Contact(body, plate)]).solve(
+        motions={plate: dict(zip("xyz", -0.4 * R[:, 2], strict=True))}
+    )
+    assert sx < 1.1 < 1.2 < sy
+    assert np.abs(result.contacts[0].pressure / -stress - 1).max() < 1e-8
+    exact = body.mesh.points @ R * [sx - 1, sy - 1, -0.4]
+    assert np.abs(result.displacement(body) @ R - exact).max() < 1e-9
+    assert len(result.finite_strain) == 1
 
 
 @pytest.mark.parametrize("kind", ["plane", "revolved"])
