@@ -546,8 +546,8 @@ class Fibres(Law):
     law : Law
         The ground law.
     direction : (3,) array or callable
-        Of the fibres in the initial shape, in the body's axes, of any length; or ``direction(points (n, 3)) -> (n, 3)``. In a section
-        along y, the circumference, or in its plane.
+        Of the fibres in the initial shape, in the body's axes, of any length; or a function of points (n, 3) that
+        returns (n, 3). In a section along y, the circumference, or in its plane.
     ksi : float
         Modulus (force / length^2), positive.
     alpha : float
