@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 
-from fecontact.app.options import CASES, ELEMENTS, MODELS, OPTIONS, PRESSURES, PROBLEMS, ROUTES, STUDIES
+from fecontact.app.options import CASES, ELEMENTS, FINITE, LAWS, MODELS, OPTIONS, PRESSURES, PROBLEMS, ROUTES, STUDIES
 from fecontact.common.errors import FecontactError
 from fecontact.common.version import VERSION
 
@@ -169,6 +169,7 @@ def _solve(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--engine", metavar="petsc", help="solve by PETSc on several processes under MPI")
     parser.add_argument("-n", "--ranks", type=int, metavar="N", help="number of processes of the engine petsc")
+    _laws(parser)
     parser.add_argument("--dry-run", action="store_true", help="check the file, print a summary, and stop")
     _outputs(parser)
     parser.add_argument("--montage", metavar="FILE", help="cases: maps of the pressure of the first contact")
@@ -177,6 +178,12 @@ def _solve(parser: argparse.ArgumentParser) -> None:
         "--out",
         metavar="FOLDER",
         help="folder for outputs instead of the scene's (of a deck: .vtu, .json); made if missing",
+    )
+
+
+def _laws(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--laws", default=FINITE, choices=LAWS, help="hyperelastic laws of a deck, or their moduli at rest"
     )
 
 
@@ -196,6 +203,7 @@ def _accuracy(text: str) -> float | dict[str, float]:
 
 def _explain(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE.toml")
+    _laws(parser)
     _outputs(parser, printed="text")
 
 

@@ -133,7 +133,7 @@ def solve(options: argparse.Namespace) -> int:
     def change(values: dict[str, Any]) -> None:
         values.setdefault("solve", {}).update(asked)
 
-    scene = read_scene(options.scene, out=out, change=change)
+    scene = read_scene(options.scene, out=out, change=change, laws=options.laws)
     if options.dry_run:
         say(scene.describe())
         return 0
@@ -176,7 +176,7 @@ def explain(options: argparse.Namespace) -> int:
     from fecontact.scene.cost import explain
 
     _check_files(options.json)
-    scene = read_scene(options.scene)
+    scene = read_scene(options.scene, laws=options.laws)
     loads = [*scene.cases, *scene.steps, scene.loads][0]
     cost = explain(scene.scene, loads, scene.options.get("solver", "auto"), scene.options.get("accuracy"))
     _show(_titled(scene, cost), cost.as_dict(), options.json)

@@ -15,6 +15,8 @@ PRESSURES = ("midface", "nodal")
 MODELS = ("two-bodies", "symmetric", "axisymmetric")
 #: The package's own, or that of the report (`studies.report`).
 ROUTES = ("fast", "1978")
+#: Hyperelastic laws of decks: as they are, or by their moduli at rest.
+FINITE, SMALL = LAWS = ("finite-strain", "small-strain")
 
 
 @dataclass(frozen=True)

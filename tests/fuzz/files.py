@@ -103,7 +103,7 @@ def febio_beside_python(number: int, frame: Frame) -> Callable[[], Answer]:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "blocks.feb"
             path.write_text(_febio(meshes, kinds, materials, mu, depth, order))
-            result = fc.read_scene(path).solve()
+            result = fc.read_scene(path, laws="small-strain").solve()
         return _beside(result, _python(meshes, materials, mu, depth), frame)
 
     return run

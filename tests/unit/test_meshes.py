@@ -43,7 +43,7 @@ def test_the_pin_is_a_cylinder():
 
 @pytest.mark.parametrize("name", ["blocks_abaqus.inp", "blocks_calculix.inp", "blocks_febio.feb"])
 def test_decks_of_three_programs_are_one_scene(name):
-    (contact,) = fc.read_scene(FOLDER / name).solve().contacts
+    (contact,) = fc.read_scene(FOLDER / name, laws="small-strain").solve().contacts
     # the same blocks in Python
     lower = fc.shapes.block((40.0, 40.0, 20.0), (4, 4, 3), element="hex8")
     upper = fc.shapes.block((20.0, 20.0, 10.0), (3, 3, 2), element="hex8").translated((10.0, 10.0, 20.0))
@@ -51,6 +51,23 @@ def test_decks_of_three_programs_are_one_scene(name):
     up = fc.ElasticBody(upper, fc.Material(200.0, 0.3), "bottom", {"top": "xyz"})
     (same,) = fc.Scene([low, up], [fc.Contact(up, low)]).solve(motions={up: {"z": -0.2}}).contacts
     assert abs(contact.total_force - same.total_force) < 1e-9 * same.total_force
+
+
+def test_a_deck_with_laws_is_the_scene_at_finite_strain():
+    (contact,) = (result := fc.read_scene(FOLDER / "pad_febio.feb").solve()).contacts
+    lower = fc.shapes.block((40.0, 40.0, 20.0), (4, 4, 2), element="hex8")
+    upper = fc.shapes.block((20.0, 20.0, 10.0), (3, 3, 2), element="hex8").translated((10.0, 10.0, 20.0))
+    rubber = fc.MooneyRivlin(c10=0.4, c01=0.1, bulk=50.0)
+    low = fc.ElasticBody(lower, fc.NeoHookean(1.0, 0.45), "top", {"bottom": "xyz"}, geometry="plain")
+    up = fc.ElasticBody(upper, rubber, "bottom", {"top": "xyz"}, geometry="plain")
+    (same,) = fc.Scene([low, up], [fc.Contact(up, low)]).solve(motions={up: {"z": -2.0}}).contacts
+    assert abs(contact.total_force - same.total_force) < 1e-12 * same.total_force
+    assert len(result.finite_strain) == 1
+    assert not any("small" in text for text in result.warnings)
+    # the moduli at rest are softer by 7 %, and the result says what was done
+    linear = fc.read_scene(FOLDER / "pad_febio.feb", laws="small-strain").solve()
+    assert 0.92 < linear.contacts[0].total_force / same.total_force < 0.94
+    assert sum("is linear, with the moduli at rest" in text for text in linear.warnings) == 2
 
 
 def test_measured_heights_are_a_grid_in_the_unit_asked_for():

@@ -26,9 +26,11 @@ from fecontact.app.decks.abaqus_steps import (
 )
 from fecontact.app.decks.content import DeckContent, DeckPair, Remarks, look_up
 from fecontact.app.decks.materials import hyperelastic, hyperfoam
+from fecontact.app.options import FINITE
 from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.fem.laws import Law, at_rest
 from fecontact.mesh.formats.abaqus_deck import (
     KeywordSection,
     missing_files,
@@ -133,8 +135,8 @@ class Found:
         return look_up(name, mesh.boundaries, "surface of solids", place)
 
 
-def read_deck(path: Path) -> DeckContent:
-    """Contents of a deck.
+def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
+    """Contents of a deck, with its laws of finite strain or with their moduli at rest.
 
     Raises
     ------
@@ -161,8 +163,10 @@ def read_deck(path: Path) -> DeckContent:
         for s in keywords[:first]:
             owner = _model(s, owner, found, state, names)
         steps = steps_of(keywords[first:], state, names, found.remarks)
-        materials = {name: _material(name, parts, found.remarks) for name, parts in found.materials.items()}
-        contacts, tied = _pairs(found, mesh, materials)
+        used = {name for _, name in found.sections}
+        own = {name: parts for name, parts in found.materials.items() if name in used}
+        materials = {name: _material(name, parts, laws, found.remarks) for name, parts in own.items()}
+        contacts, tied = _pairs(found, mesh, at_rest(materials))
     except (ValueError, IndexError, OverflowError) as error:
         if isinstance(error, InputError):
             raise
@@ -170,7 +174,7 @@ def read_deck(path: Path) -> DeckContent:
     for _, name in found.sections:
         if name not in materials:
             raise InputError(
-                f"{path.name}: there is no *MATERIAL {name!r}; there are: {', '.join(materials) or 'none'}.",
+                f"{path.name}: there is no *MATERIAL {name!r}; there are: {', '.join(found.materials) or 'none'}.",
                 code="unknown-material",
             )
     title = next((s.lines[0] for s in keywords if s.keyword == "HEADING" and s.lines), "")
@@ -303,8 +307,8 @@ def _friction(part: KeywordSection, remarks: Remarks) -> float:
     return values_of(part.lines[0])[0] if part.lines and part.lines[0].strip(", ") else 0.0
 
 
-def _material(name: str, parts: Sequence[KeywordSection], remarks: Remarks) -> Material:
-    """Material of its keywords, at rest and at the first temperature."""
+def _material(name: str, parts: Sequence[KeywordSection], laws: str, remarks: Remarks) -> Material | Law:
+    """Material of its keywords, at the first temperature."""
     given = {s.keyword: s for s in parts}
     density = values_of(given["DENSITY"].lines[0])[0] if "DENSITY" in given else None
     for keyword in ("ELASTIC", "HYPERELASTIC", "HYPERFOAM"):
@@ -326,9 +330,16 @@ def _material(name: str, parts: Sequence[KeywordSection], remarks: Remarks) -> M
         forms = [p for p in s.parameters if p not in ("N", "TEST DATA INPUT", "MODULI", "POISSON")]
         form = forms[0] if forms else "POLYNOMIAL"
         try:
-            made = hyperfoam(order, c, density) if keyword == "HYPERFOAM" else hyperelastic(form, order, c, density)
+            foam = keyword == "HYPERFOAM"
+            made = hyperfoam(order, c, density, laws) if foam else hyperelastic(form, order, c, density, laws)
         except InputError as error:
             raise InputError(f"{s.place}: {error}", code=error.code) from None
-        remarks.note(f"{s.place}: linear, with the moduli at rest: E = {made.E:.6g}, nu = {made.nu:.6g}.")
+        rest = at_rest(made)
+        remarks.warn(
+            f"{s.place}: finite strain, with the bulk energy (ln J)^2 / D in place of (J - 1)^2 / D: pressures differ "
+            "by 3/2 (J - 1) of themselves."
+            if laws == FINITE
+            else f"{s.place}: linear, with the moduli at rest: E = {rest.E:.6g}, nu = {rest.nu:.6g}."
+        )
         return made
     raise InputError(f"The material {name!r} has none of *ELASTIC, *HYPERELASTIC and *HYPERFOAM.")

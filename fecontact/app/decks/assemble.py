@@ -21,6 +21,7 @@ from fecontact.bodies.rigid import RigidBody
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
+from fecontact.fem.laws import laws_of
 from fecontact.fem.rigid import COMPONENTS, rigid_modes
 from fecontact.mesh.build import MIXED
 from fecontact.mesh.element import EDGES
@@ -165,9 +166,11 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     names = [step.name for step in deck.steps]
     mixed = any(m.body.mesh.file_nodes is not None and (m.body.mesh.file_nodes < 0).any() for m in made)
     # a path has no 'auto', which stops to carry poses where it changes nothing
-    options = {} if deck.finite_motion is None else {"finite_motion": False}
+    options: dict[str, Any] = {} if deck.finite_motion is None else {"finite_motion": False}
     if deck.finite_motion:
         options = {"finite_motion": True} if several and friction else {}
+    if any(laws_of(m.body.material) for m in made):
+        options = {}  # always along
     notes = (*(n for n in deck.notes if MIXED not in n or mixed), *unused)
     loose = tuple(text for m in made for text in m.loose)
     return SceneFile(
@@ -252,7 +255,7 @@ def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
     mesh, loose = tied(mesh, [t for t in deck.ties if t.slave in mesh.boundaries and t.master in mesh.boundaries])
     materials = {k: deck.materials[k.removeprefix("material ")] for k in mesh.groups if k != name}
     touching = dict.fromkeys(n for pair in deck.contacts for n in (pair.slave, pair.master) if n in mesh.boundaries)
-    material = next(iter(materials.values())) if len(materials) == 1 else materials
+    material: Any = next(iter(materials.values())) if len(materials) == 1 else materials
     body = ElasticBody(mesh, material, tuple(touching), supports, name=name, geometry="plain")
     return DeckBody(body, nodes, loose)
 

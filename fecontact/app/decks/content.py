@@ -10,6 +10,7 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.fem.laws import Law
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.surface_mesh import SurfaceMesh
 
@@ -140,7 +141,7 @@ class DeckContent:
     mesh : Mesh
     sections : sequence of (IntArray, str)
         Cells of each material.
-    materials : mapping of str to Material
+    materials : mapping of str to Material or Law
     steps : sequence of DeckStep
         At least one.
     contacts, ties : sequence of DeckPair
@@ -157,7 +158,7 @@ class DeckContent:
     title: str
     mesh: Mesh
     sections: Sequence[tuple[IntArray, str]]
-    materials: Mapping[str, Material]
+    materials: Mapping[str, Material | Law]
     steps: Sequence[DeckStep]
     contacts: Sequence[DeckPair]
     ties: Sequence[DeckPair]

@@ -1,4 +1,4 @@
-"""Scenes from FEBio decks: materials at rest, rigid parts, supports, loads, sliding and tied contacts, load curves.
+"""Scenes from FEBio decks: laws, rigid parts, supports, loads, sliding and tied contacts, load curves.
 
 Sections as in the FEBio User Manual (specification 2.5 to 4.0). What is not used is listed with its line.
 """
@@ -14,10 +14,12 @@ import numpy as np
 
 from fecontact.app.decks.content import DeckContent, DeckPair, DeckRigid, Remarks
 from fecontact.app.decks.febio_steps import Curves, deck_steps, nodes_of, rigid_name, segments_of
-from fecontact.app.decks.materials import of_febio
+from fecontact.app.decks.materials import AT_REST, LAWS, REMEDY, law_of_febio, of_febio
+from fecontact.app.options import FINITE
 from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.fem.laws import Law
 from fecontact.mesh.build import build
 from fecontact.mesh.facets import places_among
 from fecontact.mesh.formats.febio import MESH_SECTIONS, read_febio, read_tree
@@ -60,13 +62,13 @@ class Parts:
     """Cells of materials, and cells and nodes of shells of rigid parts, of a mesh with all its cells."""
 
     sections: list[tuple[IntArray, str]]
-    materials: dict[str, Material]
+    materials: dict[str, Material | Law]
     rigid: dict[str, IntArray]
     rigid_shells: dict[str, IntArray]
 
 
-def read_feb(path: Path) -> DeckContent:
-    """Contents of a deck.
+def read_feb(path: Path, laws: str = FINITE) -> DeckContent:
+    """Contents of a deck, with its laws of finite strain or with their moduli at rest.
 
     Raises
     ------
@@ -80,7 +82,7 @@ def read_feb(path: Path) -> DeckContent:
         raise InputError(f"Files that {path.name} includes are missing: {', '.join(missing)}.", code="missing-files")
     remarks = Remarks(list(mesh.notes))
     try:
-        parts = _parts(root, raw, mesh, path.name, remarks)
+        parts = _parts(root, raw, mesh, laws, remarks)
         names = _rigid_names(root)
         contacts, ties = _pairs(root, remarks)
         wanted = {n for p in contacts for n in (p.slave, p.master)}
@@ -117,7 +119,7 @@ def read_feb(path: Path) -> DeckContent:
     )
 
 
-def _parts(root: Element, raw: RawMesh, mesh: Mesh, source: str, remarks: Remarks) -> Parts:
+def _parts(root: Element, raw: RawMesh, mesh: Mesh, laws: str, remarks: Remarks) -> Parts:
     """Materials of the domains; those of FEBio 2.5 stand at <Elements>."""
     found = {_name(m): m for m in root.iterfind("Material/material")}
     by_id = {m.get("id", ""): name for name, m in found.items()}
@@ -139,7 +141,7 @@ def _parts(root: Element, raw: RawMesh, mesh: Mesh, source: str, remarks: Remark
             shells = [f.ravel() for f in raw.shells.get(domain, [])]
             out.rigid_shells[name] = np.unique(np.concatenate([out.rigid_shells[name], *shells]))
         elif domain in mesh.groups:
-            out.materials.setdefault(name, _material(material, remarks))
+            out.materials.setdefault(name, _material(material, laws, remarks))
             out.sections.append((mesh.groups[domain], name))
     return out
 
@@ -156,11 +158,12 @@ def _rigid_names(root: Element) -> dict[str, str]:
     return names | {name: name for name in names.values()}
 
 
-def _material(material: Element, remarks: Remarks) -> Material:
-    """Linear material of a law at rest."""
-    kind, where = material.get("type", ""), material
+def _material(material: Element, laws: str, remarks: Remarks) -> Material | Law:
+    """The law of a material, or its linear material at rest."""
+    kind, where, line = material.get("type", ""), material, material.get("line")
+    outer = ""
     while kind in OUTER and (inner := where.find(OUTER[kind])) is not None:
-        remarks.note(f"{material.get('line')}: of the {kind} material only its {OUTER[kind]} is used.")
+        outer = outer or f"the {OUTER[kind]} of the {kind} material, "
         density = where.findtext("density")
         where, kind = inner, inner.get("type", "")
         if density is not None and where.find("density") is None:
@@ -177,15 +180,22 @@ def _material(material: Element, remarks: Remarks) -> Material:
             values[child.tag] = float(child.text or "")
         except ValueError:
             continue
+    if laws == FINITE:
+        known = "" if outer or values.get("pressure_model") else kind
+        if (law := law_of_febio(known, values)) is not None:
+            return law
+        what = f"{outer or 'the law '}{kind!r}" + ", with its <pressure_model>" * ("pressure_model" in values)
+        rest = f" {REMEDY}" if kind in AT_REST else ""
+        raise InputError(
+            f"{line}: {what}, is not offered at finite strain; there are: {', '.join(LAWS)}.{rest}", code="unknown-law"
+        )
     made = of_febio(kind, values)
     if made is None:
         raise InputError(
-            f"{material.get('line')}: the law {kind!r} has no linear isotropic material at rest that is known here.",
+            f"{line}: {outer}the law {kind!r} has no linear isotropic material at rest that is known here.",
             code="unknown-law",
         )
-    if kind != "isotropic elastic":
-        moduli = f"E = {made.E:.6g}, nu = {made.nu:.6g}"
-        remarks.note(f"{material.get('line')}: {kind} is linear here, with the moduli at rest: {moduli}.")
+    remarks.warn(f"{line}: {outer}{kind} is linear, with the moduli at rest: E = {made.E:.6g}, nu = {made.nu:.6g}.")
     return made
 
 

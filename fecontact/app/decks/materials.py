@@ -1,4 +1,4 @@
-"""Materials of decks, linearised at rest: the small-strain moduli of hyperelastic laws.
+"""Materials of decks: laws of finite strain, or linear ones by their moduli at rest.
 
 Sources: Abaqus Theory Guide, "Hyperelastic material behavior" (initial shear and bulk modulus of each strain energy);
 FEBio User Manual, "Materials". With W of the invariants of the isochoric strain, mu = 2 (dW/dI1 + dW/dI2) at rest.
@@ -6,11 +6,17 @@ FEBio User Manual, "Materials". With W of the invariants of the isochoric strain
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
 
+from fecontact.app.options import FINITE, SMALL
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.fem.laws import HolmesMow, Law, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
 
+_T = TypeVar("_T")
+#: What makes a material of its constants and density.
+_Maker = Callable[[Mapping[str, float], float | None], _T]
 #: Poisson's ratio of laws without compressibility: K is about 20 mu (Abaqus: default of *HYPERELASTIC).
 NEARLY_INCOMPRESSIBLE = 0.475
 #: FEBio's laws whose constants are those of small strains.
@@ -22,6 +28,7 @@ BY_E_AND_V = (
     "St.Venant-Kirchhoff",
     "Holmes-Mow",
 )
+REMEDY = "laws='small-strain' (--laws small-strain) takes its moduli at rest."
 
 
 def from_moduli(shear: float, bulk: float | None, density: float | None = None) -> Material:
@@ -39,8 +46,10 @@ def from_moduli(shear: float, bulk: float | None, density: float | None = None) 
     return Material(9 * bulk * shear / (3 * bulk + shear), (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear)), density)
 
 
-def hyperelastic(form: str, order: int, c: Sequence[float], density: float | None) -> Material:
-    """Material of *HYPERELASTIC at rest.
+def hyperelastic(form: str, order: int, c: Sequence[float], density: float | None, laws: str = SMALL) -> Material | Law:
+    """Law of *HYPERELASTIC, or its material at rest.
+
+    At finite strain the bulk part is (ln J)^2 / D in place of (J - 1)^2 / D.
 
     Parameters
     ----------
@@ -51,6 +60,7 @@ def hyperelastic(form: str, order: int, c: Sequence[float], density: float | Non
     c : sequence of float
         Constants of the first data lines.
     density : float, optional
+    laws : {'small-strain', 'finite-strain'}
 
     Raises
     ------
@@ -87,17 +97,38 @@ def hyperelastic(form: str, order: int, c: Sequence[float], density: float | Non
         raise InputError(f"*HYPERELASTIC, {form} needs {needed} constants; found {len(c)}.", code="constants")
     D = values[needed - 1]
     bulk = 2 / D if D else None
+    if laws == FINITE:
+        return _as_law(form, order, values, bulk, density)
     if form == "OGDEN":
         return from_moduli(sum(values[0 : 2 * order : 2]), bulk, density)
     if form == "ARRUDA-BOYCE":
-        # mu0 = mu (1 + 3/(5 l^2) + 99/(175 l^4) + 513/(875 l^6) + 42039/(67375 l^8))
-        l2 = values[1] ** 2
-        series = 1 + 3 / (5 * l2) + 99 / (175 * l2**2) + 513 / (875 * l2**3) + 42039 / (67375 * l2**4)
-        return from_moduli(values[0] * series, bulk, density)
+        return from_moduli(values[0] * _chain(values[1] ** 2), bulk, density)
     return from_moduli(2 * sum(values[: sizes[form][1]]), bulk, density)
 
 
-def hyperfoam(order: int, c: Sequence[float], density: float | None) -> Material:
+def _as_law(form: str, order: int, c: Sequence[float], bulk: float | None, density: float | None) -> Law:
+    """Law of *HYPERELASTIC at finite strain.
+
+    Raises
+    ------
+    InputError
+        For one that is not offered.
+    """
+    ogden = form == "OGDEN"
+    if form not in ("NEO HOOKE", "MOONEY-RIVLIN", "OGDEN") or (ogden and any(c[2 * order + 1 : 3 * order])):
+        raise InputError(
+            f"*HYPERELASTIC, {form} is not offered at finite strain; there are NEO HOOKE, MOONEY-RIVLIN and OGDEN with "
+            f"one D. {REMEDY}",
+            code="unknown-law",
+        )
+    c10, c01 = c[0], c[1] if form == "MOONEY-RIVLIN" else 0.0
+    mu, alpha = c[0 : 2 * order : 2], c[1 : 2 * order : 2]
+    nu = NEARLY_INCOMPRESSIBLE
+    kappa = bulk or 2 * (1 + nu) / (3 * (1 - 2 * nu)) * (sum(mu) if ogden else 2 * (c10 + c01))
+    return Ogden(mu, alpha, kappa, density) if ogden else MooneyRivlin(c10, c01, kappa, density)
+
+
+def hyperfoam(order: int, c: Sequence[float], density: float | None, laws: str = SMALL) -> Material:
     """Material of *HYPERFOAM at rest: mu = sum mu_i, K = sum 2 mu_i (1/3 + beta_i), beta = nu_i / (1 - 2 nu_i).
 
     `c` are mu_1, alpha_1, mu_2, ..., then nu_1, nu_2, ...
@@ -107,11 +138,45 @@ def hyperfoam(order: int, c: Sequence[float], density: float | None) -> Material
     >>> round(hyperfoam(1, [1.0, 2.0, 0.25], None).E, 12)
     2.5
     """
+    if laws == FINITE:
+        raise InputError(f"*HYPERFOAM is not offered at finite strain. {REMEDY}", code="unknown-law")
     mu, nu = c[0 : 2 * order : 2], [*c[2 * order : 3 * order], *[0.0] * order][:order]
     if len(mu) < order:
         raise InputError(f"*HYPERFOAM of order {order} needs {2 * order} constants or more; found {len(c)}.")
     bulk = sum(2 * m * (1 / 3 + v / (1 - 2 * v)) for m, v in zip(mu, nu, strict=True))
     return from_moduli(sum(mu), bulk, density)
+
+
+def _chain(n: float) -> float:
+    """Shear modulus at rest of Arruda and Boyce's law over its mu, by the segments n of a chain."""
+    return 1 + 3 / (5 * n) + 99 / (175 * n**2) + 513 / (875 * n**3) + 42039 / (67375 * n**4)
+
+
+def _terms(v: Mapping[str, float]) -> tuple[list[float], list[float]]:
+    """Moduli and exponents of FEBio's sum c_i / m_i^2 (l1^m + l2^m + l3^m - 3): mu_i = c_i / 2."""
+    found = [(c / 2, v.get(f"m{i}", 1.0)) for i in range(1, 7) if (c := v.get(f"c{i}", 0.0))]
+    return [mu for mu, _ in found], [alpha for _, alpha in found]
+
+
+#: FEBio's laws at rest by their constants and density.
+AT_REST: dict[str, _Maker[Material]] = {
+    **dict.fromkeys(BY_E_AND_V, lambda v, rho: Material(v["E"], v["v"], rho)),
+    "Mooney-Rivlin": lambda v, rho: from_moduli(2 * (v["c1"] + v.get("c2", 0.0)), v["k"], rho),
+    # c1 c2 (I1 - 3) - c1 c2 / 2 (I2 - 3)
+    "Veronda-Westmann": lambda v, rho: from_moduli(v["c1"] * v["c2"], v["k"], rho),
+    "Ogden": lambda v, rho: from_moduli(sum(_terms(v)[0]), v["k"], rho),
+    "Ogden unconstrained": lambda v, rho: from_moduli((mu := sum(_terms(v)[0])), v["cp"] + 2 * mu / 3, rho),
+    "Arruda-Boyce": lambda v, rho: from_moduli(v["mu"] * _chain(v["N"]), v["k"], rho),
+}
+#: FEBio's laws at finite strain; the bulk part of uncoupled ones is k/2 (ln J)^2.
+LAWS: dict[str, _Maker[Law]] = {
+    "isotropic elastic": lambda v, rho: StVenantKirchhoff(v["E"], v["v"], rho),
+    "neo-Hookean": lambda v, rho: NeoHookean(v["E"], v["v"], rho),
+    "Holmes-Mow": lambda v, rho: HolmesMow(v["E"], v["v"], rho, beta=v["beta"]),
+    "Mooney-Rivlin": lambda v, rho: MooneyRivlin(v["c1"], v.get("c2", 0.0), v["k"], rho),
+    "incomp neo-Hookean": lambda v, rho: MooneyRivlin(v["G"] / 2, 0.0, v["k"], rho),
+    "Ogden": lambda v, rho: Ogden(*_terms(v), v["k"], rho),
+}
 
 
 def of_febio(kind: str, values: Mapping[str, float]) -> Material | None:
@@ -124,26 +189,26 @@ def of_febio(kind: str, values: Mapping[str, float]) -> Material | None:
     >>> of_febio("Mooney-Rivlin", {"c1": 0.4, "c2": 0.1, "k": 5 / 3}).E
     2.5
     """
-    density = values.get("density") or None
+    return _made(AT_REST, kind, values)
+
+
+def law_of_febio(kind: str, values: Mapping[str, float]) -> Law | None:
+    """FEBio's law at finite strain; None for one that is not offered.
+
+    Examples
+    --------
+    >>> law_of_febio("neo-Hookean", {"E": 2.5, "v": 0.25})
+    NeoHookean(E=2.5, nu=0.25, density=None)
+    """
+    return _made(LAWS, kind, values)
+
+
+def _made(known: Mapping[str, _Maker[_T]], kind: str, values: Mapping[str, float]) -> _T | None:
+    if kind not in known:
+        return None
     try:
-        if kind in BY_E_AND_V:
-            return Material(values["E"], values["v"], density)
-        if kind in ("Mooney-Rivlin", "Veronda-Westmann"):
-            # Veronda-Westmann at rest: C1 C2 (I1 - 3) - C1 C2 / 2 (I2 - 3), so mu = C1 C2
-            c1, c2 = values["c1"], values.get("c2", 0.0)
-            shear = 2 * (c1 + c2) if kind == "Mooney-Rivlin" else c1 * c2
-            return from_moduli(shear, values["k"], density)
-        if kind in ("Ogden", "Ogden unconstrained"):
-            # sum c_i / m_i^2 (l1^m + l2^m + l3^m - 3 ...): mu = sum c_i / 2; unconstrained: cp is lambda
-            shear = sum(values.get(f"c{i}", 0.0) for i in range(1, 7)) / 2
-            bulk = values["k"] if kind == "Ogden" else values["cp"] + 2 * shear / 3
-            return from_moduli(shear, bulk, density)
-        if kind == "Arruda-Boyce":
-            n = values["N"]
-            series = 1 + 3 / (5 * n) + 99 / (175 * n**2) + 513 / (875 * n**3) + 42039 / (67375 * n**4)
-            return from_moduli(values["mu"] * series, values["k"], density)
+        return known[kind](values, values.get("density") or None)
     except KeyError as error:
         raise InputError(
             f"The material {kind!r} has no constant {error}; found {', '.join(values) or 'none'}."
         ) from None
-    return None

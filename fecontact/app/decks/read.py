@@ -9,13 +9,14 @@ from fecontact.app.decks.abaqus import read_deck
 from fecontact.app.decks.assemble import make_scene
 from fecontact.app.decks.content import DeckContent
 from fecontact.app.decks.febio import read_feb
+from fecontact.app.options import FINITE
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.common.errors import InputError
 
-DECKS: dict[str, Callable[[Path], DeckContent]] = {".inp": read_deck, ".feb": read_feb}
+DECKS: dict[str, Callable[[Path, str], DeckContent]] = {".inp": read_deck, ".feb": read_feb}
 
 
-def read_deck_scene(path: Path) -> SceneFile:
+def read_deck_scene(path: Path, laws: str = FINITE) -> SceneFile:
     """Scene of a deck, checked.
 
     Raises
@@ -25,4 +26,4 @@ def read_deck_scene(path: Path) -> SceneFile:
     """
     if not path.is_file():
         raise InputError(f"There is no file {path}.", code="no-file")
-    return make_scene(DECKS[path.suffix.lower()](path), path)
+    return make_scene(DECKS[path.suffix.lower()](path, laws), path)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.app.decks.read import DECKS, read_deck_scene
+from fecontact.app.options import FINITE, LAWS
 from fecontact.app.scene_file.bodies import AnyBody, pose_of, read_bodies, read_materials
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.app.scene_file.expression import Components, Expression
@@ -32,7 +33,9 @@ from fecontact.app.scene_file.toml_table import (
 )
 from fecontact.bodies.elastic import elastic_among
 from fecontact.common.arguments import file_path, function
+from fecontact.common.checks import among
 from fecontact.common.directions import Directions
+from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
@@ -49,7 +52,10 @@ Bodies = Mapping[str, AnyBody | None]
 
 
 def read_scene(
-    path: str | Path, out: str | Path | None = None, change: Callable[[dict[str, Any]], object] | None = None
+    path: str | Path,
+    out: str | Path | None = None,
+    change: Callable[[dict[str, Any]], object] | None = None,
+    laws: str = FINITE,
 ) -> SceneFile:
     """Read a scene file and check all of it, including boundaries of meshes and output paths.
 
@@ -57,13 +63,15 @@ def read_scene(
     ----------
     path : str or Path
         TOML file; relative paths in it are relative to its folder. Or a deck of Abaqus or CalculiX (``.inp``) or FEBio
-        (``.feb``): its materials at rest, supports, loads, contacts, ties and steps; `SceneFile.notes` lists what is
-        not used. See docs/files.md.
+        (``.feb``): its materials, supports, loads, contacts, ties and steps; `SceneFile.notes` lists what is not used.
+        See docs/files.md.
     out : str or Path, optional
         Base folder of relative output paths instead. A deck names no outputs; with `out` they are a ``.vtu`` and a
         ``.json`` file, of cases a ``.csv`` file, with its name.
     change : callable, optional
         Function that modifies the file's contents in place before the checks; of a deck, its options of the solution.
+    laws : {'finite-strain', 'small-strain'}
+        Hyperelastic laws of a deck as they are, or by their moduli at rest, of which the result warns.
 
     Raises
     ------
@@ -99,8 +107,11 @@ def read_scene(
     0.1
     """
     path = file_path("the path of a scene file", path)
+    among("laws", laws, LAWS)
     if path.suffix.lower() in DECKS:
-        return _deck(path, out, change)
+        return _deck(path, out, change, laws)
+    if laws != FINITE:
+        raise InputError(f"laws={laws!r} is for decks; a scene file names its materials.", code="not-a-deck")
     root = read_toml(path)
     if change is not None:
         values = dict(root.values)
@@ -133,7 +144,9 @@ def read_scene(
     return SceneFile(root.faults.path, title, scene, made, loads, options, outputs, tuple(cases), tuple(steps))
 
 
-def _deck(path: Path, out: str | Path | None, change: Callable[[dict[str, Any]], object] | None) -> SceneFile:
+def _deck(
+    path: Path, out: str | Path | None, change: Callable[[dict[str, Any]], object] | None, laws: str
+) -> SceneFile:
     """The scene of a deck, with options and outputs."""
     values: dict[str, Any] = {}
     if change is not None:
@@ -141,7 +154,7 @@ def _deck(path: Path, out: str | Path | None, change: Callable[[dict[str, Any]],
     root = Table(values, (), Faults(path, {}))
     options = _solve_options(root.table("solve"))
     root.faults.check()
-    scene = read_deck_scene(path)
+    scene = read_deck_scene(path, laws)
     scene = replace(scene, options={**scene.options, **options})
     if out is None:
         return scene

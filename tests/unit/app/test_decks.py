@@ -283,6 +283,17 @@ def test_materials_at_rest():
         assert abs(made.E - 2.5) < ROUNDING
         assert abs(made.nu - 0.25) < ROUNDING
     assert of_febio("muscle material", {}) is None
+    # at finite strain the constants are those of the sums, with K = 2 / D, or 19.7 mu (nu = .475)
+    finite = "finite-strain"
+    assert hyperelastic("MOONEY-RIVLIN", 1, [0.3, 0.2, 0.5], 2.0, finite) == fc.MooneyRivlin(0.3, 0.2, 4.0, 2.0)
+    assert hyperelastic("NEO HOOKE", 1, [0.5, 0.0], None, finite).at_rest.nu == pytest.approx(0.475, abs=1e-12)
+    ogden = hyperelastic("OGDEN", 2, [0.4, 3.0, 0.6, -2.0, 0.5, 0.0], None, finite)
+    assert ogden == fc.Ogden((0.4, 0.6), (3.0, -2.0), 4.0)
+    for wrong in (("YEOH", 3, [0.5, 9, 9, 1.2, 9, 9]), ("OGDEN", 2, [0.4, 3.0, 0.6, -2.0, 0.5, 0.1])):
+        with refused(fc.InputError, "unknown-law", wrong[0], "small-strain"):
+            hyperelastic(*wrong, None, finite)
+    with refused(fc.InputError, "unknown-law", "HYPERFOAM", "small-strain"):
+        hyperfoam(1, [1.0, 2.0, 0.25], None, finite)
     for code, wrong in (("constants", ("NEO HOOKE", 1, [])), ("unknown-law", ("VAN DER WAALS", 1, [1.0]))):
         with refused(fc.InputError, code, wrong[0]):
             hyperelastic(*wrong, None)

@@ -101,6 +101,7 @@ def forces_of(scene):
     return [contact.total_force]
 
 
+RUBBER = "*HYPERELASTIC, NEO HOOKE\n2.5, 0.6"
 SMALL = blocks(divisions=((1, 1, 1), (1, 1, 1)))
 
 
@@ -134,6 +135,22 @@ def test_loads_of_steps_and_amplitudes(steps, expected, read):
     )
     scene = read(deck_of(SMALL, steps, tables + SLIDES))
     assert np.abs(np.array(forces_of(scene)) - expected).max() < 1e-9
+
+
+def test_rubber_is_at_finite_strain_with_another_bulk_energy(tmp_path, read):
+    text = deck_of(SMALL, step(PRESS.format(0.5)), SLIDES).replace("*ELASTIC\n100.0, 0.3", RUBBER)
+    scene = read(text)
+    law = scene.scene.bodies[0].material
+    assert law == fc.MooneyRivlin(2.5, 0.0, 2 / 0.6)
+    assert any("(ln J)^2 / D in place of (J - 1)^2 / D" in note for note in scene.scene.warnings)
+    result = scene.solve()
+    # a uniaxial stress, the pressure on the present area
+    u = result.displacement(scene.scene.bodies[0])
+    across, along = 1 + u[:, 0].max(), 1 + u[:, 2].min()
+    assert np.abs(law.cauchy(np.diag([across, across, along])) - np.diag([0, 0, -0.5])).max() < 1e-8
+    assert abs(result.contacts[0].total_force - 0.5 * across**2) < 1e-8
+    small = fc.read_scene(tmp_path / "blocks.inp", laws="small-strain").scene
+    assert any("linear, with the moduli at rest: " in note for note in small.warnings)
 
 
 def test_an_amplitude_that_bends_within_a_step_and_softer_elements_are_said(read):

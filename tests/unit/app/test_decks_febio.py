@@ -1,5 +1,7 @@
 """Scenes from FEBio decks of all versions, by problems with known answers."""
 
+from functools import partial
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -7,10 +9,14 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
+from fecontact.app.cli import main
 from fecontact.app.decks.febio_steps import LoadCurve
+from fecontact.app.decks.materials import law_of_febio
 
 # displacements that are linear in the coordinates are exact
 ROUNDING = 1e-9
+# answers by hand are those of small strains
+small_strain = partial(fc.read_scene, laws="small-strain")
 
 LOWER = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
 UPPER = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 1), element="hex8").translated((0.0, 0.0, 1.0))
@@ -103,11 +109,12 @@ def check_pressed(scene):
 
 
 def test_a_pressure_or_a_displacement_on_a_sliding_contact(deck):
-    scene = fc.read_scene(deck())
+    scene = small_strain(deck())
     assert [b.name for b in scene.scene.bodies] == ["Low", "Up"]
-    assert any("neo-Hookean is linear here, with the moduli at rest: E = 1, nu = 0" in note for note in scene.notes)
+    at_rest = "neo-Hookean is linear, with the moduli at rest: E = 1, nu = 0."
+    assert sum(at_rest in text for text in scene.scene.warnings) == 2
     check_pressed(scene)
-    check_pressed(fc.read_scene(deck(loads="", bcs=DOWN)))
+    check_pressed(small_strain(deck(loads="", bcs=DOWN)))
 
 
 @pytest.mark.parametrize(
@@ -121,7 +128,7 @@ def test_a_pressure_or_a_displacement_on_a_sliding_contact(deck):
     ],
 )
 def test_loads_of_every_kind(loads, deck):
-    result = fc.read_scene(deck(loads.format(-0.1 / 9))).solve()
+    result = small_strain(deck(loads.format(-0.1 / 9))).solve()
     assert np.abs(force(result) - [0, 0, 0.1]).max() < ROUNDING
 
 
@@ -143,27 +150,27 @@ def test_older_versions(version, tmp_path):
         f"<Boundary>{hold(SIDES, int(version[0]))}{down}</Boundary>"
         f"{CONTACT.format(kind='sliding-elastic', mu=0)}{curve}</febio_spec>"
     )
-    check_pressed(fc.read_scene(path))
+    check_pressed(small_strain(path))
 
 
 def test_a_symmetry_plane_and_blocks_that_are_tied(deck):
     sides = [s for s in SIDES if s[0] != "Low_x_min"]
     mirror = '<Constraints><constraint type="symmetry plane" surface="Low_x_min"/></Constraints>'
-    check_pressed(fc.read_scene(deck(sides=sides, more=mirror)))
+    check_pressed(small_strain(deck(sides=sides, more=mirror)))
     with refused(fc.InputError, "no-contact"):
-        fc.read_scene(deck(kind="tied-elastic"))
+        small_strain(deck(kind="tied-elastic"))
 
 
 def test_load_curves_with_a_bend_are_steps(deck):
     drag = '<scale lc="2">0.02</scale><traction>1,0,0</traction></surface_load></Loads>'
     loads = PRESS.replace("</Loads>", f'<surface_load type="traction" surface="Up_top">{drag}')
     sides = [s for s in SIDES if s[0] != "Up_x_min"]
-    scene = fc.read_scene(deck(loads, mu=0.5, sides=sides))
+    scene = small_strain(deck(loads, mu=0.5, sides=sides))
     assert len(scene.steps) == 2
     path = scene.solve_path()
     # half of the pressure without drag, then both
     assert np.abs([force(r) for r in path.steps] - np.array([[0, 0, 0.05], [-0.02, 0, 0.1]])).max() < 1e-6
-    cases = fc.read_scene(
+    cases = small_strain(
         deck(PRESS.replace('lc="1"', 'lc="2"'), bcs=DOWN.replace('"1"', '"1"').replace("Up_top", "Up_bottom"))
     )
     assert [case["name"] for case in cases.cases] == ["t = 0.5", "t = 1"]
@@ -182,7 +189,7 @@ UP_HELD = [("Up_top", "z"), ("Up_x_min", "x"), ("Up_y_min", "y")]
     ],
 )
 def test_a_rigid_part_that_is_moved_or_pushed(drive, deck):
-    scene = fc.read_scene(deck("", law="rigid body", sides=UP_HELD, more=RIGID.format(drive)))
+    scene = small_strain(deck("", law="rigid body", sides=UP_HELD, more=RIGID.format(drive)))
     assert [b.name for b in scene.scene.bodies] == ["Up", "Gel"]
     assert np.abs(force(scene.solve()) - [0, 0, 0.1]).max() < ROUNDING
 
@@ -197,14 +204,14 @@ def test_nodes_that_a_rigid_part_holds(axis, deck):
         "pushed": '<rigid_load type="rigid_force"><rb>Cap</rb><dof>Rz</dof><value lc="1">-0.1</value></rigid_load>',
     }[axis]
     rigid = RIGID.format(drive).replace("<rb>Gel", "<rb>Cap")
-    scene = fc.read_scene(deck("", bcs=glue, more=cap + rigid, sides=SIDES[:3]))
+    scene = small_strain(deck("", bcs=glue, more=cap + rigid, sides=SIDES[:3]))
     assert np.abs(force(scene.solve()) - [0, 0, 0.1]).max() < ROUNDING
 
 
 def test_what_is_not_used_is_a_warning_of_the_result(deck):
     more = "<Initial>\n</Initial><Contact>\n<contact type='sticky' surface_pair='Pair'/></Contact>"
     more += "<Constraints>\n<constraint type='volume' surface='Low_top'/><constraint type='rigid'/></Constraints>"
-    result = fc.read_scene(deck(more=more)).solve()
+    result = small_strain(deck(more=more)).solve()
     expected = (
         "<Initial> is not used",
         "the contact 'Pair' of type 'sticky' is not used",
@@ -213,7 +220,7 @@ def test_what_is_not_used_is_a_warning_of_the_result(deck):
     )
     for words in expected:
         assert any(words in text and "blocks.feb, line " in text for text in result.warnings), words
-    assert any("neo-Hookean is linear here" in text for text in result.notes)
+    assert any("neo-Hookean is linear, with the moduli at rest" in text for text in result.warnings)
 
 
 #: Times, and values by hand of each curve through (1, 1), (2, 4), (3, 9), (4, 9).
@@ -246,7 +253,7 @@ def test_load_curves_of_every_kind(how, expected):
 def test_a_deck_ends_after_its_steps(control, end, deck):
     path = deck()
     path.write_text(path.read_text().replace(CONTROL, control))
-    assert abs(force(fc.read_scene(path).solve())[2] - 0.1 * end) < ROUNDING
+    assert abs(force(small_strain(path).solve())[2] - 0.1 * end) < ROUNDING
 
 
 def test_a_curve_that_repeats_bends_in_every_period(deck):
@@ -255,7 +262,7 @@ def test_a_curve_that_repeats_bends_in_every_period(deck):
     )
     path = deck()
     path.write_text(path.read_text().replace(CURVE, repeated))
-    scene = fc.read_scene(path)
+    scene = small_strain(path)
     # the end of the second period equals that of the first, and is no step of its own
     assert abs(force(scene.solve())[2] - 0.1) < ROUNDING
 
@@ -284,7 +291,7 @@ def test_a_curve_that_repeats_bends_in_every_period(deck):
 )
 def test_decks_that_cannot_be_used(options, words, deck):
     with refused(fc.InputError, *words):
-        fc.read_scene(deck(**options))
+        small_strain(deck(**options))
 
 
 @pytest.mark.parametrize(
@@ -299,4 +306,86 @@ def test_what_changes_with_time_or_is_missing(old, new, words, deck):
     path = deck()
     path.write_text(path.read_text().replace(old, new, 1))
     with refused(fc.InputError, *words):
+        small_strain(path)
+
+
+PAD = Path(fc.__file__).parents[1] / "meshes" / "pad_febio.feb"
+
+
+#: FEBio's energies by principal stretches (l1, l2, l3), from its source and user's manual.
+def energy_of(kind, v, stretches):
+    J, squares = np.prod(stretches), stretches**2
+    I1, I2 = squares.sum(), (squares.sum() ** 2 - (squares**2).sum()) / 2
+    bulk = v.get("k", 0) / 2 * np.log(J) ** 2
+    if "E" in v:
+        lame, mu = v["E"] * v["v"] / ((1 + v["v"]) * (1 - 2 * v["v"])), v["E"] / (2 + 2 * v["v"])
+    match kind:
+        case "isotropic elastic":
+            strain = (squares - 1) / 2
+            return lame / 2 * strain.sum() ** 2 + mu * (strain**2).sum()
+        case "neo-Hookean":
+            return mu * ((I1 - 3) / 2 - np.log(J)) + lame / 2 * np.log(J) ** 2
+        case "Holmes-Mow":
+            Ha = lame + 2 * mu
+            Q = np.exp(v["beta"] * ((2 * mu - lame) * (I1 - 3) + lame * (I2 - 3)) / Ha) / J ** (2 * v["beta"])
+            return Ha / (4 * v["beta"]) * (Q - 1)
+        case "Mooney-Rivlin":
+            return v["c1"] * (I1 * J ** (-2 / 3) - 3) + v["c2"] * (I2 * J ** (-4 / 3) - 3) + bulk
+        case "incomp neo-Hookean":
+            return v["G"] / 2 * (I1 * J ** (-2 / 3) - 3) + bulk
+        case "Ogden":
+            own = stretches * J ** (-1 / 3)
+            return sum(v[f"c{i}"] / v[f"m{i}"] ** 2 * ((own ** v[f"m{i}"]).sum() - 3) for i in (1, 2)) + bulk
+
+
+OGDEN = {"c1": 2.0, "m1": 3.0, "c2": -0.5, "m2": -2.0}
+
+
+@pytest.mark.parametrize(
+    ("kind", "values"),
+    [
+        ("isotropic elastic", {"E": 2.5, "v": 0.25}),
+        ("neo-Hookean", {"E": 2.5, "v": 0.25}),
+        ("Holmes-Mow", {"E": 2.5, "v": 0.25, "beta": 0.3}),
+        ("Mooney-Rivlin", {"c1": 0.4, "c2": 0.1, "k": 5.0}),
+        ("incomp neo-Hookean", {"G": 1.0, "k": 5.0}),
+        ("Ogden", {**OGDEN, "k": 5.0}),
+    ],
+)
+def test_constants_are_those_of_the_laws_energies(kind, values):
+    law = law_of_febio(kind, values)
+    for stretches in np.array([[1.3, 0.9, 0.7], [0.6, 1.1, 1.2], [1.0, 1.0, 1.0]]):
+        # energies are of the order of the moduli, 1 to 5
+        assert abs(float(law.response(np.diag(stretches)).energy) - energy_of(kind, values, stretches)) < 1e-13
+
+
+def test_laws_that_are_not_offered_are_refused_by_name(deck):
+    muscle, pressure = "trans iso Mooney-Rivlin", "<pressure_model>2</pressure_model>"
+    solid = MATERIALS.replace("<E>1</E><v>0</v><density>2", '<solid type="{law}"><E>1</E><v>0</v></solid><density>2', 1)
+    for old, new, words in (
+        ("neo-Hookean", "isotropic Hencky", ("'isotropic Hencky'", "small-strain", "Holmes-Mow")),
+        ("neo-Hookean", muscle, (muscle,)),
+        ("</E><v>0</v><density>", f"</E><v>0</v>{pressure}<density>", ("pressure_model",)),
+    ):
+        path = deck()
+        path.write_text(path.read_text().replace(old, new, 1))
+        with refused(fc.InputError, "unknown-law", *words):
+            fc.read_scene(path)
+    path = deck()
+    path.write_text(path.read_text().replace(MATERIALS.format(law="neo-Hookean"), solid.format(law="neo-Hookean")))
+    path.write_text(path.read_text().replace('name="Gel" type="neo-Hookean"', 'name="Gel" type="biphasic"'))
+    with refused(fc.InputError, "unknown-law", "biphasic", "neo-Hookean", "small-strain"):
         fc.read_scene(path)
+    warnings = small_strain(path).scene.warnings
+    assert any("the solid of the biphasic material, neo-Hookean is linear" in text for text in warnings)
+
+
+def test_laws_are_for_decks_and_have_two_names(deck, tmp_path, capsys):
+    with refused(fc.InputError, "unknown-name", "'hooke'", "small-strain"):
+        fc.read_scene(deck(), laws="hooke")
+    (tmp_path / "scene.toml").write_text("")
+    with refused(fc.InputError, "not-a-deck"):
+        small_strain(tmp_path / "scene.toml")
+    for laws, told in (("small-strain", True), ("finite-strain", False)):
+        assert main(["solve", str(PAD), "--laws", laws, "--dry-run"]) == 0
+        assert ("with the moduli at rest" in capsys.readouterr().out) == told
