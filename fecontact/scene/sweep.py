@@ -31,6 +31,7 @@ from fecontact.contact.springs import spring_rows
 from fecontact.fem.model import Model
 from fecontact.results.case_table import CaseTable, Kept, fields_to_keep, plane_of
 from fecontact.results.resultants import DividingPlane
+from fecontact.scene.finite_strain import is_nonlinear
 from fecontact.scene.linear import SEARCHES, prepared
 from fecontact.scene.local_search import SearchHistory, near_nodes
 from fecontact.scene.sweep_case import (
@@ -196,7 +197,7 @@ def _solved(scene: SceneModel, left: Mapping[str, Case], processes: int, executo
         packed = {name: packed_case(name, case, scene.bodies) for name, case in rest.items()}
     yield lead, _row(scene, lead, left[lead], history)
     as_given = [name for name, case in rest.items() if case.get("accuracy") is None]
-    if as_given:
+    if as_given and not is_nonlinear(scene):
         _condense_all({name: (posed[name].scene, loadings[name]) for name in as_given}, history)
     if not away:
         for name, case in rest.items():

@@ -37,6 +37,7 @@ from fecontact.results.result import ContactResult
 from fecontact.results.resultants import DividingPlane
 from fecontact.scene.carried import posed_scene
 from fecontact.scene.finite_rotation import check_rest, follow
+from fecontact.scene.finite_strain import is_nonlinear
 from fecontact.scene.linear import Settings
 from fecontact.scene.local_search import SearchHistory, solve_local
 from fecontact.scene.solve import refuse_with_friction, solve_scene
@@ -179,7 +180,8 @@ class Posed:
         """The posed scene of a case."""
         now = posed_scene(scene, case.get("poses"))
         others = {k: v for k, v in case.items() if k not in (*OF_CASES, "poses", "split", *LOADS)}
-        return cls(now.scene, now.step(LoadStep.of(case)), {"search": "local", **others})
+        search = "global" if is_nonlinear(scene) else "local"
+        return cls(now.scene, now.step(LoadStep.of(case)), {"search": search, **others})
 
     @property
     def settings(self) -> Settings:
@@ -217,7 +219,12 @@ def solved_case(scene: SceneModel, case: Case, history: SearchHistory) -> Solved
 def _solved(scene: SceneModel, case: Case, history: SearchHistory) -> ContactResult:
     posed = Posed.of(scene, case)
     settings = posed.settings
-    apart = settings.search == "global" or settings.finite_motion is True or case.get("accuracy") is not None
+    apart = (
+        settings.search == "global"
+        or is_nonlinear(scene)
+        or settings.finite_motion is True
+        or case.get("accuracy") is not None
+    )
     if apart or has_open_windows(posed.scene):
         return solve_scene(posed.scene, **vars(posed.step), **posed.others)
     if scene.has_friction:

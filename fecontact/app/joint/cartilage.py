@@ -11,6 +11,7 @@ from fecontact.common.arguments import instance
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.fem.laws import Law
 from fecontact.mesh.layer import Thickness, extrude
 from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.surfaces.facet_surface import FacetSurface
@@ -24,7 +25,7 @@ STEP_TOLERANCE = 1e-10
 
 
 def cartilage_body(
-    bone: SurfaceMesh, thickness: Thickness | SurfaceMesh, material: Material, layers: int, name: str
+    bone: SurfaceMesh, thickness: Thickness | SurfaceMesh, material: Material | Law, layers: int, name: str
 ) -> ElasticBody:
     """Layer on a bone, tied to it: the bone is the body's frame.
 
@@ -34,7 +35,7 @@ def cartilage_body(
         Its outside is where the cartilage is.
     thickness : float, (n_points,) array, callable or SurfaceMesh
         As `mesh.layer.extrude` takes it; or the free surface of the cartilage, see `thickness_between`.
-    material : Material
+    material : Material or Law
     layers : int
         Elements through the thickness.
     name : str

@@ -23,6 +23,7 @@ from fecontact.common.files import make_folder
 from fecontact.common.material import Material
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
+from fecontact.fem.laws import Law
 from fecontact.mesh.layer import Thickness
 from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.results.case_table import CaseTable
@@ -35,8 +36,8 @@ from fecontact.scene.scene import Scene
 class Joint:
     """Cartilage on two bones, of which one moves.
 
-    Bones are rigid; each layer is extruded from its bone's surface and tied to it. Strains are small, see
-    docs/how-to/joint.md for what that means in cartilage.
+    Bones are rigid; each layer is extruded from its bone's surface and tied to it. Strains of a `Material` are small,
+    see docs/how-to/joint.md for what that means in cartilage.
 
     Parameters
     ----------
@@ -46,6 +47,7 @@ class Joint:
         Of both layers, or a pair for the moving and the fixed bone: a number; values at the bone's points (n_points,);
         a function of points (n, 3); or the free surface of the cartilage, in the bone's axes.
     material : Material or a pair of them
+        Or a law of finite strain, such as `NeoHookean`, see docs/how-to/soft-bodies.md.
     layers : int
         Elements through the thickness.
     units : (length, force) or (length, force, stress), optional
@@ -73,7 +75,7 @@ class Joint:
     moving: SurfaceMesh
     fixed: SurfaceMesh
     thickness: Thickness | SurfaceMesh | tuple[Thickness | SurfaceMesh, Thickness | SurfaceMesh]
-    material: Material | tuple[Material, Material]
+    material: Material | Law | tuple[Material | Law, Material | Law]
     layers: int = 1
     units: Units | Sequence[str] = ()
     axes: Mapping[str, ArrayLike] | None = None
@@ -83,7 +85,7 @@ class Joint:
         for name in ("moving", "fixed"):
             instance(f"the {name} bone", getattr(self, name), SurfaceMesh)
         for material in _both(self.material):
-            instance("the material", material, Material)
+            instance("the material", material, (Material, Law))
         if len(texts("the names of the bones", self.names)) != 2:
             raise InputError(f"The names are those of the moving and the fixed bone; found {self.names!r}.")
         object.__setattr__(self, "units", Units.of(self.units))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -28,13 +28,14 @@ from fecontact.bodies import (
 )
 from fecontact.bodies.elastic import INTEGRATIONS
 from fecontact.bodies.geometry import CHOICES
-from fecontact.bodies.layer import LAWS
+from fecontact.bodies.layer import LAWS as LAYER_LAWS
 from fecontact.bodies.section import STATES
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.fem.condensation import ROUTES
 from fecontact.fem.factor import DIRECT
+from fecontact.fem.laws import HolmesMow, Law, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
 from fecontact.fem.support import Support, checked_support
 from fecontact.halfspace import Layer
 from fecontact.mesh.mesh import Mesh
@@ -58,11 +59,11 @@ RIGID_SHAPES: dict[str, tuple[Callable[..., Any], Arguments]] = {
 class Declared:
     """What a body may refer to: materials and bodies by name, None for invalid ones, and the folder of files."""
 
-    materials: Mapping[str, Material | None]
+    materials: Mapping[str, Material | Law | None]
     bodies: Mapping[str, AnyBody | None]
     folder: Path
 
-    def material(self, table: Table, key: str, required: bool = False) -> Material | None:
+    def material(self, table: Table, key: str, required: bool = False) -> Material | Law | None:
         """The material that a key names; None if it is unknown or invalid."""
         name = table.text(key, required=required)
         if name is not None and name not in self.materials:
@@ -118,13 +119,33 @@ MESHED: dict[str, tuple[Callable[..., ElasticBody], Arguments]] = {
 }
 
 
-def read_materials(table: Table) -> dict[str, Material | None]:
-    """Materials by name; None for invalid ones."""
-    arguments = {"E!": number, "nu!": number, "density": number}
-    return {name: entry.make(Material, arguments) for name, entry in table.subtables()}
+#: Laws of finite strain by their names in a scene file.
+LAWS: dict[str, type[Law]] = {
+    law.__name__: law for law in (NeoHookean, StVenantKirchhoff, HolmesMow, MooneyRivlin, Ogden)
+}
 
 
-def read_bodies(table: Table, materials: Mapping[str, Material | None], folder: Path) -> dict[str, AnyBody | None]:
+def read_materials(table: Table) -> dict[str, Material | Law | None]:
+    """Materials by name, laws of finite strain among them; None for invalid ones."""
+    out: dict[str, Material | Law | None] = {}
+    for name, entry in table.subtables():
+        law = entry.text("law", tuple(LAWS))
+        kind: Callable[..., Material | Law] | None = Material if law is None else LAWS.get(law)
+        out[name] = None if kind is None else entry.make(kind, _constants(kind))
+    return out
+
+
+def _constants(kind: Any) -> Arguments:
+    """Constants of a material, numbers unless it takes lists of them."""
+    return {
+        f"{f.name}{'!' if f.default is MISSING else ''}": Table.raw if "Sequence" in str(f.type) else number
+        for f in fields(kind)
+    }
+
+
+def read_bodies(
+    table: Table, materials: Mapping[str, Material | Law | None], folder: Path
+) -> dict[str, AnyBody | None]:
     """Bodies by name; None for invalid ones."""
     out: dict[str, AnyBody | None] = {}
     for name, entry in table.subtables():
@@ -169,7 +190,7 @@ def _local(name: str, table: Table, declared: Declared) -> LocalBody | None:
 
 def _material_of(
     table: Table, declared: Declared, mesh: Mesh | SectionMesh | None
-) -> Material | dict[str, Material] | None:
+) -> Material | Law | dict[str, Material | Law] | None:
     """One material by name, or materials by element set; None if any is invalid."""
     given = table.raw("material", required=True)
     if given is None:
@@ -269,7 +290,7 @@ def _half_space(name: str, table: Table, declared: Declared) -> HalfSpace | None
 
 def _layer(name: str, table: Table, declared: Declared) -> ElasticLayer | None:
     mesh = mesh_of(table, declared.folder, declared.bodies)
-    given = table.read({"material!": declared.material, "thickness!": number, "law": choice(LAWS)})
+    given = table.read({"material!": declared.material, "thickness!": number, "law": choice(LAYER_LAWS)})
     covers = table.text("covers", required=True)
     if mesh is not None and covers is not None:
         check_name(table, "covers", covers, mesh.boundaries, "boundary")

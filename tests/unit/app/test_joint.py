@@ -183,6 +183,16 @@ def joint():
     )
 
 
+def test_layers_with_a_law_are_compressed_as_its_closed_form_says():
+    flat = dome(40.0).mapped(lambda x: x * [2.0, 2.0, 0.0])
+    joint = fc.Joint(flat.flipped(), flat, (0.5, 1.0), fc.NeoHookean(E=10.0, nu=0.0))
+    stretches = np.array([0.95, 0.7])
+    table = joint.follow([fc.Pose(translation=(0.0, 0.0, 1.5 * s)) for s in stretches])
+    # nu = 0: no strain across, so that the Cauchy pressure is E/2 (1/s - s) of the present stretch s
+    assert np.abs(table.column("max_pressure") - 5.0 * (1 / stretches - stretches)).max() < 1e-7
+    assert np.abs(table.column("area") - 16.0).max() < 1e-9
+
+
 def test_a_path_gives_a_table_and_maps_and_goes_on_where_it_stopped(joint, tmp_path):
     heights = np.array([1.5, 1.6, 1.45])
     matrices = np.tile(np.eye(4), (3, 1, 1))

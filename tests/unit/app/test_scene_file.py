@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import meshio
 import numpy as np
@@ -59,6 +60,47 @@ def test_supports_by_normals_and_directions_are_those_along_axes(write):
         pressures.append(result.contacts[0].pressure)
     # turned nodal axes: two factorisations of a small matrix
     assert np.abs(pressures[0] - pressures[1]).max() <= 1e-9 * pressures[1].max()
+
+
+@pytest.mark.parametrize(
+    ("constants", "law"),
+    [
+        ('law = "NeoHookean"\nE = 10.0\nnu = 0.4\n', fc.NeoHookean(E=10.0, nu=0.4)),
+        ('law = "HolmesMow"\nE = 10.0\nnu = 0.3\nbeta = 0.2\n', fc.HolmesMow(E=10.0, nu=0.3, beta=0.2)),
+        ('law = "Ogden"\nmu = [3.0]\nalpha = [4.0]\nbulk = 20.0\n', fc.Ogden(mu=(3.0,), alpha=(4.0,), bulk=20.0)),
+    ],
+    ids=["neo", "holmes", "ogden"],
+)
+def test_a_material_with_a_law_is_of_finite_strain(constants, law, write):
+    text = BLOCK.replace("E = 10.0\nnu = 0.0\n", constants) + LOADS.replace("-0.01", "-0.3")
+    file = fc.read_scene(write(text))
+    assert file.bodies["block"].material == replace(law, density=2e-6)
+    result = file.solve()
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, [0, 0.3, 1], 2))
+    block, floor = fc.ElasticBody(mesh, law, "bottom", {"top": "xyz"}), fc.RigidBody(fc.Plane())
+    by_hand = fc.Scene([block, floor], [fc.Contact(block, floor)]).solve(motions={block: {"z": -0.3}})
+    assert len(result.finite_strain) == len(by_hand.finite_strain) > 0
+    assert np.abs(result.contacts[0].pressure - by_hand.contacts[0].pressure).max() <= SAME * law.at_rest.E
+
+
+@pytest.mark.parametrize(
+    ("constants", "message"),
+    [
+        (
+            'law = "NeoHook"\nE = 1.0\n',
+            ".cork.law: unknown value 'NeoHook', did you mean 'NeoHookean'",
+        ),
+        ('law = "MooneyRivlin"\nc10 = 1.0\nE = 1.0\n', "materials.cork.c01: is missing"),
+        ('law = "MooneyRivlin"\nc10 = 1.0\nc01 = 0.0\nbulk = 1.0\nE = 1.0\n', "materials.cork.E: unknown key"),
+        ('law = "HolmesMow"\nE = 1.0\nnu = 0.3\nbeta = -1.0\n', "The exponential stiffening beta must be positive"),
+        ('law = "Ogden"\nmu = 3.0\nalpha = [4.0]\nbulk = 20.0\n', "mu of Ogden's law must be a sequence"),
+        ("E = 10.0\nnu = 0.0\nbeta = 1.0\n", "materials.cork.beta: unknown key"),
+    ],
+)
+def test_faults_of_laws_are_named(constants, message, write):
+    told = faults(write(BLOCK.replace("E = 10.0\nnu = 0.0\n", constants) + LOADS))
+    assert message in told
+    assert "unknown material" not in told
 
 
 def faults(path):

@@ -89,6 +89,22 @@ def test_sweep_rows_equal_single_solutions_and_are_written(tmp_path):
     assert len((tmp_path / "sweep.jsonl").read_text().splitlines()) == 4
 
 
+def test_a_sweep_of_a_body_at_finite_strain_has_the_rows_of_single_solutions():
+    mesh = fc.shapes.block((2.0, 2.0, 1.0), (3, 3, 1), element="hex8")
+    law = fc.NeoHookean(E=1.0, nu=0.45)
+    soft = fc.ElasticBody(mesh, law, contact="top", supports={"bottom": "xyz"}, name="soft")
+    ball = fc.RigidBody(fc.Sphere(radius=2.0), name="ball")
+    scene = fc.Scene([soft, ball], [fc.Contact(soft, ball)])
+    places = [(1.0, 1.0, 1.0 - depth) for depth in (0.1, 0.3)]
+    rows = scene.sweep([{"poses": {ball: fc.Pose(translation=place)}} for place in places])
+    for row, place in zip(rows, places, strict=True):
+        there = ball.placed(place)
+        alone = fc.Scene([soft, there], [fc.Contact(soft, there)]).solve().summary()
+        assert abs(row["contacts"][0]["force"][2] / alone["contacts"][0]["force"][2] - 1) < 1e-12
+    with refused(fc.InputError, "finite-strain", "search='local'"):
+        scene.sweep([{"search": "local", "motions": {ball: {"z": -0.1}}}])
+
+
 def test_interrupted_sweep_goes_on_where_it_stopped(tmp_path):
     plate, ball = pad(), fc.RigidBody(fc.Sphere(radius=5.0), name="ball")
     scene = fc.Scene([plate, ball], [fc.Contact(plate, ball)])
