@@ -363,6 +363,10 @@ class AtState(Model):
             np.add.at(f, b.nodes, b.N.T @ (per_mass * (b.dV * self.density[b.cells, None])[..., None]))
         return f.ravel()
 
+    def strain_energy(self, u: Array) -> float:
+        """Energy of the state after changes (n_dofs,)."""
+        return self.finite.at(replace(self.state, u=self.state.u + u), tangent=False).energy
+
     def gauss_strain(self, u: Array) -> Array:
         """Logarithmic strains (n_cells, n_q, 6) at the Gauss points, after changes (n_dofs,) of the state."""
         return self.finite.fields(self.state.u + u)[1]

@@ -267,6 +267,11 @@ class Model:
         """Stresses (n_points, 6) at the nodes, averaged over all cells, or some (NaN at nodes without such a cell)."""
         return to_nodes(self.elements, hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]), cells)
 
+    def strain_energy(self, u: Array) -> float:
+        """Energy of displacements (n_dofs,)."""
+        K = self.stiffness
+        return float(u @ (K @ u) - u @ (K.diagonal() * u) / 2)
+
     def energy_error(
         self, u: Array, cells: IntArray, other: Array | None = None, free: Mask | None = None
     ) -> EnergyError:

@@ -245,6 +245,23 @@ class ContactResult(FormerNames):
             raise InputError(f"The mesh of {body.name!r} has no element set {group!r}. Its sets are: {known}.")
         return inner.stress(None if group is None else groups[group])
 
+    def strain_energy(self, body: Body) -> float:
+        """Elastic energy of a body; of a section by its thickness or over the whole circle, as its forces are.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+        >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"})
+        >>> floor = fc.RigidBody(fc.Plane())
+        >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+        >>> round(result.strain_energy(body), 12)
+        5e-05
+        """
+        k, elastic = self._elastic(body)
+        rigid = self._loading.frames[k].modes(self._state.motions[k][:, None])[:, 0]
+        return elastic.model.strain_energy(self._state.displacements[k] - rigid)
+
     def fields_at(self, body: Body, points: ArrayLike) -> tuple[Array, Array]:
         """Total displacement (n, 3) in world axes and stress (n, 6) in the body's own axes at points of a body.
 

@@ -181,10 +181,9 @@ def friction_not_unique(result: ContactResult) -> Iterator[str]:
     """Warning of a solution with friction beyond which others exist or which is not stable."""
     assert result.friction is not None
     if result.friction.orientation < 0:
-        path = "" if result.finite_strain else " Follow the load in smaller steps by Scene.solve_path, and compare."
         yield (
             "With this much friction the solution is not the only one, or not stable (the determinant of Newton's "
-            f"matrix has changed its sign).{path}"
+            "matrix has changed its sign). Follow the load in smaller steps by Scene.solve_path, and compare."
         )
 
 
@@ -208,8 +207,10 @@ def large_steps(result: ContactResult) -> Iterator[str]:
 def single_step(result: ContactResult) -> Iterator[str]:
     """Note on friction under loads applied at once."""
     if not result._follows_step:
-        other = "" if result.finite_strain else " Scene.solve_path applies them one after the other."
-        yield f"Friction depends on the order of loads: these act together, in one step from the unloaded state.{other}"
+        yield (
+            "Friction depends on the order of loads: these act together, in one step from the unloaded state. "
+            "Scene.solve_path applies them one after the other."
+        )
 
 
 def unbounded_pressures(result: ContactResult) -> Iterator[str]:

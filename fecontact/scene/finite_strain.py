@@ -13,11 +13,14 @@ Friction acts over load steps: slip is counted from the start of the step, point
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose, turned
 from fecontact.common.arrays import Array
@@ -32,6 +35,7 @@ from fecontact.contact.model import SceneModel
 from fecontact.contact.step_end import StepEnd
 from fecontact.fem.finite_strain import State
 from fecontact.fem.laws import InvertedError
+from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.finite_strain import Equilibrium
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import CarriedScene, posed, with_bodies
@@ -45,6 +49,8 @@ BALANCED = 1e-6
 #: Change of two iterations up to which the residual alone decides: where a tangent is nearly singular, changes are
 #: rounding before they are small.
 NEARLY = 1e-5
+#: Force of a body without strain, relative to its stiffness and size: a residual below it is rounding.
+REST = 1e-9
 MAX_ITERATIONS = 25
 #: Change above which a step that has begun to settle runs away, and the iteration from which that is judged.
 RUNS_AWAY, SETTLING = 5.0, 6
@@ -92,6 +98,18 @@ class Reached:
     result: ContactResult | None = None
     equilibria: tuple[Equilibrium, ...] = ()
 
+    def result_of(self, bodies: Sequence[Body]) -> ContactResult:
+        """Its result, for the bodies as they were given."""
+        assert self.result is not None
+        return replace(self.result, _originals=tuple(bodies), finite_strain=self.equilibria)
+
+    @property
+    def kept(self) -> dict[str, Any]:
+        """What `next_reached` makes it from again."""
+        names = ("states", "poses", "hold", "displacements", "equilibria")
+        sides = [(contact.coupling, contact.swap) for contact in self.model.contacts]
+        return {**{name: getattr(self, name) for name in names}, "sides": sides}
+
 
 def solve_at_finite_strain(model: SceneModel, step: LoadStep, settings: Settings, timer: Stopwatch) -> ContactResult:
     """Solution of a scene with bodies at finite strain, in as many load steps as it needs.
@@ -103,27 +121,51 @@ def solve_at_finite_strain(model: SceneModel, step: LoadStep, settings: Settings
     SolverError
         If the smallest step has no certified solution.
     """
-    cells = [body._finite_strain for body in model.bodies]
-    none = [np.zeros(0, np.int64)] * len(model.contacts)
-    start = Reached(
-        model,
-        LoadStep(free=step.free),
-        tuple(None if each is None else each.rest for each in cells),
-        tuple(body.pose for body in model.bodies),
-        Hold(none, none),
-        displacements=(None,) * len(cells),
-    )
+    start = at_rest(model, step)
 
     def solve(begin: float, end: float, last: Reached | None) -> Reached:
-        return _Newton(settings, timer, start if last is None else last, start.step.between(step, end)).converged()
+        return next_reached(last or start, start.step.between(step, end), settings, timer)
 
     *_, (_, reached) = in_parts(solve, None)
-    assert reached.result is not None
-    return replace(reached.result, _originals=tuple(model.bodies), finite_strain=reached.equilibria)
+    return reached.result_of(model.bodies)
+
+
+def at_rest(model: SceneModel, step: LoadStep) -> Reached:
+    """The unloaded state of a scene, with what is free in a step."""
+    none = [np.zeros(0, np.int64)] * len(model.contacts)
+    return Reached(
+        model,
+        LoadStep(free=step.free),
+        tuple(None if (cells := body._finite_strain) is None else cells.rest for body in model.bodies),
+        tuple(body.pose for body in model.bodies),
+        Hold(none, none),
+        displacements=(None,) * len(model.bodies),
+    )
+
+
+def next_reached(
+    start: Reached, end: LoadStep, settings: Settings, timer: Stopwatch, known: Mapping[str, Any] | None = None
+) -> Reached:
+    """The state under other loads, in one step from the last one, or certified from what `Reached.kept` has of it.
+
+    Raises
+    ------
+    SolverError
+    """
+    return _Newton(settings, timer, start, end, known).converged()
+
+
+#: Values of options that are offered with a law of finite strain, and the remedy for others.
+OFFERED: Mapping[str, tuple[tuple[object, ...], str]] = {
+    "search": (("global",), "leave it out"),
+    "finite_motion": (("auto", True), "leave it out: motions are finite"),
+    "engine": (("own",), "leave it out"),
+    "accuracy": ((None,), "leave it out, and refine their meshes"),
+}
 
 
 def refuse_with_laws(model: SceneModel, **given: object) -> None:
-    """Refuse options of `Scene.solve` that are not offered for scenes with a law of finite strain.
+    """Refuse options that are not offered for scenes with a law of finite strain.
 
     Raises
     ------
@@ -131,12 +173,11 @@ def refuse_with_laws(model: SceneModel, **given: object) -> None:
     """
     if not is_nonlinear(model):
         return
-    offered = {"search": ("global",), "finite_motion": ("auto", True), "engine": ("own",), "accuracy": (None,)}
     for name, value in given.items():
-        if repr(value) not in map(repr, offered[name]):  # 1 is not True
+        offered, remedy = OFFERED[name]
+        if not any(isinstance(value, type(each)) and value == each for each in offered):  # 1 is not True
             raise InputError(
-                f"{name}={value!r} is not offered for bodies with a law of finite strain: leave it out"
-                + (", and refine their meshes." if name == "accuracy" else "."),
+                f"{name}={value!r} is not offered for bodies with a law of finite strain: {remedy}.",
                 code="finite-strain",
             )
 
@@ -144,12 +185,23 @@ def refuse_with_laws(model: SceneModel, **given: object) -> None:
 class _Newton:
     """One load step."""
 
-    def __init__(self, settings: Settings, timer: Stopwatch, start: Reached, end: LoadStep) -> None:
+    def __init__(
+        self, settings: Settings, timer: Stopwatch, start: Reached, end: LoadStep, known: Mapping[str, Any] | None
+    ) -> None:
         self._model, self._settings, self._timer = start.model, settings, timer
-        self._start, self._end = start, end
+        self._start, self._end, self._known = start, end, known
         self._states, self._poses, self._hold = list(start.states), list(start.poses), start.hold
         self._size = max(body.size for body, state in zip(start.model.bodies, start.states, strict=True) if state)
         self._elastic = list(start.displacements)
+        if known is not None:
+            self._states = [None if each is None else State(**each) for each in known["states"]]
+            self._poses, self._hold = [Pose(**each) for each in known["poses"]], Hold(**known["hold"])
+            self._elastic = list(known["displacements"])
+            contacts = [
+                replace(contact, coupling=coupling, swap=swap)
+                for contact, (coupling, swap) in zip(start.model.contacts, known["sides"], strict=True)
+            ]
+            self._model = replace(start.model, contacts=contacts)
         self._changes: list[float] = []
         self._past: list[tuple[Array, Array]] = []
 
@@ -216,11 +268,7 @@ class _Newton:
 
     def _loads(self, carried: CarriedScene, first: bool) -> tuple[Loading, list[Array]]:
         """Loads with the internal forces, and those without; prescribed motions are taken in the first iteration."""
-        before = self._start.step.motions
-        motions = {
-            body: {c: (v - before.get(body, {}).get(c, 0.0)) if first else 0.0 for c, v in given.items()}
-            for body, given in self._end.motions.items()
-        }
+        motions = motions_between(self._start.step, self._end, first and self._known is None)
         bodies = carried.scene.bodies
         loading = carried.step(replace(self._end, motions=motions)).on(bodies)
         external = [np.zeros(b.n_dofs) if f is None else f for b, f in zip(bodies, loading.distributed, strict=True)]
@@ -355,8 +403,9 @@ class _Newton:
                 if inner is not None:
                     given = part.rows.T @ forces[part.index] + load
                     rest = body.model.solved_forces((given if part.hold is None else part.hold.balanced(given)) - inner)
-                    largest = float(np.abs(inner).max())
-                    worst = max(worst, float(np.abs(rest).max(initial=0.0)) / largest if largest else 0.0)
+                    unstrained = REST * body.size * float(body.model.stiffness.diagonal().max())
+                    largest = max(float(np.abs(inner).max()), unstrained)
+                    worst = max(worst, float(np.abs(rest).max(initial=0.0)) / largest)
         return worst
 
     def _reached(self, result: ContactResult, residual: float) -> Reached:
@@ -364,11 +413,40 @@ class _Newton:
         scale = max(float(np.abs(s.u).max()) for s in states if s is not None)
         scale = max(scale, result._state.scale)
         result = replace(result, _state=replace(result._state, scale=scale))
-        equilibrium = Equilibrium(len(self._changes), self._changes[-1], residual)
+        equilibria = (*self._start.equilibria, Equilibrium(len(self._changes), self._changes[-1], residual))
+        if self._known is not None:
+            equilibria = tuple(Equilibrium(**each) for each in self._known["equilibria"])
         return Reached(
             self._model, self._end, tuple(states), tuple(self._poses), self._hold, tuple(self._elastic),
-            result, (*self._start.equilibria, equilibrium),
+            result, equilibria,
         )  # fmt: skip
+
+
+def motions_between(start: LoadStep, end: LoadStep, whole: bool) -> dict[Body, dict[str, float]]:
+    """Changes of the prescribed motions from one step to the next, or zero ones; rotation vectors compose.
+
+    What only the first prescribes goes back, where the second has no load on it.
+    """
+    out = {}
+    for body in {**start.motions, **end.motions}:
+        one, other = start.motions.get(body, {}), end.motions.get(body, {})
+        names = [*other, *(c for c in one if c not in other and c not in _released(end, body))]
+        change = {c: other.get(c, 0.0) - one.get(c, 0.0) for c in names}
+        if {*one, *other} & set(COMPONENTS[3:]):
+            after, before = (Rotation.from_rotvec([m.get(c, 0.0) for c in COMPONENTS[3:]]) for m in (other, one))
+            change |= {
+                c: t for c, t in zip(COMPONENTS[3:], (after * before.inv()).as_rotvec(), strict=True) if c in names
+            }
+        out[body] = change if whole else dict.fromkeys(names, 0.0)
+    return out
+
+
+def _released(step: LoadStep, body: Body) -> set[str]:
+    """Components in which a load drives a body as a whole, or in which it is free."""
+    free = step.free.get(body, ())
+    force = sum((np.asarray(f, float) for at, f in step.forces.items() if at is body), np.zeros(3))
+    load = np.concatenate([force, np.asarray(step.moments.get(body, np.zeros(3)), float)])
+    return {*(free.split() if isinstance(free, str) else free), *np.array(COMPONENTS)[load != 0].tolist()}
 
 
 def _touching(result: ContactResult) -> Hold:

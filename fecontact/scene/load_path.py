@@ -42,7 +42,7 @@ from fecontact.results.resultants import DividingPlane, resultant
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.carried import CarriedScene
 from fecontact.scene.finite_rotation import carried_poses, check_rest, solve_finite
-from fecontact.scene.finite_strain import is_nonlinear
+from fecontact.scene.finite_strain import Reached, at_rest, is_nonlinear, next_reached, refuse_with_laws
 from fecontact.scene.linear import Settings, solved
 from fecontact.scene.solve import refuse_limits_alone
 from fecontact.scene.sweep_case import fingerprints, loads_of, numbered
@@ -230,7 +230,7 @@ def solve_path(
     finite_motion : bool
         Whether rigid motions are finite: poses are updated in every step until they converge, prescribed motions are
         finite (rotation vectors, from the given poses), and slip is counted on surfaces that move along. By default
-        motions are small.
+        motions are small; with laws of finite strain they are always finite.
     accuracy : float or mapping of str to float, optional
         Relative error of the contact pressure and of the tractions of friction (L2) at the end of the path, such as
         0.02: the path is solved, meshes are divided where its last step needs it, and it is solved again, until the
@@ -273,18 +273,15 @@ def solve_path(
             raise InputError(f"Step {k + 1} has {', '.join(map(repr, unknown))}; expected {', '.join(LOADS)}.")
     if finite_motion not in (True, False):
         raise InputError(f"finite_motion of a load path must be True or False; found {finite_motion!r}.", code="motion")
-    if is_nonlinear(model):
-        soft = next(body.name for body in model.bodies if body._finite_strain is not None)
-        raise InputError(
-            f"{soft!r} has a law of finite strain, for which paths are not offered: give Scene.solve the loads at the "
-            "end; it makes its own steps, in which all loads grow together.",
-            code="finite-strain",
-        )
-    if not model.has_friction:
+    soft = is_nonlinear(model)
+    refuse_with_laws(model, accuracy=accuracy)
+    if not (model.has_friction or soft):
         raise InputError("No contact has friction: the order of loads does not matter; use Scene.solve or Scene.sweep.")
     share("the tolerance", tolerance)
     way = _SceneSteps(model, [LoadStep.of(step) for step in steps], finite_motion, tolerance)
     refuse_limits_alone(accuracy, max_dofs, max_seconds)
+    if soft:
+        return _SoftSteps(way).path(path, progress)
     if accuracy is None:
         return way.path(path, progress)
     if path is not None:
@@ -377,23 +374,7 @@ class _SceneSteps(Steps[ContactResult]):
 
     def joined(self, parts: Sequence[ContactResult]) -> ContactResult:
         """The last part of a step, with the work and the sliding of those before it."""
-        if len(parts) == 1:
-            return parts[0]
-        *others, last = parts
-        contacts = [
-            c
-            if c.friction is None
-            else replace(
-                c,
-                friction=with_parts(
-                    c.friction,
-                    last._interfaces[k].pairing.nodes,
-                    [(f, p._interfaces[k].pairing.nodes) for p in others if (f := p.contacts[k].friction) is not None],
-                ),
-            )
-            for k, c in enumerate(last.contacts)
-        ]
-        return replace(last, contacts=tuple(contacts))
+        return _joined(parts)
 
     def judged(self, k: int, result: ContactResult, last: ContactResult | None, cuts: int) -> ContactResult:
         """The result with the change of its friction by smaller steps; of steps before it that stays at what sticks."""
@@ -435,6 +416,68 @@ class _SceneSteps(Steps[ContactResult]):
         except SolverError:
             return None
         return result
+
+
+def _joined(parts: Sequence[ContactResult]) -> ContactResult:
+    """The last of some parts of a step, with the work and the sliding of those before it."""
+    if len(parts) == 1:
+        return parts[0]
+    *others, last = parts
+    contacts = [
+        c
+        if c.friction is None
+        else replace(
+            c,
+            friction=with_parts(
+                c.friction,
+                last._interfaces[k].pairing.nodes,
+                [(f, p._interfaces[k].pairing.nodes) for p in others if (f := p.contacts[k].friction) is not None],
+            ),
+        )
+        for k, c in enumerate(last.contacts)
+    ]
+    return replace(last, contacts=tuple(contacts))
+
+
+@dataclass(frozen=True, eq=False)
+class _SoftSteps(Steps[Reached]):
+    """The same with laws of finite strain: every part goes on from the state of the last one."""
+
+    way: _SceneSteps
+
+    def path(self, file: str | FilePath | None, progress: bool | None) -> LoadPath:
+        """The path."""
+        found, cuts = follow(self, len(self.way.steps), file, progress)
+        results = [replace(each.result_of(self.way.model.bodies), _follows_step=True) for each in found]
+        return LoadPath(tuple(results), cuts, tuple(loads_of(vars(step)) for step in self.way.steps))
+
+    def prints(self) -> Mapping[str, Mapping[str, str]]:
+        """Fingerprints by part of each step by its number."""
+        return self.way.prints()
+
+    def row(self, result: Reached) -> Mapping[str, Any]:
+        """The summary."""
+        return result.result_of(self.way.model.bodies).summary()
+
+    def end(self, part: Reached) -> Mapping[str, Any]:
+        """The state."""
+        return part.kept
+
+    def part(
+        self, k: int, before: Reached | None, start: float, end: float, last: Reached | None, known: Any = None
+    ) -> Reached:
+        """State after a part of step k."""
+        last = last or at_rest(self.way.model, self.way.steps[0])
+        for body in () if last.result is None else last.result._elastic_bodies:
+            if body._inner_forces is not None:
+                body.model.condensation = None  # a factor for each state would fill the memory
+        if start == 0:
+            last = replace(last, equilibria=())
+        return next_reached(last, self.way.loads(k, end), Settings(tolerance=self.way.tolerance), Stopwatch(), known)
+
+    def joined(self, parts: Sequence[Reached]) -> Reached:
+        """The last part of a step, with the work and the sliding of those before it."""
+        return replace(parts[-1], result=_joined([part.result for part in parts if part.result is not None]))
 
 
 def _path_to(way: _SceneSteps, target: Target, progress: bool | None) -> LoadPath:

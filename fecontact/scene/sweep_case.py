@@ -37,7 +37,7 @@ from fecontact.results.result import ContactResult
 from fecontact.results.resultants import DividingPlane
 from fecontact.scene.carried import posed_scene
 from fecontact.scene.finite_rotation import check_rest, follow
-from fecontact.scene.finite_strain import is_nonlinear
+from fecontact.scene.finite_strain import OFFERED, is_nonlinear, refuse_with_laws
 from fecontact.scene.linear import Settings
 from fecontact.scene.local_search import SearchHistory, solve_local
 from fecontact.scene.solve import refuse_with_friction, solve_scene
@@ -193,6 +193,7 @@ class Posed:
     def loading(self) -> Loading:
         """Its loads, sorted and checked, and its settings checked with them."""
         self.settings.check()
+        refuse_with_laws(self.scene, **{name: v for name, v in self.others.items() if name in OFFERED})
         return self.step.on(self.scene.bodies)
 
 
