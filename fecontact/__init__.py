@@ -53,7 +53,15 @@ if TYPE_CHECKING:
     from fecontact.contact.contact import Contact
     from fecontact.contact.springs import Spring
     from fecontact.fem.laws import Fibres, HolmesMow, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
-    from fecontact.halfspace import FrictionContact, FrictionPath, HalfSpaceContact, Layer, LoadCurve, PressStep
+    from fecontact.halfspace import (
+        FrictionContact,
+        FrictionPath,
+        HalfSpaceContact,
+        Layer,
+        LoadCurve,
+        PressStep,
+        RollingContact,
+    )
     from fecontact.mesh import pick, shapes
     from fecontact.mesh import section_shapes as sections
     from fecontact.mesh.layer import extrude
@@ -117,6 +125,7 @@ __all__ = [
     "PressStep",
     "Region",
     "RigidBody",
+    "RollingContact",
     "Scene",
     "SectionMesh",
     "SolverError",
@@ -164,7 +173,7 @@ _MODULES = {
     "contact.contact": "Contact",
     "contact.springs": "Spring",
     "fem.laws": "Fibres HolmesMow MooneyRivlin NeoHookean Ogden StVenantKirchhoff",
-    "halfspace": "FrictionContact FrictionPath HalfSpaceContact Layer LoadCurve PressStep",
+    "halfspace": "FrictionContact FrictionPath HalfSpaceContact Layer LoadCurve PressStep RollingContact",
     "mesh.layer": "extrude",
     "mesh.mesh": "Mesh merge",
     "mesh.read": "read_mesh read_section read_surface",

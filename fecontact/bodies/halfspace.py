@@ -36,6 +36,7 @@ from fecontact.halfspace.layered import Layer
 from fecontact.halfspace.operator import CellModel, Part, coarse_pressure
 from fecontact.halfspace.path import CurveSteps, FrictionPath, FrictionSteps, LoadCurve
 from fecontact.halfspace.pressing import Load, check_settings, press
+from fecontact.halfspace.rolling import Pair, RollingContact, RollingFriction, RollingStep, roll
 from fecontact.halfspace.validity import overlap_between_cells
 from fecontact.solvers import ContactProblem
 from fecontact.surfaces.rigid.heightmap import HeightMap
@@ -408,6 +409,109 @@ class HalfSpace(SurfaceBody):
         each = FrictionSteps(setting, self._heights_at(surface), steps, symmetry)
         contacts, cuts = follow(each, len(steps), path, progress)
         return FrictionPath(tuple(self._between_cells(c, surface, c.position) for c in contacts), cuts)
+
+    def roll(
+        self,
+        surface: HeightSurface | ArrayLike,
+        *,
+        force: float | None = None,
+        approach: float | None = None,
+        friction: float,
+        creepage: Pair = (None, None),
+        tangential: Pair = (None, None),
+        spin: float = 0.0,
+        towards: tuple[float, float] = (1.0, 0.0),
+        rule: str = "blended",
+        start: RollingContact | None = None,
+        tolerance: float = 1e-8,
+        symmetry: bool = True,
+        workers: int | None = None,
+    ) -> RollingContact:
+        """Steady rolling of a surface on the half-space, Kalker's problem, in one solve.
+
+        Creepage is the velocity of the surface against the half-space over that of rolling; forces are those on the
+        surface, as in `press`. Both are along the direction of rolling and to its left. Where neither is given, the
+        surface rolls freely. Bodies are half-spaces; unlike ones couple pressures and tractions.
+
+        Parameters
+        ----------
+        surface, force, approach, symmetry, workers
+            As in `press`.
+        friction : float
+            Coulomb's mu, zero or positive, one for all directions and speeds; infinite: what touches sticks.
+        creepage : (float or None, float or None)
+        tangential : (float or None, float or None)
+            For each direction a creepage, a force or none of both.
+        spin : float
+            Rotation of the surface against the half-space about the normal through the origin, counter-clockwise seen
+            from above, per length rolled.
+        towards : (float, float)
+            Direction of rolling, in which the contact moves over the half-space.
+        rule : {'blended', 'contact'}
+            Difference along the direction of rolling: the default, or that of the program CONTACT, for comparison.
+        start : RollingContact, optional
+            A solution nearby on the same grid, to start from.
+        tolerance : float
+            Relative tolerance of the certificate.
+
+        Returns
+        -------
+        RollingContact
+
+        Raises
+        ------
+        InputError
+            If loads or heights are invalid, the half-space is periodic, layers are not bonded, or the forces exceed
+            what friction holds.
+        SolverError
+            If no certified solution was found.
+
+        Notes
+        -----
+        Between these figures and those of CONTACT, whose surface is its body 1 and whose x and y are the direction of
+        rolling and to its left:
+
+        ============================  ===================
+        here                          CONTACT
+        ============================  ===================
+        ``creepage``                  (CKSI, CETA)
+        ``spin``                      CPHI
+        ``tangential``                -(FX, FY)
+        ``torque``                    -MZ
+        ``traction``                  -(PX, PY)
+        ``slip``                      -(SX, SY)
+        ``friction_work``             -FRIC.POWER
+        ============================  ===================
+
+        References
+        ----------
+        J. J. Kalker, Three-dimensional elastic bodies in rolling contact, 1990.
+
+        Examples
+        --------
+        A braked wheel, at six tenths of the force that friction holds:
+
+        >>> import fecontact as fc
+        >>> steel = fc.Material(E=210e3, nu=0.28)
+        >>> half = fc.HalfSpace(steel, size=(14.0, 14.0), cells=(32, 32), against=steel)
+        >>> wheel = fc.surfaces.Paraboloid(460.0)
+        >>> rolling = half.roll(wheel, force=80e3, friction=0.3, tangential=(0.6 * 24e3, 0.0))
+        >>> round(1e3 * rolling.creepage[0], 2), round(rolling.stick_area / rolling.area, 2)
+        (1.36, 0.59)
+        """
+        check_settings(tolerance, symmetry, workers)
+        mu = friction_coefficient(friction, infinite=True)
+        if self.periodic:
+            raise InputError(
+                "A periodic half-space does not roll: the slip of a period would be that of a train of surfaces. Use "
+                "periodic=False and a grid round the contact.",
+                code="rolling-periodic",
+            )
+        step = RollingStep(force, approach, creepage, tangential, spin, towards, rule)
+        if start is not None:
+            instance("the start of rolling", start, RollingContact)
+        setting = RollingFriction(self.compliance, mu, tolerance, workers, axes=step.axes, rule=rule)
+        return self._between_cells(roll(setting, self.heights_of(surface), step, start, symmetry), surface)
 
     def _heights_at(self, surface: HeightSurface | ArrayLike) -> Callable[[tuple[float, float]], Array]:
         """Heights (nx, ny) of a surface by its position."""

@@ -5,6 +5,7 @@ from fecontact.halfspace.friction import PressStep
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.layered import Layer
 from fecontact.halfspace.path import FrictionPath, LoadCurve
+from fecontact.halfspace.rolling import RollingContact
 
 __all__ = [
     "FrictionContact",
@@ -14,4 +15,5 @@ __all__ = [
     "Layer",
     "LoadCurve",
     "PressStep",
+    "RollingContact",
 ]

@@ -250,6 +250,8 @@ class TangentialCompliance:
     own : float
         Displacement of a cell by a unit traction on itself, the scale of the finest waves.
     periodic : bool
+    symmetric : bool
+        Whether `tractions` is; that of steady rolling is not.
     """
 
     tractions: Convolution
@@ -258,6 +260,7 @@ class TangentialCompliance:
     inverse: Convolution
     own: float
     periodic: bool
+    symmetric: bool = True
 
     @property
     def shape(self) -> tuple[int, int]:

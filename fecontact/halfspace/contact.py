@@ -493,12 +493,11 @@ class TangentialReport:
 
 @compact_repr
 @dataclass(frozen=True, eq=False)
-class FrictionContact(HalfSpaceContact):
-    """Contact of a half-space with a rigid surface, with friction, at the end of a step of a load path.
+class TractionContact(HalfSpaceContact):
+    """Contact of a half-space with a rigid surface, with friction, dragged or rolling.
 
-    Made by `HalfSpace.press` with `friction`, and by `HalfSpace.press_path`. Drawn are what sticks and slips, with
-    arrows along the tractions, and their size. Tractions act on the half-space, slip is
-    its motion against the counter-surface; so slip opposes the traction.
+    Drawn are what sticks and slips, with arrows along the tractions, and their size. Tractions act on the half-space,
+    slip is its motion against the counter-surface; so slip opposes the traction.
 
     Attributes
     ----------
@@ -507,30 +506,25 @@ class FrictionContact(HalfSpaceContact):
     traction : (2, nx, ny) array
         Tangential tractions along x and y.
     slip : (2, nx, ny) array
-        Slip along x and y during the step; zero where nothing touches at its end.
-    shift : (float, float)
-        Displacement of the counter-surface along x and y since the unloaded state.
-    twist : float
-        Its rotation about the normal since the unloaded state.
+        Slip along x and y; zero where nothing touches.
     position : (float, float)
         Where the counter-surface's own origin is.
     residuals : Residuals
         Recomputed from the problem, relative; in those of friction forces are over the largest pressure, displacements
         over the largest normal one, loads over the normal force.
     tangential_solver : TangentialReport
-    parts : tuple of FrictionContact
-        Of a step that was cut: the ends of its parts before the last, to which slip and solver belong. Work and sliding
-        are of all.
     """
 
     friction: float
     traction: Array
     slip: Array
-    shift: tuple[float, float]
-    twist: float
     position: tuple[float, float]
     tangential_solver: TangentialReport
-    parts: tuple[FrictionContact, ...] = field(default=(), repr=False)
+
+    @property
+    def _parts(self) -> tuple[TractionContact, ...]:
+        """Contacts whose work and sliding come before its own."""
+        return ()
 
     @cached_property
     def tangential(self) -> tuple[float, float]:
@@ -588,7 +582,7 @@ class FrictionContact(HalfSpaceContact):
     def work_density(self) -> Array:
         """Work of friction in the step, per area (nx, ny), not negative."""
         own = np.asarray(-(self.traction * self.slip).sum(axis=0))
-        return sum((part.work_density for part in self.parts), start=own)
+        return sum((part.work_density for part in self._parts), start=own)
 
     @property
     def friction_work(self) -> float:
@@ -608,11 +602,8 @@ class FrictionContact(HalfSpaceContact):
             raise InputError("Infinite friction has no sliding: Archard's law needs a finite coefficient.")
         if self.friction == 0:
             own = self.pressure * np.hypot(self.slip[0], self.slip[1])
-            return sum((part.sliding_integral for part in self.parts), start=own)
+            return sum((part.sliding_integral for part in self._parts), start=own)
         return self.work_density / self.friction
-
-    dissipated, work = renamed("dissipated", "friction_work"), renamed("work", "work_density")
-    friction_residuals = renamed("friction_residuals", "residuals")
 
     def stress(self, points: ArrayLike, chunk: int = 20_000) -> Array:
         """Stress (n, 6) inside the half-space by pressures and tractions, see `HalfSpaceContact.stress`.
@@ -650,7 +641,6 @@ class FrictionContact(HalfSpaceContact):
             super().summary(),
             friction=self.friction,
             tangential=list(self.tangential),
-            shift=list(self.shift),
             stick_area=self.stick_area,
             slip_area=self.slip_area,
             friction_work=self.friction_work,
@@ -663,20 +653,66 @@ class FrictionContact(HalfSpaceContact):
 
     @property
     def _printed(self) -> dict[str, float]:
-        turned = {"torque": self.torque, "twist": self.twist} if self.twist or self.torque else {}
         return {
             **super()._printed,
             "friction": self.friction,
             "tangential force x": self.tangential[0],
             "tangential force y": self.tangential[1],
-            "shift x": self.shift[0],
-            "shift y": self.shift[1],
+            **self._motions,
             "stick area": self.stick_area,
             "slip area": self.slip_area,
             "work of friction": self.friction_work,
-            **turned,
         }
+
+    @property
+    def _motions(self) -> dict[str, float]:
+        """Printed motions by their words."""
+        return {}
 
     @property
     def _reports(self) -> tuple[object, ...]:
         return self.solver, self.tangential_solver
+
+
+@compact_repr
+@dataclass(frozen=True, eq=False)
+class FrictionContact(TractionContact):
+    """Contact of a half-space with a rigid surface, with friction, at the end of a step of a load path.
+
+    Made by `HalfSpace.press` with `friction`, and by `HalfSpace.press_path`; see `TractionContact`. Slip is that during
+    the step.
+
+    Attributes
+    ----------
+    shift : (float, float)
+        Displacement of the counter-surface along x and y since the unloaded state.
+    twist : float
+        Its rotation about the normal since the unloaded state.
+    parts : tuple of FrictionContact
+        Of a step that was cut: the ends of its parts before the last, to which slip and solver belong. Work and sliding
+        are of all.
+    """
+
+    shift: tuple[float, float]
+    twist: float
+    parts: tuple[FrictionContact, ...] = field(default=(), repr=False)
+
+    dissipated, work = renamed("dissipated", "friction_work"), renamed("work", "work_density")
+    friction_residuals = renamed("friction_residuals", "residuals")
+
+    @property
+    def _parts(self) -> tuple[TractionContact, ...]:
+        return self.parts
+
+    def summary(self) -> dict[str, Any]:
+        """Figures for scripts, ready for JSON."""
+        return RenamedKeys(super().summary(), shift=list(self.shift))
+
+    @property
+    def _motions(self) -> dict[str, float]:
+        return {"shift x": self.shift[0], "shift y": self.shift[1]}
+
+    @property
+    def _printed(self) -> dict[str, float]:
+        turned = {"torque": self.torque, "twist": self.twist} if self.twist or self.torque else {}
+        return {**super()._printed, **turned}

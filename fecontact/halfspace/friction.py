@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -28,7 +29,13 @@ from fecontact.halfspace.compliance import (
     is_coupled,
     tangential_compliance,
 )
-from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact, SolverReport, TangentialReport
+from fecontact.halfspace.contact import (
+    FrictionContact,
+    HalfSpaceContact,
+    SolverReport,
+    TangentialReport,
+    TractionContact,
+)
 from fecontact.halfspace.fft import Convolution
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.pressing import Load, normal_residuals, press
@@ -124,6 +131,35 @@ class PressStep:
         x, y = self.shift or (None, None)
         return x, y, None if self.torque is not None else (self.twist or 0.0)
 
+    @property
+    def slides_by(self) -> str:
+        """Name of the motion to prescribe for sliding."""
+        return "shift"
+
+
+class Driven(Protocol):
+    """Loads and motions of a counter-surface along x, y and about the normal; of each pair one is None."""
+
+    @property
+    def loads(self) -> tuple[float | None, float | None, float | None]:
+        """Loads."""
+
+    @property
+    def motions(self) -> tuple[float | None, float | None, float | None]:
+        """Motions."""
+
+    @property
+    def position(self) -> tuple[float, float]:
+        """Point about which torque and rotation are."""
+
+    @property
+    def slides_by(self) -> str:
+        """Name of the motion to prescribe for sliding."""
+
+
+S = TypeVar("S", bound=Driven)
+C = TypeVar("C", bound=TractionContact)
+
 
 @dataclass(frozen=True, eq=False)
 class Friction:
@@ -185,9 +221,35 @@ class Friction:
 
 
 def press_step(
-    friction: Friction, heights: Array, step: PressStep, last: FrictionContact | None, symmetry: bool = True
+    friction: Friction,
+    heights: Array,
+    step: PressStep,
+    last: FrictionContact | None,
+    symmetry: bool = True,
 ) -> FrictionContact:
     """Press and drag a surface of heights (nx, ny), from the state at the end of the last step or unloaded.
+
+    Raises
+    ------
+    InputError, SolverError
+        As from `staggered`.
+    """
+    start = None if last is None else (last.traction, None)
+    load = Load(step.force, step.approach, step.load_point)
+    return staggered(
+        friction, heights, load, lambda normal: DraggedTractions(friction, normal, step, last), start, symmetry
+    )
+
+
+def staggered(
+    friction: Friction,
+    heights: Array,
+    load: Load,
+    tractions_of: Callable[[HalfSpaceContact], Tractions[Any, C]],
+    start: tuple[Array, Array | None] | None,
+    symmetry: bool = True,
+) -> C:
+    """Pressures and tractions in turn, from tractions (2, nx, ny) and motions.
 
     Raises
     ------
@@ -197,9 +259,7 @@ def press_step(
         If no certified solution was found.
     """
     began = time.perf_counter()
-    load = Load(step.force, step.approach, step.load_point)
-    by_traction, staggered, newton, nit = np.zeros(heights.shape), 0, 0, 0
-    start: tuple[Array, Array | None] | None = None if last is None else (last.traction, None)
+    by_traction, rounds, newton, nit = np.zeros(heights.shape), 0, 0, 0
     normal, several = None, friction.coupled and friction.mu > 0
     tolerance = max(FIRST_TOLERANCE, friction.tolerance) if several else friction.tolerance
     left, sharper = math.inf, 1.0
@@ -210,20 +270,20 @@ def press_step(
                 "Nothing is pressed: no middle of a cell touches at this approach. Increase it, or take smaller cells.",
                 code="nothing-touches",
             )
-        _check_holds(friction, normal, step)
-        tractions = _Tractions(friction, normal, step, last)
+        tractions = tractions_of(normal)
+        _check_holds(friction, normal, tractions.step)
         at = tractions.solve(heights, load, start, sharper * tolerance)
-        staggered, newton, nit = staggered + 1, newton + at.newton, nit + at.nit
+        rounds, newton, nit = rounds + 1, newton + at.newton, nit + at.nit
         start = tractions.spread(at.q), at.m
         contact = tractions.contact(heights, load, at.q, at.m)
         if contact.residuals.within(friction.tolerance):
-            report = TangentialReport(staggered, newton, nit, time.perf_counter() - began)
+            report = TangentialReport(rounds, newton, nit, time.perf_counter() - began)
             return replace(contact, tangential_solver=report)
-        if not several or staggered == MAX_STAGGERED or (contact.residuals.slip or 0.0) > tolerance:
+        if not several or rounds == MAX_STAGGERED or (contact.residuals.slip or 0.0) > tolerance:
             raise SolverError(
-                f"No certified answer with friction after {staggered} staggered iterations of pressures and tractions "
+                f"No certified answer with friction after {rounds} staggered iterations of pressures and tractions "
                 f"and {newton} Newton steps ({contact.residuals}; tolerance {friction.tolerance:.0e}). Take smaller "
-                "steps, or prescribe the shift instead of a force near sliding."
+                f"steps, or prescribe the {tractions.step.slides_by} instead of a force near sliding."
             )
         by_traction = tractions.lift(at.q)
         # dissipation is relative to the work of slip, of which there may be hardly any
@@ -255,7 +315,7 @@ def certified(
         grid=body.grid, periodic=body.periodic, material=body.material, layers=tuple(body.layers),
         pressure_kind=body.pressure, residuals=unknown, friction=friction.mu, **given,
     )  # fmt: skip
-    tractions = _Tractions(friction, contact, step, last)
+    tractions = DraggedTractions(friction, contact, step, last)
     q = contact.traction[:, *tractions.box]
     motion = np.array([*contact.shift, contact.twist]) - tractions.before
     slip = tractions.slip(q, motion[tractions.free])
@@ -267,7 +327,7 @@ def certified(
     return found
 
 
-def _check_holds(friction: Friction, normal: HalfSpaceContact, step: PressStep) -> None:
+def _check_holds(friction: Friction, normal: HalfSpaceContact, step: Driven) -> None:
     """Refuse loads beyond the limit of friction: necessary conditions, each load alone."""
     x, y, torque = step.loads
     grid, force = normal.grid, normal.force
@@ -276,8 +336,8 @@ def _check_holds(friction: Friction, normal: HalfSpaceContact, step: PressStep) 
         along = f"({(x or 0.0) / drag:.3g}, {(y or 0.0) / drag:.3g})"
         raise InputError(
             f"The contact slides along {along}: to hold a tangential force of {drag:g} under a normal force of "
-            f"{force:g} it needs a friction above {drag / force:.4g}; found {friction.mu:g}. Prescribe the shift to "
-            "let it slide.",
+            f"{force:g} it needs a friction above {drag / force:.4g}; found {friction.mu:g}. Prescribe the "
+            f"{step.slides_by} to let it slide.",
             code="slides-as-a-whole",
         )
     if torque:
@@ -292,19 +352,17 @@ def _check_holds(friction: Friction, normal: HalfSpaceContact, step: PressStep) 
 
 
 @dataclass(frozen=True, eq=False)
-class _Tractions:
-    """Tractions under fixed pressures."""
+class Tractions(Generic[S, C]):
+    """Tractions under fixed pressures, and the contact that they make."""
 
     friction: Friction
     normal: HalfSpaceContact
-    step: PressStep
-    last: FrictionContact | None
+    step: S
 
     @cached_property
     def box(self) -> Box:
-        """Part of the grid with the cells that touch now or did before."""
-        before = () if self.last is None else (self.last.pressure,)
-        return self.friction.box(self.normal.pressure, *before)
+        """Part of the grid with the cells that touch."""
+        return self.friction.box(self.normal.pressure)
 
     @cached_property
     def compliance(self) -> TangentialCompliance:
@@ -324,22 +382,23 @@ class _Tractions:
 
     @property
     def before(self) -> Array:
-        """Motions (3,) at the end of the last step."""
-        return np.zeros(3) if self.last is None else np.array([*self.last.shift, self.last.twist])
+        """Motions (3,) from which those of the problem are counted."""
+        return np.zeros(3)
 
     @cached_property
     def free(self) -> list[int]:
         """Motions whose load is prescribed, and that anything resists."""
         return [j for j, value in enumerate(self.step.loads) if value is not None] if self.friction.mu > 0 else []
 
+    def _given_slip(self, p: Array) -> Array:
+        """Slip (2, bx, by) by pressures on the box, and by what was before, without tractions and motions."""
+        return self.compliance.of_pressure(p)
+
     @cached_property
     def problem(self) -> TrescaProblem:
-        """The problem of the tractions; motions are those since the last step."""
+        """The problem of the tractions; motions are those since `before`."""
         p = self.normal.pressure[self.box]
-        c = self.compliance.of_pressure(p)
-        if self.last is not None:
-            c -= self.compliance.of_pressure(self.last.pressure[self.box])
-            c -= self.compliance.apply(self.last.traction[:, *self.box])
+        c = self._given_slip(p)
         for j, value in enumerate(self.step.motions):
             if value is not None:
                 c -= (value - self.before[j]) * self.rows[j]
@@ -352,6 +411,10 @@ class _Tractions:
         lift = self.friction.lift
         return np.zeros(self.normal.grid.shape) if lift is None else lift.apply(self.spread(q))[0]
 
+    def _first(self, heights: Array, load: Load) -> tuple[Array, Array]:
+        """Tractions on the box and motions to start from."""
+        return np.zeros((2, *self.compliance.shape)), np.zeros(len(self.free))
+
     def solve(self, heights: Array, load: Load, start: tuple[Array, Array | None] | None, tolerance: float) -> _Solved:
         """Tractions and motions, from tractions (2, nx, ny) and motions, or by superposition where it applies."""
         friction, m = self.friction, np.zeros(len(self.free))
@@ -360,9 +423,9 @@ class _Tractions:
             return _Solved(q, m, 0, 0)
         if start is not None:
             q, m = start[0][:, *self.box], m if start[1] is None else start[1]
-        elif not self.step.torque and not self.step.twist and math.isfinite(friction.mu):
-            q, m = self.superposed(heights)
-            if friction.constants.poisson == 0 and not friction.coupled:
+        else:
+            q, m = self._first(heights, load)
+            if friction.constants.poisson == 0 and not friction.coupled and q.any():
                 exact = self.contact(heights, load, q, m)
                 if exact.residuals.within(friction.tolerance):
                     return _Solved(q, m, 0, 0)
@@ -372,7 +435,69 @@ class _Tractions:
             at = solve_nested_tresca(self.problem, friction.compliance, q, m, 0.1 * tolerance)
         return _Solved(at.q, at.m, at.newton, at.nit)
 
-    def superposed(self, heights: Array) -> tuple[Array, Array]:
+    def spread(self, q: Array) -> Array:
+        """Values (2, nx, ny) of the grid from values of the box, zero outside."""
+        whole = np.zeros((2, *self.normal.grid.shape))
+        whole[:, *self.box] = q
+        return whole
+
+    def slip(self, q: Array, m: Array) -> Array:
+        """Slip (2, bx, by) on the box; zero where nothing touches."""
+        return np.where(self.normal.active[self.box], self.problem.slip(q, m), 0.0)
+
+    def contact(self, heights: Array, load: Load, q: Array, m: Array) -> C:
+        """The contact with tractions q on the box and motions m since `before`, and its certificate."""
+        slip = self.slip(q, m)
+        motion = np.array(
+            [b if value is None else value for b, value in zip(self.before, self.step.motions, strict=True)]
+        )
+        motion[self.free] += m
+        normal = self.normal
+        if self.friction.coupled:
+            by_traction = self.lift(q)
+            residuals = normal_residuals(self.friction.body, heights + by_traction, load, normal)
+            normal = replace(normal, displacement=normal.displacement + by_traction, residuals=residuals)
+        known = {name: getattr(normal, name) for name in normal.__dataclass_fields__}
+        known["residuals"] = _residuals(normal, self.problem, q, slip, self._length)
+        fields = {"traction": self.spread(q), "slip": self.spread(slip), "position": self.step.position}
+        report = TangentialReport(0, 0, 0, 0.0)
+        return self._made(motion, friction=self.friction.mu, tangential_solver=report, **known, **fields)
+
+    @property
+    def _length(self) -> float:
+        """Length over which a slip is counted; 1 for displacements."""
+        return 1.0
+
+    @abstractmethod
+    def _made(self, motion: Array, **fields: Any) -> C:
+        """The contact with motions (3,) and other fields."""
+
+
+@dataclass(frozen=True, eq=False)
+class DraggedTractions(Tractions[PressStep, FrictionContact]):
+    """Tractions at the end of a step, whose slip is counted from the last contact."""
+
+    last: FrictionContact | None
+
+    @cached_property
+    def box(self) -> Box:
+        """Part of the grid with the cells that touch now or did before."""
+        before = () if self.last is None else (self.last.pressure,)
+        return self.friction.box(self.normal.pressure, *before)
+
+    @property
+    def before(self) -> Array:
+        """Motions (3,) at the end of the last step."""
+        return np.zeros(3) if self.last is None else np.array([*self.last.shift, self.last.twist])
+
+    def _given_slip(self, p: Array) -> Array:
+        c = self.compliance.of_pressure(p)
+        if self.last is not None:
+            c -= self.compliance.of_pressure(self.last.pressure[self.box])
+            c -= self.compliance.apply(self.last.traction[:, *self.box])
+        return c
+
+    def _first(self, heights: Array, load: Load) -> tuple[Array, Array]:
         """Tractions mu (p - p') by the pressures p' of a smaller load, and motions.
 
         Exact for one step from the unloaded state if nu = 0 and nothing is coupled, for then tractions displace the
@@ -383,6 +508,8 @@ class _Tractions:
         M. Ciavarella, J. Appl. Mech. 65 (1998) 998; J. Jaeger, Arch. Appl. Mech. 65 (1995) 478.
         """
         mu, p = self.friction.mu, self.normal.pressure[self.box]
+        if self.step.torque or self.step.twist or not math.isfinite(mu):
+            return super()._first(heights, load)
         driven = self.step.shift is None
         along = np.array(self.step.tangential or (0.0, 0.0)) if driven else np.array(self.step.shift)
         size = float(np.hypot(*along))
@@ -402,40 +529,9 @@ class _Tractions:
             m[:2] = mu * softer * (self.normal.approach - less.approach) * along / size
         return q * (along / size)[:, None, None], m
 
-    def spread(self, q: Array) -> Array:
-        """Values (2, nx, ny) of the grid from values of the box, zero outside."""
-        whole = np.zeros((2, *self.normal.grid.shape))
-        whole[:, *self.box] = q
-        return whole
-
-    def slip(self, q: Array, m: Array) -> Array:
-        """Slip (2, bx, by) on the box; zero where nothing touches."""
-        return np.where(self.normal.active[self.box], self.problem.slip(q, m), 0.0)
-
-    def contact(self, heights: Array, load: Load, q: Array, m: Array) -> FrictionContact:
-        """The contact with tractions q on the box and motions m since the last step, and its certificate."""
-        slip = self.slip(q, m)
-        motion = np.array(
-            [b if value is None else value for b, value in zip(self.before, self.step.motions, strict=True)]
-        )
-        motion[self.free] += m
-        normal = self.normal
-        if self.friction.coupled:
-            by_traction = self.lift(q)
-            residuals = normal_residuals(self.friction.body, heights + by_traction, load, normal)
-            normal = replace(normal, displacement=normal.displacement + by_traction, residuals=residuals)
-        known = {name: getattr(normal, name) for name in normal.__dataclass_fields__}
-        known["residuals"] = _residuals(normal, self.problem, q, slip)
-        return FrictionContact(
-            **known,
-            friction=self.friction.mu,
-            traction=self.spread(q),
-            slip=self.spread(slip),
-            shift=(float(motion[0]), float(motion[1])),
-            twist=float(motion[2]),
-            position=self.step.position,
-            tangential_solver=TangentialReport(0, 0, 0, 0.0),
-        )
+    def _made(self, motion: Array, **fields: Any) -> FrictionContact:
+        x, y, twist = motion.tolist()
+        return FrictionContact(**fields, shift=(x, y), twist=twist)
 
 
 @dataclass(frozen=True, eq=False)
@@ -448,15 +544,17 @@ class _Solved:
     nit: int
 
 
-def _residuals(normal: HalfSpaceContact, problem: TrescaProblem, q: Array, slip: Array) -> Residuals:
+def _residuals(
+    normal: HalfSpaceContact, problem: TrescaProblem, q: Array, slip: Array, length: float = 1.0
+) -> Residuals:
     """Certificate of pressures and tractions, recomputed.
 
-    The scales of friction are the largest pressure and the largest normal displacement.
+    The scales of friction are the largest pressure and the largest normal displacement, for slip over a length.
     """
     p = normal.pressure
     missing = np.abs(problem.F - np.tensordot(problem.B, q, 3))
     reach = np.abs(problem.B * problem.touching).max(axis=(1, 2, 3), initial=0.0)
     balance = float((missing / (reach * float(p.sum()))).max(initial=0.0))
-    scales = ResidualScales(float(p.sum()), float(np.abs(normal.displacement).max()), float(p.max()))
+    scales = ResidualScales(float(p.sum()), float(np.abs(normal.displacement).max()) / length, float(p.max()))
     pressed = replace(normal.residuals, equilibrium=max(normal.residuals.equilibrium, balance))
     return pressed.with_friction(q, slip, problem.limit, scales)

@@ -7,6 +7,9 @@ In the unknowns left, two for a cell that sticks and one for a cell that slips, 
 the diagonal D, symmetric and positive definite.
 
 The slip is recomputed after each Newton step; within it the changes are in single precision.
+
+A compliance that is monotone but not symmetric, as of steady rolling, has no energy; the same equations are then solved
+by GMRES.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from fecontact.common.arrays import Array, Mask
 from fecontact.halfspace.compliance import TangentialCompliance
@@ -23,7 +27,8 @@ from fecontact.halfspace.nested import COARSE_TOLERANCE, COARSEST, finer
 from fecontact.solvers.coulomb import projected
 
 #: 1/r over the displacement of a cell by itself; with 1, many cells that stick are taken to slip, far from the answer.
-WEIGHED = 16
+#: The compliance of rolling is a difference of neighbours: 2 there; with 4 and more Newton's method may go in circles.
+WEIGHED, WEIGHED_ROLLING = 16, 2
 
 MAX_ROUNDS = 20
 PATIENCE = 6
@@ -31,6 +36,12 @@ PROGRESS = 0.7
 ALTERNATIONS = 30
 #: Conjugate gradient steps in one Newton step.
 MAX_ITERATIONS = 200
+
+#: Shares of a Newton step taken where it goes astray without an energy, and steps whose defects it is to be below.
+SHORTER, MEMORY = (0.5, 0.25), 5
+
+#: Steps of GMRES in one Newton step, and its least relative residual: products are in single precision.
+MAX_GMRES, FINEST = 80, 1e-4
 
 #: Defect of a start from which Newton's method is tried without coarser grids.
 CLOSE = 0.05
@@ -172,9 +183,10 @@ def solve_tresca(problem: TrescaProblem, q: Array, m: Array, tolerance: float) -
 
 def _newton(problem: TrescaProblem, at: TrescaIterate, tolerance: float) -> TrescaIterate:
     """Newton steps while `PATIENCE` of them come closer by `PROGRESS`; the closest iterate."""
-    best, mark, since = at, at.defect, 0
+    best, mark, since, recent = at, at.defect, 0, [at.defect]
     while at.defect > tolerance and since < PATIENCE:
-        at = _newton_step(problem, at, tolerance)
+        at = _newton_step(problem, at, tolerance, max(recent[-MEMORY:]))
+        recent.append(at.defect)
         best = at if at.defect < best.defect else replace(best, newton=at.newton, nit=at.nit)
         mark, since = (at.defect, 0) if at.defect < PROGRESS * mark else (mark, since + 1)
     return best
@@ -242,7 +254,8 @@ class _Linear:
 
 def _linear(problem: TrescaProblem, at: TrescaIterate) -> tuple[_Linear, Array]:
     """Equations at an iterate, and the change of tractions along themselves that puts those that slip on their disc."""
-    own, weighed = problem.compliance.own, WEIGHED * problem.compliance.own
+    own = problem.compliance.own
+    weighed = (WEIGHED if problem.compliance.symmetric else WEIGHED_ROLLING) * own
     z = at.q - at.s / weighed
     size = np.hypot(z[0], z[1])
     slips = problem.touching & (size > problem.limit)
@@ -256,13 +269,20 @@ def _linear(problem: TrescaProblem, at: TrescaIterate) -> tuple[_Linear, Array]:
     return _Linear(problem, stick, np.stack([-n[1], n[0]]), D, weight), outwards
 
 
-def _newton_step(problem: TrescaProblem, at: TrescaIterate, tolerance: float) -> TrescaIterate:
+def _newton_step(problem: TrescaProblem, at: TrescaIterate, tolerance: float, most: float) -> TrescaIterate:
+    """One step; without an energy, halved twice at most while its defect is not below that of the last few."""
     linear, change = _linear(problem, at)
     small = 0.1 * tolerance * problem.compliance.own * float(np.abs(at.q + change).max(initial=0.0))
     factor = PER_NEWTON if at.defect > 1e3 * tolerance else 0.0
     to = _solve_linear(linear, at, change, np.zeros(at.q.shape), small, factor)
     q = projected(to.q, np.where(linear.stick, np.inf, problem.limit))
-    return _measured(problem, replace(to, q=q, s=problem.slip(q, to.m), newton=at.newton + 1))
+    found = _measured(problem, replace(to, q=q, s=problem.slip(q, to.m), newton=at.newton + 1))
+    for share in () if problem.compliance.symmetric else SHORTER:
+        if found.defect < most:
+            break
+        q, m = projected(at.q + share * (to.q - at.q), problem.limit), at.m + share * (to.m - at.m)
+        found = _measured(problem, replace(found, q=q, m=m, s=problem.slip(q, m)))
+    return found
 
 
 def _solve_linear(
@@ -272,6 +292,8 @@ def _solve_linear(
 
     They end when the residual is `small` or has fallen by `factor`.
     """
+    if not linear.problem.compliance.symmetric:
+        return _solve_by_gmres(linear, at, change, anchor, factor)
     problem, k = linear.problem, len(linear.problem.F)
     rows = np.array([linear.project(row) for row in problem.B]).reshape(problem.B.shape)
     images = np.array([linear.precondition(row) for row in rows]).reshape(problem.B.shape)
@@ -300,6 +322,48 @@ def _solve_linear(
         z, dm = _direction(linear, residual, rows, images, inverse)
     s = at.s + u - np.tensordot(m - at.m, problem.B, 1)
     return replace(at, q=at.q + change, s=s, m=m, nit=at.nit + steps)
+
+
+def _solve_by_gmres(linear: _Linear, at: TrescaIterate, change: Array, anchor: Array, factor: float) -> TrescaIterate:
+    """The same for a compliance that is not symmetric, by GMRES in changes d of tractions and dm of motions.
+
+    P(A d + D d - B^T dm) = -P r and B d = e, preconditioned by the same equations with the inverse in wave numbers.
+    """
+    problem, k, own, n = linear.problem, len(linear.problem.F), linear.problem.compliance.own, at.q.size
+    rows = np.array([linear.project(row) for row in problem.B]).reshape(problem.B.shape)
+    images = np.array([linear.precondition(row) for row in rows]).reshape(problem.B.shape)
+    inverse = np.linalg.pinv(np.tensordot(problem.B, images, ((1, 2, 3), (1, 2, 3))).reshape(k, k), rcond=1e-12)
+    size = np.linalg.norm(rows.reshape(k, n), axis=1)  # of the equations of balance, to be of one unit with the others
+    size[size == 0] = 1.0
+
+    def product(x: Array) -> Array:
+        d = x[:n].reshape(at.q.shape)
+        moved = np.tensordot(x[n:] / size, rows, 1)
+        return np.concatenate([(linear.product(d)[1] - moved).ravel(), own / size * np.tensordot(problem.B, d, 3)])
+
+    def inverted(y: Array) -> Array:
+        z = linear.precondition(y[:n].reshape(at.q.shape))
+        dm = inverse @ (y[n:] * size / own - np.tensordot(problem.B, z, 3))
+        return np.concatenate([(z + np.tensordot(dm, images, 1)).ravel(), dm * size])
+
+    u = problem.compliance.correct(change)
+    residual = linear.project(at.s + u + linear.D * (at.q + change - anchor))
+    missing = problem.F - np.tensordot(problem.B, at.q + change, 3)
+    A, M = (LinearOperator((n + k, n + k), matvec=f, dtype=float) for f in (product, inverted))
+    b, steps = np.concatenate([-residual.ravel(), own / size * missing]), [0.0]
+    x, _ = gmres(
+        A,
+        b,
+        M=M,
+        rtol=max(factor, FINEST),
+        restart=MAX_GMRES,
+        maxiter=1,
+        callback=steps.append,
+        callback_type="pr_norm",
+    )
+    d, dm = x[:n].reshape(at.q.shape), x[n:] / size
+    s = at.s + u + problem.compliance.correct(d) - np.tensordot(dm, problem.B, 1)
+    return replace(at, q=at.q + change + d, s=s, m=at.m + dm, nit=at.nit + len(steps) - 1)
 
 
 def _direction(linear: _Linear, residual: Array, rows: Array, images: Array, inverse: Array) -> tuple[Array, Array]:

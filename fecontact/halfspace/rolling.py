@@ -1,0 +1,372 @@
+"""Steady rolling on a half-space: Kalker's problem, its pressures and tractions solved at once, with their errors.
+
+In axes that move with the contact, at the speed of rolling along `towards`, nothing changes with time: a point of the
+surface is displaced at a rate of the displacements' slope, and the slip per length rolled is
+
+    s(x) = (u(x) - u(x + h d)) / h - rigid slip,    |q| <= mu p,  s = 0 inside,  s opposite to q on the rim,
+
+a problem as of one step of a load path with the compliance K differenced, D = sum_j w_j K(x + j h d) / h. In wave
+numbers D is K times that sum, whose real part is not negative, as K is: for given pressures there is one answer. Along
+other directions than the axes, D is the sum of both differences, each times the direction's cosine.
+
+References
+----------
+J. J. Kalker, Three-dimensional elastic bodies in rolling contact, 1990, sections 1.2 and 4.2; E. A. H. Vollebregt, User
+guide for CONTACT, 2023, chapter 4.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+from fecontact.common import checks
+from fecontact.common.arrays import Array
+from fecontact.common.compact_repr import compact_repr
+from fecontact.common.errors import InputError
+from fecontact.halfspace.compliance import TangentialCompliance
+from fecontact.halfspace.contact import TractionContact
+from fecontact.halfspace.fft import Convolution
+from fecontact.halfspace.friction import Friction, Tractions, staggered
+from fecontact.halfspace.grid import Grid, block_means, block_sums, unfold
+from fecontact.halfspace.pressing import Load
+from fecontact.halfspace.tresca import solve_nested_tresca
+from fecontact.solvers.coulomb import sizes
+
+#: Weights w of a difference over cells ahead, and cells from a cell's middle to where it takes the rigid slip. The
+#: blended one is halfway of first and second order by Taylor's series, and its error at the leading edge, where slopes
+#: have no bound, is a hundredth of theirs.
+RULES = {"blended": ((4 / 3, -5 / 3, 1 / 3), 1 / 4), "contact": ((1.0, -1.0), 1 / 6)}
+
+#: Least relative errors of force, torque and creepage, over that of the tractions.
+LEAST = 0.12
+
+#: Tolerance of the tractions on the coarser grid.
+COARSE_TOLERANCE = 1e-4
+
+#: Cells that a difference reaches ahead.
+REACH = 2
+
+Pair = tuple[float | None, float | None]
+
+
+@compact_repr
+@dataclass(frozen=True)
+class RollingStep:
+    """Loads and motions of a surface that rolls, along the direction of rolling and to its left.
+
+    Parameters
+    ----------
+    force, approach : float, optional
+        Exactly one, as in `PressStep`.
+    creepage : (float or None, float or None)
+        Velocity of the surface against the half-space over that of rolling; None where the force is prescribed.
+    tangential : (float or None, float or None)
+        Force on the surface, for each direction without creepage; zero unless given: it rolls freely.
+    spin : float
+        Rotation of the surface about the normal, counter-clockwise seen from above, per length rolled.
+    towards : (float, float)
+        Direction of rolling: that in which the contact moves.
+    rule : {'blended', 'contact'}
+        Difference along the direction of rolling, see `RULES`.
+    position : (float, float)
+        Point about which it spins.
+
+    Raises
+    ------
+    InputError
+        If creepage and force are both given for one direction, or a number is not finite.
+
+    Examples
+    --------
+    >>> RollingStep(force=1.0, creepage=(1e-3, None)).loads
+    (None, 0.0, None)
+    """
+
+    force: float | None = None
+    approach: float | None = None
+    creepage: Pair = (None, None)
+    tangential: Pair = (None, None)
+    spin: float = 0.0
+    towards: tuple[float, float] = (1.0, 0.0)
+    rule: str = "blended"
+    position: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        Load(self.force, self.approach, None)
+        checks.among("rule", self.rule, tuple(RULES))
+        checks.finite("the spin", self.spin)
+        checks.vector("the direction of rolling", self.towards, 2)
+        if not any(self.towards):
+            raise InputError("The direction of rolling must not be (0, 0); give towards=(1, 0), say.")
+        for name in ("creepage", "tangential"):
+            if np.shape(pair := getattr(self, name)) != (2,):
+                raise InputError(
+                    f"{name} must be two numbers, along the direction of rolling and to its left, or None."
+                )
+            for value in pair:
+                if value is not None:
+                    checks.finite(f"the {name}", value)
+        if any(None not in both for both in zip(self.creepage, self.tangential, strict=True)):
+            raise InputError(
+                "Give creepage or force for a direction, not both: one follows from the other. "
+                f"Found creepage={self.creepage}, tangential={self.tangential}.",
+                code="one-of",
+            )
+
+    @property
+    def loads(self) -> tuple[float | None, float | None, None]:
+        """Forces along the direction of rolling and to its left; None where the creepage is prescribed."""
+        x, y = ((f or 0.0) if c is None else None for c, f in zip(self.creepage, self.tangential, strict=True))
+        return x, y, None
+
+    @property
+    def motions(self) -> tuple[float | None, float | None, float]:
+        """Creepages and spin; None where the force is prescribed."""
+        return *self.creepage, self.spin
+
+    @property
+    def slides_by(self) -> str:
+        """Name of the motion to prescribe for sliding."""
+        return "creepage"
+
+    @property
+    def axes(self) -> Array:
+        """The direction of rolling and the one to its left, rows (2, 2)."""
+        x, y = np.asarray(self.towards, dtype=float) / math.hypot(*self.towards)
+        return np.array([[x, y], [-y, x]])
+
+
+@dataclass(frozen=True)
+class RollingError:
+    """Estimated errors of discretisation, from the grid of cells twice as large.
+
+    Sums change less than the tractions, by chance hardly at all: their errors are at least `LEAST` times theirs.
+
+    Attributes
+    ----------
+    traction : float
+        Of the tractions, root mean square over that of the tractions.
+    force, torque : float
+        Of the tangential force, a length of a vector, zero where it is prescribed, and of the torque.
+    creepage : float
+        Of the creepage, a length of a vector; zero where it is prescribed.
+    """
+
+    traction: float
+    force: float
+    torque: float
+    creepage: float
+
+    def __str__(self) -> str:
+        off = f", creepage {self.creepage:.2g}" if self.creepage else ""
+        return f"tractions: about {100 * self.traction:.2g} % (force {self.force:.2g}, torque {self.torque:.2g}{off})"
+
+
+@compact_repr
+@dataclass(frozen=True, eq=False)
+class RollingContact(TractionContact):
+    """Steady rolling of a surface on a half-space; made by `HalfSpace.roll`.
+
+    Slip is per length rolled, the velocity of slip over that of rolling, and so are the works of friction: times the
+    speed, `friction_work` is the power lost and `work_density` the heat per area and time. With infinite friction what
+    touches sticks: the limit of small creepages, Kalker's linear theory.
+
+    Attributes
+    ----------
+    creepage : (float, float)
+        Velocity of the surface against the half-space along the direction of rolling and to its left, over the speed.
+    spin : float
+        Its rotation about the normal per length rolled.
+    towards : (float, float)
+        Direction of rolling, of length 1.
+    rolling_error : RollingError
+    """
+
+    creepage: tuple[float, float]
+    spin: float
+    towards: tuple[float, float]
+    rolling_error: RollingError = field(default=RollingError(np.nan, np.nan, np.nan, np.nan))
+
+    @cached_property
+    def tangential(self) -> tuple[float, float]:
+        """Tangential force along the direction of rolling and to its left, on the half-space by the surface."""
+        (x, y), (fx, fy) = self.towards, self.traction.sum(axis=(1, 2)) * self.grid.area
+        return float(x * fx + y * fy), float(x * fy - y * fx)
+
+    @property
+    def creep_work(self) -> float:
+        """Work per length rolled of force and torque on creepage and spin: `friction_work`, but for its error."""
+        (x, y), (fx, fy) = self.creepage, self.tangential
+        return fx * x + fy * y + self.torque * self.spin
+
+    @property
+    def heat_per_area(self) -> Array:
+        """Work of friction per area of the track, along the direction of rolling, across it (n,), all that passes it.
+
+        For rolling along an axis of the grid; per cell across it.
+
+        Raises
+        ------
+        InputError
+            For other directions, along which the cells are not in rows.
+        """
+        if min(map(abs, self.towards)) > 0:
+            raise InputError("The heat per area of the track is offered for rolling along an axis of the grid.")
+        along = int(abs(self.towards[1]) == 1)
+        return np.asarray(self.work_density.sum(axis=along) * self.grid.cell[along])
+
+    def summary(self) -> dict[str, Any]:
+        """Figures for scripts, ready for JSON."""
+        more = {name: getattr(self, name) for name in ("creepage", "spin", "towards", "torque")}
+        return {**super().summary(), **more, "rolling_error": vars(self.rolling_error)}
+
+    @property
+    def _motions(self) -> dict[str, float]:
+        x, y = self.creepage
+        return {"torque": self.torque, "creepage along": x, "creepage across": y, "spin": self.spin}
+
+    @property
+    def _reports(self) -> tuple[object, ...]:
+        return *super()._reports, f"error of {self.rolling_error}"
+
+
+@dataclass(frozen=True, eq=False)
+class RollingFriction(Friction):
+    """Friction of a surface that rolls: its compliances give the slip per length rolled."""
+
+    axes: Array = field(default_factory=lambda: np.eye(2), kw_only=True)
+    rule: str = field(default="blended", kw_only=True)
+
+    def compliance(self, level: int, shape: tuple[int, int]) -> TangentialCompliance:
+        """Compliance among as many cells of the grid coarsened `level` times by two, differenced."""
+        if (level, shape) not in self._made:
+            plain = Friction(self.body, 0.0, 0.0, self.workers).compliance(level, (shape[0] + REACH, shape[1] + REACH))
+            self._made[level, shape] = self._differenced(plain, shape, level)
+        return self._made[level, shape]
+
+    def _differenced(self, plain: TangentialCompliance, shape: tuple[int, int], level: int) -> TangentialCompliance:
+        def product(convolution: Convolution, by: NDArray) -> Convolution:
+            by = by.astype(np.complex64) if convolution._is_single else by
+            kernels = tuple(tuple(None if k is None else k * by for k in row) for row in convolution.kernels)
+            return replace(convolution, kernels=kernels, shape=shape)
+
+        ahead = self._symbol(plain.tractions.lengths, level)
+        tractions = product(plain.tractions, ahead)
+        own = [scipy.fft.irfft2(tractions.kernels[j][j], s=tractions.lengths)[0, 0] for j in (0, 1)]
+        return TangentialCompliance(
+            tractions,
+            None,
+            None if plain.drag is None else product(plain.drag, ahead),
+            product(plain.inverse, 1 / self._symbol(plain.inverse.lengths, level, damped=True)),
+            float(np.mean(own)),
+            False,
+            symmetric=False,
+        )
+
+    def _symbol(self, lengths: tuple[int, int], level: int, damped: bool = False) -> NDArray:
+        """Sum of w_j exp(i j k) over the cells' sides; damped as by a wave that falls along the grid."""
+        waves = (scipy.fft.fftfreq(lengths[0])[:, None], scipy.fft.rfftfreq(lengths[1])[None, :])
+        total = np.zeros((1, 1), complex)
+        for wave, length, side, cosine in zip(waves, lengths, self.body.grid.cell, self.axes[0], strict=True):
+            step = np.exp(2j * math.pi * math.copysign(1, cosine) * wave) * (1 - damped * math.pi / length)
+            weights = RULES[self.rule][0]
+            total = total + abs(cosine) / (side * 2**level) * sum(w * step**j for j, w in enumerate(weights))
+        return np.asarray(total)
+
+
+@dataclass(frozen=True, eq=False)
+class RollingTractions(Tractions[RollingStep, RollingContact]):
+    """Tractions of steady rolling."""
+
+    @cached_property
+    def rows(self) -> Array:
+        """Rigid slips (3, 2, bx, by) by unit creepages along the direction of rolling and to its left, and by spin."""
+        ahead = RULES[self.step.rule][1] * self.step.axes[0] * self.normal.grid.cell
+        x = (self.normal.grid.x - self.step.position[0] + ahead[0])[self.box[0], None]
+        y = (self.normal.grid.y - self.step.position[1] + ahead[1])[None, self.box[1]]
+        rows = np.zeros((3, 2, *self.compliance.shape))
+        rows[:2] = self.step.axes[:, :, None, None]
+        rows[2, 0], rows[2, 1] = -y, x
+        return rows
+
+    @property
+    def _length(self) -> float:
+        """Length of the contact's box along the direction of rolling."""
+        sides = [n * side for n, side in zip(self.compliance.shape, self.normal.grid.cell, strict=True)]
+        return float(np.abs(self.step.axes[0]) @ sides)
+
+    def _made(self, motion: Array, **fields: Any) -> RollingContact:
+        x, y, spin = motion.tolist()
+        along = self.step.axes[0].tolist()
+        return RollingContact(**fields, creepage=(x, y), spin=spin, towards=(along[0], along[1]))
+
+
+def roll(
+    friction: RollingFriction,
+    heights: Array,
+    step: RollingStep,
+    start: RollingContact | None = None,
+    symmetry: bool = True,
+) -> RollingContact:
+    """Steady rolling of a surface of heights (nx, ny), with its errors, from a solution nearby if there is one.
+
+    Raises
+    ------
+    InputError
+        If the forces make the contact slide as a whole.
+    SolverError
+        If no certified solution was found.
+    """
+    load = Load(step.force, step.approach, None)
+    begin = None if start is None else (start.traction, None)
+    found = staggered(friction, heights, load, lambda normal: RollingTractions(friction, normal, step), begin, symmetry)
+    return replace(found, rolling_error=rolling_error(friction, found, step))
+
+
+def rolling_error(friction: RollingFriction, found: RollingContact, step: RollingStep) -> RollingError:
+    """Errors by the tractions under the pressures of cells twice as large.
+
+    Without such pressures, on grids of a few cells, those under the means of the pressures found.
+    """
+    grid, symmetric = found.grid, found.solver.symmetric
+    if not found.traction.any():
+        return RollingError(0.0, 0.0, 0.0, 0.0)
+    pressure = block_means(found.pressure) if found.coarse is None else unfold(found.coarse, symmetric)
+    # an odd number of cells has one more at its end, of symmetric ones at both
+    shape, even = pressure.shape, symmetric if found.coarse is not None else (False, False)
+    missing = [2 * m - n for m, n in zip(shape, grid.shape, strict=True)]
+    before = [k // 2 if mirrored else 0 for k, mirrored in zip(missing, even, strict=True)]
+    around = [(k, n - k) for k, n in zip(before, missing, strict=True)]
+    shift = [(n / 2 - k) * side for k, n, side in zip(before, missing, grid.cell, strict=True)]
+    padded = np.pad(found.traction, [(0, 0), *around])
+    own = block_sums(padded) / 4
+    larger = Grid((2 * grid.cell[0] * shape[0], 2 * grid.cell[1] * shape[1]), (shape[0], shape[1]))
+    setting = replace(friction, body=replace(friction.body, grid=larger), _made={})
+    tractions = RollingTractions(
+        setting, replace(found, grid=larger, pressure=pressure), replace(step, position=(-shift[0], -shift[1]))
+    )
+    creepage = np.array([found.creepage[j] for j in tractions.free])
+    start = own[:, *tractions.box]
+    at = solve_nested_tresca(tractions.problem, setting.compliance, start, creepage, COARSE_TOLERANCE)
+    change = tractions.spread(at.q) - own
+    x, y = larger.x[:, None] + shift[0], larger.y + shift[1]
+    error = float(np.linalg.norm(change) / np.linalg.norm(own))
+    # changes of sums may cancel by chance
+    force = step.axes @ change.sum(axis=(1, 2)) * larger.area
+    force[tractions.free] = 0.0
+    torque = float((x * change[1] - y * change[0]).sum()) * larger.area
+    size, reach = LEAST * error * float(sizes(own).sum()) * larger.area, math.sqrt(found.figures["area"] / math.pi)
+    motion = LEAST * error * math.hypot(*found.creepage, reach * found.spin)
+    return RollingError(
+        error,
+        max(float(np.hypot(*force)), size if len(tractions.free) < 2 else 0.0),
+        max(abs(torque), size * reach),
+        max(float(np.linalg.norm(at.m - creepage)), motion if tractions.free else 0.0),
+    )

@@ -1,0 +1,236 @@
+"""Steady rolling on half-spaces: products, signs, frames, units, loads, errors, refusals."""
+
+import numpy as np
+import pytest
+from refusals import refused
+
+import fecontact as fc
+from fecontact import InputError
+from fecontact.halfspace.compliance import tangential_compliance
+from fecontact.halfspace.rolling import RULES, RollingFriction, RollingStep
+from fecontact.surfaces import Paraboloid
+
+STEEL, RUBBER = fc.Material(E=1.0, nu=0.28), fc.Material(E=0.2, nu=0.45)
+MU, FORCE = 0.3, 2e-4
+BALL = Paraboloid(1.0, 0.6)
+
+
+def half(n=20, against=STEEL, turned=False, **more):
+    size, cells = (0.22, 0.176), (n, n - 4)
+    if turned:
+        size, cells = size[::-1], cells[::-1]
+    return fc.HalfSpace(STEEL, size, cells, against=against, **more)
+
+
+def rolled(body=None, surface=BALL, force=FORCE, friction=MU, **more):
+    return (body or half()).roll(surface, force=force, friction=friction, **more)
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("towards", [(1, 0), (-1, 0), (0, 1), (0, -2), (0.6, -0.8)])
+@pytest.mark.parametrize("against", [None, RUBBER])
+def test_products_are_differences_of_displacements_ahead(rule, towards, against):
+    n, reach = 8, 2
+    body = fc.HalfSpace(STEEL, (2.0, 3.0), (n + 2 * reach, n + 2 * reach), against=against).compliance
+    whole = tangential_compliance(body, (slice(0, n + 2 * reach),) * 2)
+    axes = RollingStep(force=1.0, towards=towards).axes
+    rolling = RollingFriction(body, MU, 1e-8, axes=axes, rule=rule).compliance(0, (n, n))
+    rng = np.random.default_rng(1)
+    q, p = rng.normal(size=(2, n, n)), rng.normal(size=(n, n))
+    inner = (slice(reach, -reach),) * 2
+    Q, P = np.zeros((2, *whole.shape)), np.zeros(whole.shape)
+    Q[:, *inner], P[inner] = q, p
+    for u, found in ((whole.apply(Q), rolling.apply(q)), (whole.of_pressure(P), rolling.of_pressure(p))):
+        expected = np.zeros((2, n, n))
+        for axis, cosine in enumerate(axes[0]):
+            for ahead, weight in enumerate(RULES[rule][0]):
+                moved = np.roll(u, -ahead * int(np.sign(cosine)), axis + 1)[:, *inner]
+                expected += abs(cosine) / body.grid.cell[axis] * weight * moved
+        np.testing.assert_allclose(found, expected, atol=1e-12 * max(np.abs(u).max(), 1e-300) / min(body.grid.cell))
+    assert np.vdot(q, rolling.apply(q)) > 0
+
+
+def test_figures_and_signs_of_contact():
+    """Case 1 of its example fastsim, as printed in its file fastsim.ref_out of 2023, by its rule."""
+    G, nu, FN = 82000.0, 0.28, 82000.0
+    steel = fc.Material(E=2 * G * (1 + nu), nu=nu)
+    body = fc.HalfSpace(steel, (17.6, 8.8), (44, 44), against=steel)
+    surface = Paraboloid(1 / (2 * 0.8464e-3), 1 / (2 * 0.2406e-2))
+    options = {"force": FN, "friction": 0.3, "creepage": (0.0, -6.25e-4), "spin": 6.25e-4}
+    theirs = body.roll(surface, rule="contact", **options)
+    assert theirs.max_pressure == pytest.approx(1223, abs=1.5)
+    assert -theirs.tangential[1] / (0.3 * FN) == pytest.approx(-0.6074, abs=1e-4)
+    assert abs(theirs.tangential[0]) < 1e-8 * FN
+    assert -theirs.torque == pytest.approx(-4.821e4, abs=12)  # curvatures are printed to four digits
+    assert -theirs.friction_work * 30 == pytest.approx(-540.4, abs=0.1)  # at 30 m/s, N m/s
+    assert (int(theirs.sticking.sum()), int(theirs.active.sum())) == (356, 1276)
+    assert theirs.residuals.within(1e-8)
+
+
+def test_turned_axes_and_surfaces_give_turned_answers():
+    options = {"creepage": (6e-3, -3e-3), "spin": 0.08}
+    one = rolled(**options)
+    other = rolled(half(turned=True), Paraboloid(0.6, 1.0), towards=(0, 3), **options)
+    back = rolled(towards=(-1, 0), **options)
+    for found, turn in ((other, 1), (back, 2)):
+        vectors = np.rot90(found.traction, -turn, axes=(1, 2))  # rot90 turns x to -y of arrays
+        x, y = {1: (vectors[1], -vectors[0]), 2: (-vectors[0], -vectors[1])}[turn]
+        scale = np.abs(one.traction).max()
+        assert np.abs(np.stack([x, y]) - one.traction).max() < 1e-7 * scale
+        np.testing.assert_allclose(found.tangential, one.tangential, atol=1e-9 * MU * FORCE)
+        assert found.torque == pytest.approx(one.torque, abs=1e-9 * MU * FORCE * 0.1)
+        across = one.heat_per_area[::-1]  # the left of rolling is -x in one, -y in the other
+        np.testing.assert_allclose(found.heat_per_area, across, atol=1e-8 * across.max())
+
+
+def test_mirrored_creepage_gives_mirrored_tractions():
+    one, other = rolled(creepage=(3e-3, 6e-3), spin=0.1), rolled(creepage=(3e-3, -6e-3), spin=-0.1)
+    np.testing.assert_allclose(other.tangential, np.array([1, -1]) * one.tangential, atol=1e-9 * MU * FORCE)
+    np.testing.assert_allclose(other.slip[0], one.slip[0][:, ::-1], atol=1e-9)
+
+
+def test_other_directions_lie_within_the_error():
+    """A ball has no direction: what rolls along another one differs by no more than both errors."""
+    body = fc.HalfSpace(STEEL, (0.2, 0.2), (32, 32), against=STEEL)
+    one, other = (
+        body.roll(Paraboloid(1.0), force=FORCE, friction=MU, creepage=(3e-3, 6e-3), spin=0.08, towards=t)
+        for t in ((1, 0), (1, 0.7))
+    )
+    change = np.hypot(*np.subtract(one.tangential, other.tangential))
+    assert 0 < change < one.rolling_error.force + other.rolling_error.force
+
+
+def test_no_units():
+    length, stress = 1e3, 7e-4
+    body = half()
+    one = rolled(body, creepage=(4e-3, None), tangential=(None, 2e-5), spin=0.08)
+    material = fc.Material(E=stress, nu=0.28)
+    large = fc.HalfSpace(material, (0.22 * length, 0.176 * length), body.grid.shape, against=material)
+    other = large.roll(
+        Paraboloid(length, 0.6 * length), force=FORCE * stress * length**2, friction=MU, creepage=(4e-3, None),
+        tangential=(None, 2e-5 * stress * length**2), spin=0.08 / length,
+    )  # fmt: skip
+    np.testing.assert_allclose(other.traction / stress, one.traction, atol=1e-9 * one.max_pressure)
+    np.testing.assert_allclose(other.creepage, one.creepage, atol=1e-9 * 1e-3)
+    assert other.friction_work / (stress * length**2) == pytest.approx(one.friction_work, rel=1e-9)
+    assert other.rolling_error.traction == pytest.approx(one.rolling_error.traction, rel=1e-3)  # of tolerance 1e-4
+
+
+def test_forces_give_the_creepages_back():
+    one = rolled(creepage=(3e-3, -6e-3), spin=0.1)
+    fx, fy = one.tangential
+    for options in (
+        {"tangential": (fx, fy)},
+        {"creepage": (3e-3, None), "tangential": (None, fy)},
+        {"creepage": (None, -6e-3), "tangential": (fx, None)},
+    ):
+        other = rolled(spin=0.1, **options)
+        np.testing.assert_allclose(other.creepage, (3e-3, -6e-3), atol=1e-8)
+        np.testing.assert_allclose(other.tangential, (fx, fy), atol=1e-9 * MU * FORCE)
+    near = rolled(spin=0.1, creepage=(3e-3, -5.9e-3), start=one)
+    assert near.tangential_solver.newton <= one.tangential_solver.newton
+
+
+@pytest.mark.parametrize("share", [0.9, 0.99])
+def test_forces_near_sliding(share):
+    found = rolled(tangential=(-share * MU * FORCE, 0.0))
+    assert found.tangential[0] == pytest.approx(-share * MU * FORCE, rel=1e-9)
+    assert found.creepage[0] < 0
+    assert found.residuals.within(1e-8)
+
+
+def test_free_rolling_of_like_and_unlike_bodies():
+    free = rolled()
+    assert not free.traction.any()
+    assert free.friction_work == 0
+    assert free.creepage == (0.0, 0.0)
+    spinning = rolled(spin=0.1)
+    np.testing.assert_allclose(spinning.tangential, 0.0, atol=1e-9 * MU * FORCE)
+    assert abs(spinning.creepage[1]) > 1e-4
+    assert spinning.friction_work > 0
+    # unlike bodies micro-slip without a force (Johnson, Contact Mechanics, section 8.2), and creep
+    unlike = rolled(half(against=RUBBER))
+    assert unlike.traction.any()
+    assert unlike.tangential_solver.staggered > 1
+    assert unlike.residuals.within(1e-8)
+    np.testing.assert_allclose(unlike.tangential, 0.0, atol=1e-9 * MU * FORCE)
+
+
+def test_work_of_friction_is_that_of_forces_on_creepages():
+    found = rolled(half(n=40), creepage=(6e-3, -3e-3), spin=0.1)
+    assert found.creep_work == pytest.approx(found.friction_work, rel=0.06)
+    assert found.heat_per_area.sum() * found.grid.cell[1] == pytest.approx(found.friction_work, rel=1e-12)
+    assert (found.work_density >= -1e-12 * found.work_density.max()).all()
+
+
+def test_full_sliding_is_that_of_rigid_bodies():
+    """At large creepages the slip is the rigid one: tractions mu p along it."""
+    found = rolled(creepage=(0.3, 0.4))
+    np.testing.assert_allclose(found.traction, MU * np.multiply.outer([0.6, 0.8], found.pressure), atol=2e-2 * MU)
+    np.testing.assert_allclose(found.tangential, (0.6 * MU * FORCE, 0.8 * MU * FORCE), rtol=2e-2)
+
+
+def test_a_layer_of_the_same_material_changes_nothing():
+    layered = half(against=None, layers=(fc.Layer(STEEL, 0.05),))
+    plain = rolled(half(against=None), creepage=(3e-3, 6e-3), spin=0.08)
+    found = rolled(layered, creepage=(3e-3, 6e-3), spin=0.08)
+    np.testing.assert_allclose(found.tangential, plain.tangential, rtol=1e-5)
+    soft = rolled(half(against=None, layers=(fc.Layer(RUBBER, 0.05),)), creepage=(3e-3, 6e-3), spin=0.08)
+    assert np.hypot(*soft.tangential) < np.hypot(*plain.tangential)
+    assert soft.residuals.within(1e-8)
+
+
+def test_the_error_estimate_holds_and_shrinks():
+    options = {"creepage": (3e-3, -6e-3), "spin": 0.1}
+    coarse, fine = (
+        fc.HalfSpace(STEEL, (0.2, 0.16), (n, n), against=STEEL).roll(BALL, force=FORCE, friction=MU, **options)
+        for n in (28, 112)
+    )
+    q = fine.traction.reshape(2, 28, 4, 28, 4).mean(axis=(2, 4))
+    true = np.linalg.norm(coarse.traction - q) / np.linalg.norm(q)
+    assert 0.8 < coarse.rolling_error.traction / true < 3
+    off = np.hypot(*np.subtract(coarse.tangential, fine.tangential))
+    assert 0.5 * off < coarse.rolling_error.force
+    assert fine.rolling_error.traction < 0.6 * coarse.rolling_error.traction
+    assert coarse.rolling_error.creepage == 0
+    by_force = rolled(tangential=(2e-5, 0.0))
+    assert by_force.rolling_error.force == 0 < by_force.rolling_error.creepage
+
+
+def test_results_print_save_draw_and_have_stresses(tmp_path):
+    found = rolled(creepage=(3e-3, 6e-3), spin=0.08)
+    text = str(found)
+    assert "creepage along" in text
+    assert "tractions: about" in text
+    assert "work of friction" in text
+    summary = found.summary()
+    assert summary["creepage"] == (3e-3, 6e-3)
+    assert set(summary["rolling_error"]) == {"traction", "force", "torque", "creepage"}
+    saved = np.load(found.save(tmp_path / "rolling.npz"))
+    np.testing.assert_allclose(saved["slip_x"], found.slip[0])
+    assert found.save(tmp_path / "rolling.json").stat().st_size > 100
+    assert found.plot(tmp_path / "rolling.png") is not None
+    assert found.stress([[0.0, 0.0, -0.01]]).shape == (1, 6)
+
+
+def test_what_is_wrong_is_refused():
+    body = half()
+    with refused(InputError, "one-of", "creepage"):
+        rolled(creepage=(1e-3, 0.0), tangential=(0.0, None))
+    with refused(InputError, "one-of"):
+        body.roll(BALL, friction=MU)
+    with refused(InputError, "slides-as-a-whole", "creepage"):
+        rolled(tangential=(1.1 * MU * FORCE, 0.0))
+    with refused(InputError, "friction-isotropic"):
+        rolled(friction=(0.3, 0.2))
+    with refused(InputError, "rolling-periodic"):
+        rolled(fc.HalfSpace(STEEL, (1.0, 1.0), (8, 8), periodic=True))
+    with pytest.raises(InputError, match="direction of rolling"):
+        rolled(towards=(0, 0))
+    with pytest.raises(InputError, match="rule"):
+        rolled(rule="central")
+    with pytest.raises(InputError, match="two numbers"):
+        rolled(creepage=1e-3)
+    with pytest.raises(InputError, match="axis of the grid"):
+        _ = rolled(towards=(1, 1)).heat_per_area
+    assert rolled(friction=0.0).rolling_error.traction == 0
