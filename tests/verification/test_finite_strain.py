@@ -139,6 +139,26 @@ def roller(element: str, around: int, through: int) -> tuple[fc.Scene, fc.RigidB
     return fc.Scene([body, floor], [fc.Contact(body, floor)]), floor
 
 
+@pytest.mark.parametrize("element", ["quad8", "quad9"])
+def test_roller_in_sections_of_two_kinds_of_cells(element: str) -> None:
+    """The half of it on 8 x 32 cells, in one step; 256.10 N is what felupe's quadrilaterals of 4 nodes tend to."""
+    axes = [np.linspace(0, 1, n + 1) for n in (8, 32)]
+    mesh = fc.sections.rectangle((1.0, 1.0), (axes[0], axes[1]), element=element)
+
+    def bent(x: np.ndarray) -> np.ndarray:
+        # cells are narrower towards the tread and the middle of the contact
+        radius, angle = 35 - 17.5 * (1 - x[:, 0]) ** 1.3, np.pi * (x[:, 2] ** 1.3 - 0.5)
+        return radius[:, None] * np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
+
+    supports = {"left": "xz", "bottom": "x", "top": "x"}
+    body = fc.PlaneBody(mesh.mapped(bent), fc.NeoHookean(E=0.275, nu=0.475), "right", supports, thickness=28.0)
+    floor = fc.RigidBody(fc.Plane(), name="floor").placed((0, 0, -35.0))
+    result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={floor: {"z": 8.0}})
+    (step,) = result.finite_strain
+    assert step.iterations <= 6
+    assert 2 * abs(result.contacts[0].force[2]) == pytest.approx(256.1, rel=0.0025)
+
+
 @pytest.mark.full
 @pytest.mark.parametrize(("element", "around", "through"), [("hex20", 16, 4), ("hex27", 16, 4)])
 def test_roller_pressed_by_46_percent_in_one_step(element: str, around: int, through: int) -> None:

@@ -44,13 +44,15 @@ def grid_errors(x: np.ndarray, y: np.ndarray, pressure: np.ndarray, approach: fl
     }
 
 
-def adapter(about: dict[str, Any], settings: Sequence[Any], solved: Callable[[Any], dict[str, Any]]) -> None:
+def adapter(
+    about: dict[str, Any], settings: Sequence[Any], solved: Callable[[Any], dict[str, Any]], problem: str = "hertz"
+) -> None:
     """Answer the command line: introduce the program, or solve once for what is loaded late and once to be timed."""
     if sys.argv[1:] == ["--about"]:
-        print(json.dumps({**about, "problems": ["hertz"], "settings": list(settings)}))
+        print(json.dumps({**about, "problems": [problem], "settings": list(settings)}))
         return
-    if len(sys.argv) != 3 or sys.argv[1] != "hertz":
-        raise SystemExit(f"usage: {sys.argv[0]} --about | hertz SETTING")
+    if len(sys.argv) != 3 or sys.argv[1] != problem:
+        raise SystemExit(f"usage: {sys.argv[0]} --about | {problem} SETTING")
     solved(settings[0])
     row = solved(type(settings[0])(sys.argv[2]))
     row["peak_mb"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
