@@ -235,6 +235,12 @@ class BodyBlock:
     free: Array
     hold: MeanConstraint | None
 
+    @property
+    def external(self) -> Array:
+        """Loads (n_dofs,) without the internal forces of a state of finite strain."""
+        inner, loads = self.body._inner_forces, np.zeros(self.body.n_dofs) if self.loads is None else self.loads
+        return loads if inner is None else loads + inner
+
     def answer(self, forces: Array) -> Array:
         """Displacements (n_dofs,) by forces along its rows alone, up to a rigid motion."""
         loads = None

@@ -27,7 +27,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3, jacobians
 from fecontact.fem.stiffness import Cells, SolidElement
-from fecontact.fem.stress import components, gauss_strain, hooke, to_nodes
+from fecontact.fem.stress import components, gauss_strain, hooke, hooke_inverse, to_nodes
 from fecontact.mesh.element import hex_shapes
 from fecontact.mesh.facets import places_among
 from fecontact.mesh.mesh import Mesh
@@ -87,6 +87,7 @@ def energy_error(
     ----------
     mesh : Mesh, SectionMesh or Cells
     u : (n_points, 3) array
+        Or strains (n_cells, n_q, 6) at the Gauss points.
     lame, shear : (n_cells,) arrays
         Lame constants.
     cells : (n,) int array
@@ -118,7 +119,8 @@ def energy_error(
     largest = 0.0
     for part in by_material(lame, shear, cells):
         some, yy = every.some(part), None if across is None else across[part]
-        strains = [gauss_strain(some, each, selective, yy)[0] for each in (u, other) if each is not None]
+        fields = [each for each in (u, other) if each is not None]
+        strains = [f[part] if f.ndim == 3 else gauss_strain(some, f, selective, yy)[0] for f in fields]
         largest = max(largest, float(np.nanmax(np.abs(strains[0]))))
         smooth = [to_nodes(some, _completed(some, e, lame[part], shear[part]), complete=True) for e in strains]
         for each, (skin, along) in product(smooth, [] if free is None else [free]):
@@ -166,8 +168,7 @@ def without_traction(strain: Array, along: Array, lame: float, shear: float, hel
     nu = lame / (2 * (lame + shear))
     if held:
         stress[:, 1] = 2 * shear * (1 + nu) * strain[:, 1] + nu * (stress[:, 0] + stress[:, 2])
-    trace = stress[:, :3].sum(axis=1, keepdims=True)
-    return np.asarray((stress - nu / (1 + nu) * trace * (np.arange(6) < 3)) / (2 * shear))
+    return hooke_inverse(stress, np.array(lame), np.array(shear))
 
 
 def _completed(every: Cells, strain: Array, lame: Array, shear: Array) -> Array:

@@ -26,12 +26,12 @@ import scipy.sparse as sp
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.fem.element_stiffness import inverse_3x3, pair_stiffness, upper_pairs
-from fecontact.fem.energy_error import NO_CELLS, EnergyError
+from fecontact.fem.energy_error import EnergyError
 from fecontact.fem.laws import FIRST, SECOND, Law, determinants, isotropic
 from fecontact.fem.model import Model
 from fecontact.fem.section_model import SectionModel
 from fecontact.fem.stiffness import ENTRIES, Batch, Cells, batches, sum_of_blocks
-from fecontact.fem.stress import components, to_nodes
+from fecontact.fem.stress import components, hooke_inverse, to_nodes
 from fecontact.fem.support import support_directions
 
 #: Stiffness of springs over the median of their rows by the diagonal of the tangent: far above that of the body as a
@@ -289,7 +289,9 @@ class FiniteStrain:
             F = deformation(part.points, u)
             J = determinants(F)
             y = np.log(determinants(deformation(part.volume, u)))
-            y = y if part.together else y @ part.carry.T
+            if not part.together:  # the change of volume that the energy sees, as `fem.stress.gauss_strain`
+                y = y @ part.carry.T
+                F, J = F * np.cbrt(np.exp(y) / J)[..., None, None], np.exp(y)
             tau = part.law.distortion(F, J).stress + (part.law.bulk * y)[..., None, None] * np.eye(3)
             squares, axes = np.linalg.eigh(F @ np.swapaxes(F, -1, -2))
             logarithm = (axes * (np.log(squares) / 2)[..., None, :]) @ np.swapaxes(axes, -1, -2)
@@ -382,8 +384,13 @@ class AtState(Model):
     def energy_error(
         self, u: Array, cells: IntArray, other: Array | None = None, free: Mask | None = None
     ) -> EnergyError:
-        """None: errors of finite strain are not estimated."""
-        return NO_CELLS
+        """Error of the Cauchy stress on the deformed mesh, in the metric of the moduli at rest.
+
+        To first order it is that of the linear body whose stiffness is the tangent; `other` are changes of the state.
+        """
+        stress = self.finite.fields(self.state.u + u)[0]
+        strain = hooke_inverse(stress, self.lame[:, None], self.shear[:, None])
+        return super().energy_error(strain, cells, other, free)
 
 
 class SectionAtState(AtState, SectionModel):

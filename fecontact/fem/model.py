@@ -275,14 +275,15 @@ class Model:
     def energy_error(
         self, u: Array, cells: IntArray, other: Array | None = None, free: Mask | None = None
     ) -> EnergyError:
-        """Error of displacements (n_dofs,) in cells (n,), or its product with that of others.
+        """Error of displacements (n_dofs,), or strains (n_cells, n_q, 6), in cells (n,), or its product with others.
 
         Nothing acts on points that are `free` (n_points,), apart from supports.
         """
         second = None if other is None else other.reshape(-1, 3)
         skin = None if free is None else free_points(*self._skin(), self.without_supports(free))
         constants = self.lame, self.shear, cells, self.selective
-        return energy_error(self.elements, u.reshape(-1, 3), *constants, second, skin, self.across, self.across_held)
+        first = u if u.ndim == 3 else u.reshape(-1, 3)
+        return energy_error(self.elements, first, *constants, second, skin, self.across, self.across_held)
 
     def _skin(self) -> tuple[IntArray, Array]:
         """Outer faces (n, k) and their normals (n, 3), of any length."""

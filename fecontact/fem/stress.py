@@ -77,6 +77,13 @@ def hooke(strain: Array, lame: Array, shear: Array) -> Array:
     return stress
 
 
+def hooke_inverse(stress: Array, lame: Array, shear: Array) -> Array:
+    """Strains (..., 6) of isotropic stresses (..., 6); `lame` and `shear` broadcast over the leading axes."""
+    share = lame / (3 * lame + 2 * shear)
+    trace = stress[..., :3].sum(axis=-1)
+    return np.asarray((stress - (share * trace)[..., None] * (np.arange(6) < 3)) / (2 * shear[..., None]))
+
+
 def strain_of(stress: Array, material: Material) -> Array:
     """Isotropic strain (..., 6) of stresses (..., 6).
 

@@ -17,7 +17,7 @@ the share sinc^2(k d / H) of the k-th harmonic.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -81,7 +81,7 @@ def geometry_error(contact: ContactFields) -> float:
     bodies = (contact.slave, contact.master)
     points = contact.points[contact.active]
     slave, master = (
-        kinks(body.surface(name), body.pose.to_body(points))
+        kinks(body.surface(name), body.pose.to_body(points), body._deformation)
         for body, name in zip(bodies, contact.surfaces, strict=True)
     )
     surface = facets_of(contact.slave.surface(contact.surfaces[0]))
@@ -117,8 +117,10 @@ def seen_by_hats(width: float) -> float:
     return float(np.sqrt(6 / np.pi**2 * (np.sinc(k * width) ** 4 / k**2).sum()))
 
 
-def kinks(surface: Surface, points: Array) -> Kinks | None:
+def kinks(surface: Surface, points: Array, deformation: Array | None = None) -> Kinks | None:
     """Kinks of a surface at points (n, 3) on it; None without facets or without kinks.
+
+    Those before a deformation (n_points, 3) of its points: what bends faces at finite strain is an error of elements.
 
     Examples
     --------
@@ -139,6 +141,8 @@ def kinks(surface: Surface, points: Array) -> Kinks | None:
         return None
     _, near = facets.tree.query(points)
     chosen = np.unique(facets.facets_of_node[near])
+    if deformation is not None:
+        facets = replace(facets, points=facets.points - deformation)
     turn, apart, length = _turns(facets, chosen)
     angle = 2 * np.arcsin(np.minimum(np.linalg.norm(turn, axis=1) / 2, 1.0))
     angle = np.where((angle <= EDGE) & (angle > FLAT), angle, 0.0)

@@ -16,6 +16,9 @@ obstacle in a wrong place: a ball reaches into flat faces between their nodes, w
 The sign is known, and the sum counts, but never less than `KEPT` of the elements' part. The squared error of the
 pressure is one of the energy, of either sign, of what the bodies approach each other at the contact itself.
 
+At finite strain the error is that of the linear body whose stiffness is the tangent, and the energy the one stored: the
+potential energy is too high by e / 2, whatever the law. Forces of all contacts together get one estimate.
+
 Cells that are too stiff for their stresses, such as 8-node hexahedra in bending, are soft by their error over what is
 left of the energy, and count by that.
 """
@@ -37,6 +40,7 @@ from fecontact.common.compact_repr import compact_repr
 from fecontact.common.error_estimate import OF_CELLS, ResponseError
 from fecontact.contact.condensed_problem import BodyBlock, CondensedProblem, DisplacementState
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
+from fecontact.fem.finite_strain import AtState
 from fecontact.results.cell_contact import is_half_space
 from fecontact.results.contact_fields import ContactFields
 from fecontact.solvers import Solution
@@ -58,6 +62,17 @@ MAX_CONTACTS = 4
 MIN_TILT, MIN_CHANGE = 0.01, 1e-6
 
 
+class AtRest(NamedTuple):
+    """Of bodies at finite strain: gaps (n,) of the candidates before, and what motions of bodies close of them since.
+
+    `driven`: whether forces press them.
+    """
+
+    gaps: Array
+    closing: Array
+    driven: bool
+
+
 @compact_repr
 @dataclass(frozen=True, eq=False)
 class ResponseErrors:
@@ -73,6 +88,8 @@ class ResponseErrors:
         Whether any contact has friction.
     rotation : callable
         Rotation vector (3,) of a body.
+    at_rest : AtRest, optional
+        Of a scene with bodies at finite strain.
     """
 
     condensed: CondensedProblem
@@ -81,6 +98,7 @@ class ResponseErrors:
     contacts: Sequence[ContactFields]
     frictional: bool
     rotation: Callable[[Body], Array]
+    at_rest: AtRest | None = None
 
     @cached_property
     def primal(self) -> tuple[EnergyError, ...]:
@@ -130,14 +148,14 @@ class ResponseErrors:
             return
         touching = [k for k, c in enumerate(self.contacts) if c.active.any()]
         only_pressed = not self.frictional and all(part.loads is None for part in parts)
-        known = problem.is_dense and not self.frictional and len(closed) <= MAX_POINTS
+        known = problem.is_dense and not self.frictional and len(closed) <= MAX_POINTS and self.at_rest is None
         alone = len(touching) == 1 and only_pressed and self._start[-1] == problem.n
-        elastic = sum(float(each.energy.sum()) for each in self.primal)
+        elastic = sum(map(self._twice_stored, range(len(parts))))
         if only_pressed or elastic == 0:
             elastic = float(forces @ self._deflection)
         if not elastic > 0:
             return
-        driven = bool(np.abs(problem.F).max(initial=0.0) > 0)
+        driven = bool(np.abs(problem.F).max(initial=0.0) > 0) if self.at_rest is None else self.at_rest.driven
         if alone or not known:
             cells = tuple(_amplified(each, each.error) / elastic for each in self.primal)
             whole = self._with_faces(cells, forces, elastic)
@@ -163,6 +181,16 @@ class ResponseErrors:
             wanted.append(("approach", problem.F, elastic))
         for name, row, size in wanted:
             yield name, self._products(closed, change.by(np.zeros(len(closed)), row), size)
+
+    def _twice_stored(self, k: int) -> float:
+        """Twice the energy stored in body k; beside bodies at finite strain also of those without elements."""
+        part, own = self.condensed.parts[k], self.primal[k]
+        for body in elastic_among([part.body]):
+            return 2 * body.model.inner.energy if isinstance(body.model, AtState) else float(own.energy.sum())
+        if self.at_rest is None or part.body.is_rigid:
+            return 0.0
+        u = self.state.displacements[k] - part.frame.modes(self.state.motions[k][:, None])[:, 0]
+        return float(self.solution.forces[part.index] @ (part.rows @ u))
 
     def _turned(self) -> Iterator[tuple[Array, float]]:
         """Rows (m,) of the equilibrium by the rotation of each body that has tilted, and its size."""
@@ -203,22 +231,26 @@ class ResponseErrors:
     def _with_faces(self, cells: tuple[Array, ...], y: Array, size: float) -> _Parts:
         """Parts of an error with those by the faces of the contacts, with forces or their changes y (n,)."""
         work = local = growth = 0.0
+        gaps_of_all = self.condensed.problem.g if self.at_rest is None else self.at_rest.gaps
         for k, contact in enumerate(self.contacts):
             of_contact = slice(self._start[k], self._start[k + 1])
-            own, gaps = y[of_contact], self.condensed.problem.g[of_contact]
+            own, gaps = y[of_contact], gaps_of_all[of_contact]
             if not contact.active.any() or not own.any():
                 continue
             work += float(own @ contact._between_nodes.means[contact._candidates])
             # approach of the bodies at the contact beyond that of the point where they meet first
             beyond = 2 * float(own @ (gaps - gaps.min()))
             growth += beyond
-            if contact.slave._is_foundation or is_half_space(contact._surface):
+            if self.at_rest is None and (contact.slave._is_foundation or is_half_space(contact._surface)):
                 beyond = float(own @ self._deflection[of_contact])
                 beyond *= 1.0 if contact.slave._is_foundation else OF_CELLS
             else:
                 beyond *= OF_FACES
             square = contact.error_estimate.pressure**2
             local += min(1.0, square) * abs(beyond) if np.isfinite(square) else abs(beyond)
+            if self.at_rest is not None:  # P d = (1 + m) W / 2, of all contacts together
+                growth -= 2 * float(own @ (gaps - self.at_rest.closing[of_contact]))
+        growth -= 0.0 if self.at_rest is None else 2 * size
         return _Parts(cells, work / size, local / size, min(1.0, abs(growth) / size))
 
 
@@ -281,7 +313,7 @@ class _Change:
 def _errors(part: BodyBlock, u: Array, other: Array | None = None) -> EnergyError:
     """Errors in all cells of an elastic body; none in other bodies."""
     for body in elastic_among([part.body]):
-        loaded = np.zeros(body.n_dofs, bool) if part.loads is None else part.loads != 0
+        loaded = np.zeros(body.n_dofs, bool) if part.loads is None else part.external != 0
         loaded[part.rows.indices] = True
         plain = body.n_dofs == 3 * len(body.mesh.points)
         free = np.asarray(~loaded.reshape(-1, 3).any(axis=1)) if plain else None

@@ -30,6 +30,7 @@ from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import SpringState
 from fecontact.contact.step_end import StepEnd
+from fecontact.fem.finite_strain import AtState
 from fecontact.results.cell_contact import is_half_space
 from fecontact.results.contact_fields import ContactFields, contact_fields
 from fecontact.results.convergence import Convergence
@@ -38,7 +39,7 @@ from fecontact.results.finite_strain import Equilibrium
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.linearisation import CarriedMotion, LinearisationError
 from fecontact.results.report import model_size, peak_memory, report
-from fecontact.results.response_error import ResponseErrors
+from fecontact.results.response_error import AtRest, ResponseErrors
 from fecontact.results.resultants import hold_of_body, hold_of_boundary, resultant
 from fecontact.results.warnings import notes_of, warnings_of
 from fecontact.solvers import ContactProblem, Residuals, Solution, Status
@@ -368,7 +369,26 @@ class ContactResult(FormerNames):
             self.contacts,
             frictional,
             lambda b: self.rigid_motion(b).rotation,
+            self._at_rest if self.finite_strain else None,
         )
+
+    @property
+    def _at_rest(self) -> AtRest:
+        """Gaps of the candidates before bodies at finite strain deformed and moved, along the present normals."""
+        n, driven = self._condensed.problem.n, False
+        gaps, closing = np.zeros(n), np.zeros(n)
+        now = np.concatenate([c.gap[c._candidates] for c in self.contacts])
+        gaps[: len(now)] = now
+        for k, part in enumerate(self._condensed.parts):
+            motion, frame = self.rigid_motion(self._originals[k]), self._loading.frames[k]
+            whole = frame.modes(np.concatenate([motion.translation, motion.rotation])[:, None])[:, 0]
+            deformed = self._state.displacements[k] - frame.modes(self._state.motions[k][:, None])[:, 0]
+            for body in elastic_among([part.body]):
+                deformed = deformed + (body.model.state.u if isinstance(body.model, AtState) else 0.0)
+            closing[part.index] -= part.rows @ whole
+            gaps[part.index] -= part.rows @ (whole + deformed)
+            driven |= bool(self._loading.driving(k, part.free).any())
+        return AtRest(gaps, closing, driven)
 
     @property
     def response_error(self) -> ResponseError:

@@ -382,9 +382,7 @@ def overlap_between_nodes(result: ContactResult) -> Iterator[str]:
 
 
 def _remedy(result: ContactResult, contact: ContactFields) -> str:
-    # meshes of bodies at finite strain are not divided
-    divided = () if result.finite_strain else result._elastic_bodies
-    meshed = any(body is b for b in divided for body in (contact.slave, contact.master))
+    meshed = any(body is b for b in result._elastic_bodies for body in (contact.slave, contact.master))
     return " or solve with accuracy=0.05" if meshed else ""
 
 

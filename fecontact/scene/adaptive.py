@@ -2,7 +2,7 @@
 
 Bodies are divided where possible (`Body.divided`), with hanging nodes; loads, supports and poses are kept. It ends when
 the estimate times a measured safety factor is within the accuracy, at a limit, or where the error does not fall; then
-with the best solution and the reason.
+with the best solution and the reason. Bodies at finite strain are divided as they were before, and solved from there.
 
 Faces to divide are those at the edge of a contact, those with most of the error, and those under the peak. With the
 first two kinds only, the L2 error falls while the peak error stays at some percent. Most of the error means a fixed
@@ -143,6 +143,13 @@ def facets_at(points: Array, body: Body, name: str) -> IntArray:
     found = surface.project(points).facet
     assert found is not None
     return np.unique(found)
+
+
+def undeformed(body: Body, name: str, points: Array) -> Array:
+    """Points (n, 3) on a surface of a body, in its axes, where they were before it deformed at finite strain."""
+    if body._deformation is None or not len(points):
+        return points
+    return np.asarray(points - with_nodes(body.surface(name)).project(points).weights @ body._deformation)
 
 
 def divided_to(body: Body, name: str, points: Array, size: float) -> Body:
@@ -397,13 +404,14 @@ def _divided(scene: SceneModel, result: ContactResult, target: Target, again: bo
         if again and given and bodies[k] is not scene.bodies[k]:
             once = {n: parts_of(f, scene.bodies[k], bodies[k], n) for n, f in given.items()}
             for name in once.keys() & edges.get(k, {}).keys():
-                points = result.scene.bodies[k].pose.to_body(edges[k][name])
+                points = undeformed(result.scene.bodies[k], name, result.scene.bodies[k].pose.to_body(edges[k][name]))
                 once[name] = np.intersect1d(once[name], facets_at(points, bodies[k], name))
             if any(len(p) for p in once.values()):
                 more = bodies[k]._divided(once)
                 bodies[k] = more if more.n_dofs <= TWICE * scene.bodies[k].n_dofs else bodies[k]
     for k, name, overlap in overlaps:
-        bodies[k] = divided_to(bodies[k], name, overlap.points, SEEN * overlap.width)
+        there = undeformed(result.scene.bodies[k], name, overlap.points)
+        bodies[k] = divided_to(bodies[k], name, there, SEEN * overlap.width)
     if all(new is old for new, old in zip(bodies, scene.bodies, strict=True)):
         return None
     return with_bodies(scene, bodies).scene

@@ -160,7 +160,6 @@ OFFERED: Mapping[str, tuple[tuple[object, ...], str]] = {
     "search": (("global",), "leave it out"),
     "finite_motion": (("auto", True), "leave it out: motions are finite"),
     "engine": (("own",), "leave it out"),
-    "accuracy": ((None,), "leave it out, and refine their meshes"),
 }
 
 

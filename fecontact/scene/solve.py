@@ -131,7 +131,7 @@ def solve_scene(
     )  # fmt: skip
     settings = Settings(solver, tolerance, options, search, finite_motion)
     settings.check(inspect.signature(solve_scene).parameters)
-    refuse_with_laws(model, search=search, finite_motion=finite_motion, engine=engine, accuracy=accuracy)
+    refuse_with_laws(model, search=search, finite_motion=finite_motion, engine=engine)
     elsewhere: AbstractContextManager[None] = nullcontext()
     among("engine", engine, ENGINES)
     if engine != "own" or ranks is not None:

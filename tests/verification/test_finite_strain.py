@@ -169,3 +169,50 @@ def test_roller_pressed_by_46_percent_in_one_step(element: str, around: int, thr
     assert step.iterations <= 6
     assert 2 * abs(result.contacts[0].force[0]) == pytest.approx(257.0, rel=0.01)
     assert not [text for text in result.warnings if "strain" in text]
+
+
+def pressures(contact, points=None):
+    """Places, pressures and areas on the floor; those of another contact at given places."""
+    x, p, dA = contact.sampled(contact.pressure, 8)
+    y = np.abs(x[:, 1])
+    if points is None:
+        return y, p, dA
+    order = np.argsort(y)
+    return np.interp(points, y[order], p[order])
+
+
+@pytest.fixture(scope="module")
+def fine_roller():
+    """Three times as fine as the finest that is estimated: the force within 0.1 % of still finer ones."""
+    scene, floor = roller("hex20", 48, 12)
+    return scene.solve(motions={floor: {"x": 8.0}}).contacts[0]
+
+
+def errors(result, exact) -> dict[str, float]:
+    contact = result.contacts[0]
+    y, p, dA = pressures(contact)
+    wanted = pressures(exact, y)
+    return {
+        "pressure": float(np.sqrt(dA @ (p - wanted) ** 2 / (dA @ wanted**2))),
+        "force": float(contact.total_force / exact.total_force - 1),
+    }
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("element", "around", "through"), [("hex20", 12, 3), ("hex27", 16, 4), ("hex8", 16, 4)])
+def test_errors_of_the_roller_are_estimated(element: str, around: int, through: int, fine_roller) -> None:
+    scene, floor = roller(element, around, through)
+    result = scene.solve(motions={floor: {"x": 8.0}})
+    true = errors(result, fine_roller)
+    assert 0.7 < result.contacts[0].error_estimate.pressure / true["pressure"] < 3
+    assert 0.7 < result.response_error.force / true["force"] < 3
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("accuracy", [{"pressure": 0.05}, {"force": 0.02}], ids=lambda each: next(iter(each)))
+def test_the_roller_is_solved_to_an_accuracy(accuracy: dict[str, float], fine_roller) -> None:
+    scene, floor = roller("hex20", 8, 2)
+    result = scene.solve(motions={floor: {"x": 8.0}}, accuracy=accuracy)
+    assert result.convergence.met
+    ((name, wanted),) = accuracy.items()
+    assert abs(errors(result, fine_roller)[name]) < wanted
