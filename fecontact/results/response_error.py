@@ -40,7 +40,6 @@ from fecontact.common.compact_repr import compact_repr
 from fecontact.common.error_estimate import OF_CELLS, ResponseError
 from fecontact.contact.condensed_problem import BodyBlock, CondensedProblem, DisplacementState
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
-from fecontact.fem.finite_strain import AtState
 from fecontact.results.cell_contact import is_half_space
 from fecontact.results.contact_fields import ContactFields
 from fecontact.solvers import Solution
@@ -185,10 +184,10 @@ class ResponseErrors:
     def _twice_stored(self, k: int) -> float:
         """Twice the energy stored in body k; beside bodies at finite strain also of those without elements."""
         part, own = self.condensed.parts[k], self.primal[k]
-        for body in elastic_among([part.body]):
-            return 2 * body.model.inner.energy if isinstance(body.model, AtState) else float(own.energy.sum())
-        if self.at_rest is None or part.body.is_rigid:
-            return 0.0
+        if own.stored is not None:
+            return 2 * own.stored
+        if self.at_rest is None or part.body.is_rigid or len(own.cells):
+            return float(own.energy.sum())
         u = self.state.displacements[k] - part.frame.modes(self.state.motions[k][:, None])[:, 0]
         return float(self.solution.forces[part.index] @ (part.rows @ u))
 

@@ -30,7 +30,6 @@ from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import SpringState
 from fecontact.contact.step_end import StepEnd
-from fecontact.fem.finite_strain import AtState
 from fecontact.results.cell_contact import is_half_space
 from fecontact.results.contact_fields import ContactFields, contact_fields
 from fecontact.results.convergence import Convergence
@@ -383,8 +382,8 @@ class ContactResult(FormerNames):
             motion, frame = self.rigid_motion(self._originals[k]), self._loading.frames[k]
             whole = frame.modes(np.concatenate([motion.translation, motion.rotation])[:, None])[:, 0]
             deformed = self._state.displacements[k] - frame.modes(self._state.motions[k][:, None])[:, 0]
-            for body in elastic_among([part.body]):
-                deformed = deformed + (body.model.state.u if isinstance(body.model, AtState) else 0.0)
+            if (state := part.body._deformation) is not None:
+                deformed = deformed + state.ravel()
             closing[part.index] -= part.rows @ whole
             gaps[part.index] -= part.rows @ (whole + deformed)
             driven |= bool(self._loading.driving(k, part.free).any())

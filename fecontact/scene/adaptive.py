@@ -149,7 +149,9 @@ def undeformed(body: Body, name: str, points: Array) -> Array:
     """Points (n, 3) on a surface of a body, in its axes, where they were before it deformed at finite strain."""
     if body._deformation is None or not len(points):
         return points
-    return np.asarray(points - with_nodes(body.surface(name)).project(points).weights @ body._deformation)
+    weights = with_nodes(body.surface(name)).project(points).weights
+    assert weights is not None
+    return np.asarray(points - weights @ body._deformation)
 
 
 def divided_to(body: Body, name: str, points: Array, size: float) -> Body:
