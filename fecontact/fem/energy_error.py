@@ -57,15 +57,12 @@ class EnergyError:
         Of the found strains.
     largest : float
         Largest component of the found strains.
-    stored : float, optional
-        Energy of the whole body at finite strain.
     """
 
     cells: IntArray
     error: Array
     energy: Array
     largest: float = 0.0
-    stored: float | None = None
 
 
 #: Of a body without elements.

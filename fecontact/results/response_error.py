@@ -182,13 +182,13 @@ class ResponseErrors:
             yield name, self._products(closed, change.by(np.zeros(len(closed)), row), size)
 
     def _twice_stored(self, k: int) -> float:
-        """Twice the energy stored in body k; beside bodies at finite strain also of those without elements."""
+        """Twice the energy stored in body k; beside bodies at finite strain also in those without elements."""
         part, own = self.condensed.parts[k], self.primal[k]
-        if own.stored is not None:
-            return 2 * own.stored
-        if self.at_rest is None or part.body.is_rigid or len(own.cells):
+        if self.at_rest is None or part.body.is_rigid:
             return float(own.energy.sum())
         u = self.state.displacements[k] - part.frame.modes(self.state.motions[k][:, None])[:, 0]
+        for body in elastic_among([part.body]):
+            return 2 * body.model.strain_energy(u)
         return float(self.solution.forces[part.index] @ (part.rows @ u))
 
     def _turned(self) -> Iterator[tuple[Array, float]]:

@@ -164,7 +164,8 @@ def stiff_bodies(result: ContactResult) -> Iterator[str]:
         what = "" if all(stiff[name] for name in found) else " or the faces in contact too large"
         ask = ", ".join(f"{name!r}: 0.05" for name in found)
         yield (
-            f"The elements of the bodies are too stiff{what}: {off}. Refine the meshes or solve with accuracy={{{ask}}}"
+            f"The elements of the bodies are too stiff{what}: {off}. Refine the meshes or solve{_verb(result)} with "
+            f"accuracy={{{ask}}}"
             f"{_better_cells(result, found)}."
         )
 
@@ -383,7 +384,12 @@ def overlap_between_nodes(result: ContactResult) -> Iterator[str]:
 
 def _remedy(result: ContactResult, contact: ContactFields) -> str:
     meshed = any(body is b for b in result._elastic_bodies for body in (contact.slave, contact.master))
-    return " or solve with accuracy=0.05" if meshed else ""
+    return f" or solve{_verb(result)} with accuracy=0.05" if meshed else ""
+
+
+def _verb(result: ContactResult) -> str:
+    """What to solve by, where the verb that solved does not divide meshes of bodies at finite strain."""
+    return " by Scene.solve" if result.finite_strain and result._follows_step else ""
 
 
 def coarse_pressures(result: ContactResult) -> Iterator[str]:

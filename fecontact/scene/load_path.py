@@ -42,7 +42,7 @@ from fecontact.results.resultants import DividingPlane, resultant
 from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.carried import CarriedScene
 from fecontact.scene.finite_rotation import carried_poses, check_rest, solve_finite
-from fecontact.scene.finite_strain import Reached, at_rest, is_nonlinear, next_reached, refuse_with_laws
+from fecontact.scene.finite_strain import Reached, at_rest, is_nonlinear, next_reached
 from fecontact.scene.linear import Settings, solved
 from fecontact.scene.solve import refuse_limits_alone
 from fecontact.scene.sweep_case import fingerprints, loads_of, numbered
@@ -274,7 +274,12 @@ def solve_path(
     if finite_motion not in (True, False):
         raise InputError(f"finite_motion of a load path must be True or False; found {finite_motion!r}.", code="motion")
     soft = is_nonlinear(model)
-    refuse_with_laws(model, accuracy=accuracy)
+    if soft and accuracy is not None:
+        raise InputError(
+            f"accuracy={accuracy!r} is not offered for paths of bodies with a law of finite strain, whose "
+            "states are of one mesh: leave it out, or give it to Scene.solve for each load.",
+            code="finite-strain",
+        )
     if not (model.has_friction or soft):
         raise InputError("No contact has friction: the order of loads does not matter; use Scene.solve or Scene.sweep.")
     share("the tolerance", tolerance)
