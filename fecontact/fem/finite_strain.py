@@ -369,6 +369,10 @@ class AtState(Model):
         """Energy of the state after changes (n_dofs,)."""
         return self.finite.at(replace(self.state, u=self.state.u + u), tangent=False).energy
 
+    def internal_forces(self, u: Array) -> Array:
+        """Forces (n_dofs,) inside at the state after changes (n_dofs,)."""
+        return self.finite.at(replace(self.state, u=self.state.u + u), tangent=False).forces
+
     def gauss_strain(self, u: Array) -> Array:
         """Logarithmic strains (n_cells, n_q, 6) at the Gauss points, after changes (n_dofs,) of the state."""
         return self.finite.fields(self.state.u + u)[1]

@@ -34,7 +34,7 @@ from fecontact.results.cell_contact import is_half_space
 from fecontact.results.contact_fields import ContactFields, contact_fields
 from fecontact.results.convergence import Convergence
 from fecontact.results.edge_pressure import EdgePressure, edge_pressure
-from fecontact.results.finite_strain import Equilibrium
+from fecontact.results.finite_strain import Equilibrium, unbalanced
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.linearisation import CarriedMotion, LinearisationError
 from fecontact.results.report import model_size, peak_memory, report
@@ -461,14 +461,23 @@ class ContactResult(FormerNames):
 
         Penetration covers the points outside the candidates too. Equilibrium is the larger of the condensed problem's
         and of the balance of forces and moments of every pair of bodies in contact and on every free frame; at finite
-        strain also of the forces on every node.
+        strain also of the forces on every node of every body.
         """
         r = (self.friction or self.solution).residuals
         outside = max((float(-c.gap.min(initial=0.0)) for c in self.contacts), default=0.0)
         scale = self._state.scale if self._state.scale > 0 else 1.0
-        unbalanced = [each.residual for each in self.finite_strain[-1:]]
-        equilibrium = max([r.equilibrium, *unbalanced, *map(self._imbalance, self._interfaces, self.contacts)])
+        equilibrium = max([r.equilibrium, self._unbalanced, *map(self._imbalance, self._interfaces, self.contacts)])
         return replace(r, penetration=max(r.penetration, outside / scale), equilibrium=equilibrium)
+
+    @cached_property
+    def _unbalanced(self) -> float:
+        """Largest unbalanced force on a node of any body, see `results.finite_strain`; zero without laws."""
+        worst, forces = 0.0, (self.friction or self.solution).forces
+        for k, part in enumerate(self._condensed.parts if self.finite_strain else ()):
+            u = self._state.displacements[k] - part.frame.modes(self._state.motions[k][:, None])[:, 0]
+            for body in elastic_among([part.body]):
+                worst = max(worst, unbalanced(part, forces, body.model.internal_forces(u)))
+        return worst
 
     def _imbalance(self, interface: Interface, fields: ContactFields) -> float:
         """Resultant of the forces on slave and master together (six components), relative to the forces."""
