@@ -306,6 +306,11 @@ class Model:
         """Triples of coordinates, each of one node, that rows (n, n_dofs) act on."""
         return np.unique(self.coordinates.rows(rows).indices // 3)
 
+    @property
+    def mesh_at_rest(self) -> Mesh:
+        """The mesh before a deformation at finite strain."""
+        return self.mesh
+
     def at_points(self, u: Array) -> Array:
         """Displacements (n_points, 3) of the mesh's points."""
         return u.reshape(-1, 3)

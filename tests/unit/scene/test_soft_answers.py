@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import csv
+import json
 from dataclasses import replace
 
+import meshio
 import numpy as np
 import pytest
 
 import fecontact as fc
 from fecontact.results.geometry_error import geometry_error
+from fecontact.results.pictures.solids import solids_of_result
+from tests.refusals import refused
 
 SIDES = {"bottom": "z", "x_min": "x", "y_min": "y"}
 
@@ -178,3 +183,60 @@ def test_a_soft_partner_does_not_hide_the_strain_of_a_linear_body(between) -> No
     strained = fc.Scene([pad, soft], [fc.Contact(pad, soft)]).solve(motions={pad: {"z": -0.3}})
     (text,) = [text for text in strained.warnings if "small-strain" in text]
     assert text.startswith("'base'")
+
+
+@pytest.fixture(scope="module")
+def bulged():
+    """A tilted block with a glued bottom, pressed by a fifth; the plate's coordinate along the block's axis."""
+    turn = fc.rotation_about((1.0, 2.0, 0.5), 0.7)
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 3), element="hex8")
+    law = fc.NeoHookean(E=2.0, nu=0.4)
+    body = fc.ElasticBody(mesh, law, contact="top", supports={"bottom": "xyz"}, name="block").placed(rotation=turn)
+    plate = fc.RigidBody(fc.Plane(), name="plate").placed((0, 0, -1.0)).placed(rotation=np.diag([1.0, -1, -1]))
+    plate = plate.placed(rotation=turn)
+    down = dict(zip("xyz", turn @ [0, 0, -0.2], strict=True))
+    return body, turn, fc.Scene([body, plate], [fc.Contact(body, plate)]).solve(motions={plate: down})
+
+
+def test_fields_are_asked_by_points_before_the_deformation(bulged) -> None:
+    body, turn, result = bulged
+    points = body.mesh.points
+    u, stress = result.fields_at(body, points)
+    assert np.abs(u - result.displacement(body)).max() < 1e-12
+    assert np.abs(stress - result.stress(body)).max() < 1e-12
+    top = body.mesh.boundary_nodes("top")
+    assert np.abs((u @ turn)[top, 2] + 0.2).max() < 1e-8
+    x = points + u @ turn
+    outside = x[np.argmax(x[:, 0])]
+    assert outside[0] > 1.02
+    with refused(fc.InputError, "points-outside-body", "before its deformation"):
+        result.fields_at(body, [outside])
+
+
+def test_files_and_pictures_show_the_deformed_body(bulged, tmp_path) -> None:
+    """One place, displacement, stress and pressure of each node in VTU, CSV, JSON and the drawn body."""
+    body, turn, result = bulged
+    contact = result.contacts[0]
+    place = body.mesh.points @ turn.T + result.displacement(body)
+    saved = meshio.read(result.save(tmp_path / "soft.vtu"))
+    assert np.abs(saved.points - place).max() < 1e-9
+    assert np.abs(saved.point_data["displacement"] - result.displacement(body)).max() < 1e-9
+    assert np.abs(saved.point_data["stress"] - result.stress(body)).max() < 1e-9
+    assert saved.point_data["contact_pressure"].max() == pytest.approx(contact.max_pressure)
+    (solid,) = solids_of_result(result)
+    assert np.abs(solid.deformed(1.0) - place).max() < 1e-9
+    assert np.abs(solid.deformed(0.0) - body.mesh.points @ turn.T).max() < 1e-12
+    assert np.abs(solid.fields["contact_pressure"] - saved.point_data["contact_pressure"]).max() < 1e-9
+    top = body.mesh.boundary_nodes("top")
+    rows = list(csv.DictReader(result.save(tmp_path / "soft.csv").open()))
+    listed = np.array([[float(row[name]) for name in "xyz"] for row in rows])
+    nearest = np.linalg.norm(listed[:, None] - place[None, top], axis=2).argmin(axis=1)
+    assert np.abs(listed - place[top[nearest]]).max() < 1e-8
+    pressures = [float(row["pressure"]) for row in rows]
+    assert pressures == pytest.approx(saved.point_data["contact_pressure"][top[nearest]])
+    told = json.loads(result.save(tmp_path / "soft.json").read_text())
+    assert [step["iterations"] for step in told["finite_strain"]] == [s.iterations for s in result.finite_strain]
+    assert "finite strain: 1 load step(s)" in str(result)
+    # the mean of the present points by their forces
+    middle = contact.forces @ listed / contact.total_force
+    assert np.abs(contact.centre_of_pressure - middle).max() < 1e-12
