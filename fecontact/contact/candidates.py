@@ -190,6 +190,8 @@ def _likely(
     bodies: tuple[Body, Body], surface: FacetSurface, opening: Array, nodes: IntArray, areas: Array, loading: Loading
 ) -> IntArray:
     """Candidates (k,) among slave nodes (n,), from gaps after the prescribed motions, areas and size of the loads."""
+    if not len(opening):
+        return np.zeros(0, np.int64)
     overlap = approach = max(0.0, -float(opening.min()))
     force = loading.magnitude
     if force > 0:

@@ -454,8 +454,67 @@ class MooneyRivlin(_Rubber, InvariantLaw):
         return one + two - 3 * (self.c10 + self.c01), (W1, W2, -2 / 3 * one - 4 / 3 * two), second
 
 
+class StretchLaw(Law):
+    """A law of the principal stretches, by derivatives of its W_c by their logarithms.
+
+    Moduli as in Holzapfel (2000), section 6.6, with their limits where stretches are equal.
+    """
+
+    @abstractmethod
+    def principal(self, logs: Array) -> tuple[Array, Array, Array]:
+        """Energy W_c of logarithms (..., 3), its first (..., 3) and second derivatives (..., 3, 3)."""
+
+    def distortion(self, F: Array, J: Array) -> Response:
+        """Response of W_c."""
+        squares, axes = np.linalg.eigh(F @ np.swapaxes(F, -1, -2))
+        energy, tau, second = self.principal(np.log(squares) / 2)
+        stress = (axes * tau[..., None, :]) @ np.swapaxes(axes, -1, -2)
+        i, j = np.array([0, 1, 0]), np.array([1, 2, 2])
+        step = squares[..., i] - squares[..., j]
+        near = np.abs(step) <= EQUAL * squares[..., i]
+        own = np.diagonal(second, axis1=-2, axis2=-1)
+        limit = (own[..., i] + own[..., j]) / 4 - second[..., i, j] / 2 - (tau[..., i] + tau[..., j]) / 2
+        quotient = (tau[..., i] * squares[..., j] - tau[..., j] * squares[..., i]) / np.where(near, 1.0, step)
+        shears = np.where(near, limit, quotient)
+        n = np.moveaxis(axes, -1, 0)
+        dyads = np.stack([_symmetric(n[a], n[b]) for a, b in ((0, 0), (1, 1), (2, 2), *zip(i, j, strict=True))], -2)
+        D = np.zeros((*J.shape, 6, 6))
+        D[..., :3, :3] = second - 2 * tau[..., None] * np.eye(3)
+        D[..., [3, 4, 5], [3, 4, 5]] = 4 * shears
+        zero = np.zeros_like(J)
+        return Response(energy, stress, zero, zero, np.swapaxes(dyads, -1, -2) @ D @ dyads)
+
+
+def _powers(logs: Array, mu: Sequence[float], alpha: Sequence[float]) -> tuple[Array, Array, Array]:
+    """Sum of 2 mu / alpha^2 (l^alpha - 1) over stretches of logarithms (..., 3), and its derivatives (..., 3)."""
+    exponents, weights = np.array(alpha), 2 * np.array(mu)
+    powers = np.exp(exponents[:, None] * logs[..., None, :])  # (..., k, 3)
+    energy = (powers.sum(axis=-1) - 3) @ (weights / exponents**2)
+    first, second = (np.einsum("...ki,k->...i", powers, w) for w in (weights / exponents, weights))
+    return energy, first, second
+
+
+def _sums(*given: object) -> tuple[tuple[float, ...], ...]:
+    """Moduli mu and exponents alpha of Ogden's sum, checked."""
+    out = []
+    for name, each in zip(("mu", "alpha"), given, strict=True):
+        found = array_of(each)
+        if found is None or found.ndim != 1 or not len(found) or not np.isfinite(found).all():
+            raise InputError(
+                f"{name} of Ogden's law must be a sequence of numbers; found {shown(each)}.", code="exponents"
+            )
+        out.append(tuple(found.tolist()))
+    mu, alpha = out
+    if len(mu) != len(alpha) or 0 in alpha:
+        raise InputError(
+            f"Ogden's law needs as many exponents alpha as moduli mu, none zero; found {alpha} and {mu}.",
+            code="exponents",
+        )
+    return mu, alpha
+
+
 @dataclass(frozen=True)
-class Ogden(_Rubber):
+class Ogden(_Rubber, StretchLaw):
     """Rubber: W = sum_k 2 mu_k / alpha_k^2 (sum_i (J^(-1/3) l_i)^alpha_k - 3) + bulk/2 (ln J)^2 of stretches l_i.
 
     The shear modulus at small strains is the sum of mu_k. Source: Ogden, Proc. R. Soc. Lond. A 326 (1972) 565; moduli
@@ -484,51 +543,81 @@ class Ogden(_Rubber):
     density: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("mu", "alpha"):
-            given = getattr(self, name)
-            found = array_of(given)
-            if found is None or found.ndim != 1 or not len(found) or not np.isfinite(found).all():
-                raise InputError(
-                    f"{name} of Ogden's law must be a sequence of numbers; found {shown(given)}.", code="exponents"
-                )
-            object.__setattr__(self, name, tuple(found.tolist()))
-        if len(self.mu) != len(self.alpha) or 0 in self.alpha:
-            raise InputError(
-                f"Ogden's law needs as many exponents alpha as moduli mu, none zero; found {self.alpha} and {self.mu}.",
-                code="exponents",
-            )
+        mu, alpha = _sums(self.mu, self.alpha)
+        object.__setattr__(self, "mu", mu)
+        object.__setattr__(self, "alpha", alpha)
         super().__post_init__()
 
     @property
     def _shear(self) -> float:
         return positive("the sum of the moduli mu", sum(self.mu))
 
-    def distortion(self, F: Array, J: Array) -> Response:
-        """Response of W_c."""
-        squares, axes = np.linalg.eigh(F @ np.swapaxes(F, -1, -2))
-        logs = np.log(squares) / 2 - np.log(J)[..., None] / 3
-        mu, alpha = (np.array(v) for v in (self.mu, self.alpha))
-        powers = np.exp(alpha[:, None] * logs[..., None, :])  # (..., k, 3)
-        energy = (powers.sum(axis=-1) - 3) @ (2 * mu / alpha**2)
-        # derivatives by logarithms of stretches, with the deviator P = 1 - 1/3 by J
+    def principal(self, logs: Array) -> tuple[Array, Array, Array]:
+        """Energy W_c and derivatives, by the deviator P = 1 - 1/3."""
         P = np.eye(3) - 1 / 3
-        tau = np.einsum("...ki,k->...i", powers, 2 * mu / alpha) @ P
-        second = P @ (np.einsum("...ki,k->...i", powers, 2 * mu)[..., None] * P)
-        stress = (axes * tau[..., None, :]) @ np.swapaxes(axes, -1, -2)
-        i, j = np.array([0, 1, 0]), np.array([1, 2, 2])
-        step = squares[..., i] - squares[..., j]
-        near = np.abs(step) <= EQUAL * squares[..., i]
-        own = np.diagonal(second, axis1=-2, axis2=-1)
-        limit = (own[..., i] + own[..., j]) / 4 - second[..., i, j] / 2 - (tau[..., i] + tau[..., j]) / 2
-        quotient = (tau[..., i] * squares[..., j] - tau[..., j] * squares[..., i]) / np.where(near, 1.0, step)
-        shears = np.where(near, limit, quotient)
-        n = np.moveaxis(axes, -1, 0)
-        dyads = np.stack([_symmetric(n[a], n[b]) for a, b in ((0, 0), (1, 1), (2, 2), *zip(i, j, strict=True))], -2)
-        D = np.zeros((*J.shape, 6, 6))
-        D[..., :3, :3] = second - 2 * tau[..., None] * np.eye(3)
-        D[..., [3, 4, 5], [3, 4, 5]] = 4 * shears
-        zero = np.zeros_like(J)
-        return Response(energy, stress, zero, zero, np.swapaxes(dyads, -1, -2) @ D @ dyads)
+        energy, first, second = _powers(logs @ P, self.mu, self.alpha)
+        return energy, first @ P, P @ (second[..., None] * P)
+
+
+@dataclass(frozen=True)
+class CompressibleOgden(StretchLaw):
+    """W = sum_k 2 mu_k / alpha_k^2 (sum_i l_i^alpha_k - 3 - alpha_k ln J) + lame/2 (J - 1)^2 of stretches l_i.
+
+    For soft tissue and foam: FEBio's "Ogden unconstrained", with c_k = 2 mu_k and cp = lame. The Lame constants at
+    small strains are `lame` and the sum of mu_k. Source: FEBio User Manual, section "Ogden Unconstrained".
+
+    Parameters
+    ----------
+    mu : sequence of float
+        Moduli (force / length^2); their sum is positive.
+    alpha : sequence of float
+        As many exponents, none zero.
+    lame : float
+        First Lame constant, above -2/3 of the sum of mu.
+    density : float, optional
+
+    Examples
+    --------
+    >>> foam = CompressibleOgden(mu=(0.5,), alpha=(2.0,), lame=0.5)
+    >>> round(foam.at_rest.nu, 12), foam.cauchy(np.diag([0.5, 1.0, 1.0])).diagonal().round(4).tolist()
+    (0.25, [-1.0, -0.25, -0.25])
+    """
+
+    mu: Sequence[float]
+    alpha: Sequence[float]
+    lame: float
+    density: float | None = None
+
+    def __post_init__(self) -> None:
+        mu, alpha = _sums(self.mu, self.alpha)
+        object.__setattr__(self, "mu", mu)
+        object.__setattr__(self, "alpha", alpha)
+        self.at_rest  # noqa: B018 - refuses bad input now
+
+    @cached_property
+    def at_rest(self) -> Material:
+        """The linear material that it is at small strains."""
+        mu = positive("the sum of the moduli mu", sum(self.mu))
+        both = positive("the sum of lame and the moduli mu", number(self.lame) + mu)
+        return Material(mu * (3 * self.lame + 2 * mu) / both, self.lame / (2 * both), self.density)
+
+    @property
+    def bulk(self) -> float:  # type: ignore[override]
+        """The Lame constant: (J - 1)^2 differs from (ln J)^2 by (J - 1)^3 only."""
+        return max(self.lame, 0.0)
+
+    def principal(self, logs: Array) -> tuple[Array, Array, Array]:
+        """Energy W_c, all but bulk/2 (ln J)^2, and derivatives."""
+        energy, first, second = _powers(logs, self.mu, self.alpha)
+        y, J = logs.sum(axis=-1), np.exp(logs.sum(axis=-1))
+        rate = 2 * sum(m / a for m, a in zip(self.mu, self.alpha, strict=True))
+        pressure = self.lame * J * (J - 1) - self.bulk * y - rate
+        bend = self.lame * J * (2 * J - 1) - self.bulk
+        return (
+            energy - rate * y + self.lame / 2 * (J - 1) ** 2 - self.bulk / 2 * y**2,
+            first + pressure[..., None],
+            second[..., None] * np.eye(3) + bend[..., None, None],
+        )
 
 
 @dataclass(frozen=True, eq=False)

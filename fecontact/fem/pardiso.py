@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError
 
+ZERO_PIVOT = -4
 SINGULAR = (
     "The stiffness is singular: some part of the body is loose. Check that the mesh is connected and that no "
     "node is left unused."
@@ -96,7 +97,8 @@ class _Handle:
                 "from the contact, or model less of the scene."
             )
         if error.value != 0:
-            raise FecontactError(f"PARDISO failed in phase {phase} with error {error.value}. {SINGULAR}")
+            message = f"PARDISO failed in phase {phase} with error {error.value}. {SINGULAR}"
+            raise FecontactError(message, code="singular" if error.value == ZERO_PIVOT else None)
 
     def __reduce__(self) -> NoReturn:
         raise TypeError("A factor of PARDISO cannot be copied or sent: it is memory of the library.")

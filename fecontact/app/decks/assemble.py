@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from fecontact.app.decks.content import DeckContent, DeckFrame, DeckPair, DeckRigid, DeckStep
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.bodies.elastic import ElasticBody
-from fecontact.bodies.rigid import RigidBody
+from fecontact.bodies.rigid import Plane, RigidBody
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
@@ -141,8 +141,8 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     Returns
     -------
     SceneFile
-        One step: its loads. Several: steps of a load path with friction, else cases, for the answer to each does not
-        depend on the others.
+        One step: its loads. Several: steps of a load path with friction or laws of finite strain, else cases, for the
+        answer to each does not depend on the others.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     """
     deck = _with_added_nodes(deck)
     made = [_body(deck, name, cells) for name, cells in _parts(deck).items()]
-    rigid = {r.name: _rigid(r) for r in deck.rigid if r.surface is not None}
+    rigid = {r.name: _rigid(r) for r in deck.rigid if r.surface is not None or r.normal is not None}
     contacts, unused = _contacts(deck, made, rigid)
     if not contacts:
         raise InputError(
@@ -161,16 +161,17 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
         )
     loads = [_loads(deck, step, made, rigid) for step in deck.steps]
     bodies: list[ElasticBody | RigidBody] = [*(m.body for m in made), *rigid.values()]
-    friction = any(c.mu > 0 for c in contacts)
+    soft = any(laws_of(m.body.material) for m in made)
+    along = soft or any(c.mu > 0 for c in contacts)
     several = len(loads) > 1
     names = [step.name for step in deck.steps]
     mixed = any(m.body.mesh.file_nodes is not None and (m.body.mesh.file_nodes < 0).any() for m in made)
     # a path has no 'auto', which stops to carry poses where it changes nothing
     options: dict[str, Any] = {} if deck.finite_motion is None else {"finite_motion": False}
     if deck.finite_motion:
-        options = {"finite_motion": True} if several and friction else {}
-    if any(laws_of(m.body.material) for m in made):
-        options = {}  # always along
+        options = {"finite_motion": True} if several and along else {}
+    if soft:
+        options = {}  # motions are finite
     notes = (*(n for n in deck.notes if MIXED not in n or mixed), *unused)
     loose = tuple(text for m in made for text in m.loose)
     return SceneFile(
@@ -181,8 +182,8 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
         {} if several else loads[0],
         options,
         (),
-        tuple({"name": n, **load} for n, load in zip(names, loads, strict=True)) if several and not friction else (),
-        tuple(loads) if several and friction else (),
+        tuple({"name": n, **load} for n, load in zip(names, loads, strict=True)) if several and not along else (),
+        tuple(loads) if several and along else (),
         notes,
     )
 
@@ -274,7 +275,11 @@ def _supported(mesh: Mesh, held: Array) -> tuple[Mesh, dict[str, str]]:
 
 
 def _rigid(given: DeckRigid) -> RigidBody:
-    """A rigid body whose axes begin at its centre."""
+    """A rigid body whose axes begin at its centre; the third one of a wall is its normal."""
+    if given.normal is not None:
+        along = np.linalg.svd(given.normal[None])[2][1]
+        axes = np.stack([along, np.cross(given.normal, along), given.normal], axis=1)
+        return RigidBody(Plane(), given.name).placed(given.centre, axes)
     assert given.surface is not None
     own = given.surface.mapped(lambda x: x - given.centre)
     return RigidBody(Facets(own), given.name).placed(given.centre)
@@ -331,7 +336,13 @@ def _loads(
     for frame in step.frames:
         _move(deck, frame, made, rigid, given)
     loads = {kind: value for kind, value in given.items() if value}
-    return loads | ({"gravity": step.gravity} if np.any(step.gravity) else {})
+    if not np.any(step.gravity):
+        return loads
+    if any(frame.is_free for frame in step.frames):
+        raise InputError(
+            f"{deck.source}: a body load on a rigid part that is free to move would be lost.", code="not-supported"
+        )
+    return loads | {"gravity": step.gravity}
 
 
 def _move(

@@ -122,6 +122,8 @@ class DeckRigid:
         Names of these.
     attached : int array
         Points of elastic cells that move with it.
+    normal : (3,) array, optional
+        Of a plane wall through the centre, which has no mesh.
     """
 
     name: str
@@ -129,6 +131,7 @@ class DeckRigid:
     surface: SurfaceMesh | None
     names: frozenset[str]
     attached: IntArray
+    normal: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from fecontact.app.decks.content import DeckContent, DeckPair, DeckRigid, Remarks
-from fecontact.app.decks.febio_steps import Curves, deck_steps, nodes_of, rigid_name, segments_of
+from fecontact.app.decks.febio_steps import Curves, deck_steps, nodes_of, rigid_name, segments_of, wall_name, wall_of
 from fecontact.app.decks.materials import AT_REST, LAWS, REMEDY, law_of_febio, of_febio
 from fecontact.app.options import FINITE
 from fecontact.common.arrays import IntArray
@@ -52,6 +52,7 @@ OUTER = {
     "prestrain elastic": "elastic",
 }
 RIGID = "rigid body"
+WALL = "rigid_wall"
 #: Sections that are read, or that set how to solve and what to print.
 USED = {"Module", "Control", "Globals", "Material", "MeshDomains", "Boundary", "Rigid", "Loads", "Contact", "Step"}
 USED |= {"Constraints", "LoadData", "Output", *MESH_SECTIONS}
@@ -87,7 +88,9 @@ def read_feb(path: Path, laws: str = FINITE) -> DeckContent:
         contacts, ties = _pairs(root, remarks)
         wanted = {n for p in contacts for n in (p.slave, p.master)}
         stiff = [m for m in root.iterfind("Material/material") if m.get("type") == RIGID]
+        walls = [wall_of(c, mesh) for c in root.iter("constraint") if c.get("type") == WALL]
         rigid = [_rigid(m, parts, raw, mesh, wanted, _glued(_name(m), root, names, mesh, remarks)) for m in stiff]
+        rigid += walls
         curves, segments = Curves.of(root), segments_of(root)
         steps = deck_steps(segments, curves, mesh, {r.name: r for r in rigid}, names, path.name, remarks)
     except (ValueError, TypeError) as error:
@@ -253,7 +256,7 @@ def _pairs(root: Element, remarks: Remarks) -> tuple[list[DeckPair], list[DeckPa
         pairs[pair.get("name", "")] = ends
     contacts: list[DeckPair] = []
     ties: list[DeckPair] = []
-    inner = [c for step in root.iter("Step") for c in step.iter("contact")]
+    inner = [c for step in root.iter("Step") for c in (*step.iter("contact"), *step.iter("constraint"))]
     several = sum(len(step.findall("step")) or 1 for step in root.findall("Step")) > 1
     for c in root.iter("contact"):
         place, kind, name = c.get("line", ""), c.get("type", ""), c.get("surface_pair", "")
@@ -274,6 +277,10 @@ def _pairs(root: Element, remarks: Remarks) -> tuple[list[DeckPair], list[DeckPa
         friction = float(c.findtext("fric_coeff") or 0.0)
         slave, master = pairs[name]
         (ties if kind in TIED else contacts).append(DeckPair(slave, master, friction, place))
+    for c in (c for c in root.iter("constraint") if c.get("type") == WALL):
+        if several and c in inner:
+            remarks.warn(f"{c.get('line')}: the {wall_name(c)!r} acts in all steps, not in its own alone.")
+        contacts.append(DeckPair(c.get("surface", ""), wall_name(c), 0.0, c.get("line", "")))
     return contacts, ties
 
 

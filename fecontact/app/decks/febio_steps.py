@@ -165,6 +165,7 @@ class State:
     forces: Array
     pressures: dict[str, float] = field(default_factory=dict)
     tractions: dict[str, Array] = field(default_factory=dict)
+    gravity: Array = field(default_factory=lambda: np.zeros(3))
     #: Prescribed motions (6,) of rigid parts, NaN where they are free, and loads (6,).
     motions: dict[str, Array] = field(default_factory=dict)
     loads: dict[str, Array] = field(default_factory=dict)
@@ -218,12 +219,12 @@ def deck_steps(
         for time in _times(segment, curves):
             free, unloaded = np.full(mesh.points.shape, np.nan), np.zeros(mesh.points.shape)
             state = State(mesh, curves, rigid_names, remarks, time, free, unloaded)
-            state.motions = {name: np.full(6, np.nan) for name in rigid}
+            state.motions = {name: np.full(6, np.nan if r.normal is None else 0.0) for name, r in rigid.items()}
             state.loads = {name: np.zeros(6) for name in rigid}
             for entry in segment.active:
                 _apply(entry, state)
             frames = [_frame(part, state) for part in rigid.values()]
-            now = [state.held, state.forces, *state.motions.values(), *state.loads.values()]
+            now = [state.held, state.forces, state.gravity, *state.motions.values(), *state.loads.values()]
             now += [np.array(list(state.pressures.values())), *state.tractions.values()]
             if last and len(now) == len(last) and all(map(_same, now, last)):
                 continue
@@ -231,7 +232,8 @@ def deck_steps(
                 continue
             last = now
             name = f"{segment.name} t = {time:.6g}".strip()
-            out.append(DeckStep(name, state.held, state.forces, state.pressures, state.tractions, np.zeros(3), frames))
+            loads = state.forces, state.pressures, state.tractions, state.gravity
+            out.append(DeckStep(name, state.held, *loads, frames))
     if not out:
         raise InputError(
             f"{source} has no load and no prescribed motion that is not zero, so there is nothing to solve.",
@@ -337,6 +339,46 @@ def _load_surface(entry: Element, kind: str, state: State, nodes: IntArray | Non
         state.tractions[name] = state.tractions.get(name, np.zeros(3)) + traction
 
 
+def _pull(entry: Element, kind: str, state: State, nodes: IntArray | None) -> None:
+    """The force per mass of <body_load type="const"> or "body force", whose sign FEBio turns over."""
+    if entry.get("elem_set"):
+        raise InputError(f"{entry.get('line')}: a body load on a part alone is not done here.", code="not-supported")
+    if kind == "body force":
+        state.gravity = state.gravity - state.value(entry, "force")
+    else:
+        parts = [entry.find(axis) for axis in "xyz"]
+        given = [0.0 if p is None else state.curves.numbers(p, state.time)[0] for p in parts]
+        state.gravity = state.gravity - np.array(given)
+
+
+def wall_of(entry: Element, mesh: Mesh) -> DeckRigid:
+    """The plane a . x = d of <constraint type="rigid_wall">, with the body on the side of a.
+
+    Its `centre` is the point of the plane nearest to the middle of the mesh.
+    """
+    try:
+        a, d = np.split(np.array((entry.findtext("plane") or "").split(","), dtype=float), [3])
+        size = float(np.linalg.norm(a))
+        middle = mesh.points.mean(axis=0)
+        centre = middle - (a @ middle - d[0]) / size**2 * a
+    except (ValueError, IndexError):
+        raise InputError(f"{entry.get('line')}: expected a plane of four numbers.", code="numbers") from None
+    name = wall_name(entry)
+    return DeckRigid(name, centre, None, frozenset([name]), np.zeros(0, np.int64), a / size)
+
+
+def wall_name(entry: Element) -> str:
+    """Name of the wall of a constraint."""
+    return f"wall of {entry.get('surface')}"
+
+
+def _wall(entry: Element, kind: str, state: State, nodes: IntArray | None) -> None:
+    """Move a wall along its normal by its offset."""
+    if entry.find("offset") is not None:
+        plane = np.array((entry.findtext("plane") or "").split(","), dtype=float)[:3]
+        state.motions[wall_name(entry)][:3] = state.value(entry, "offset")[0] * plane / np.linalg.norm(plane) ** 3
+
+
 def _mirror(entry: Element, kind: str, state: State, nodes: IntArray | None) -> None:
     """Hold the component across a plane of symmetry that is normal to an axis."""
     mesh = state.mesh
@@ -385,6 +427,8 @@ OF_SURFACES: _Takers = dict.fromkeys(("pressure", "traction"), _load_surface)
 OTHERS: _Takers = {
     **dict.fromkeys(("rigid_fixed", "rigid_displacement", "rigid_rotation", "rigid_force", "rigid_moment"), _rigid),
     "symmetry plane": _mirror,
+    "rigid_wall": _wall,
+    **dict.fromkeys(("const", "body force"), _pull),
 }
 
 

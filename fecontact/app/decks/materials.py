@@ -12,7 +12,7 @@ from typing import TypeVar
 from fecontact.app.options import FINITE, SMALL
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.fem.laws import HolmesMow, Law, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
+from fecontact.fem.laws import CompressibleOgden, HolmesMow, Law, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
 
 _T = TypeVar("_T")
 #: What makes a material of its constants and density.
@@ -176,6 +176,7 @@ LAWS: dict[str, _Maker[Law]] = {
     "Mooney-Rivlin": lambda v, rho: MooneyRivlin(v["c1"], v.get("c2", 0.0), v["k"], rho),
     "incomp neo-Hookean": lambda v, rho: MooneyRivlin(v["G"] / 2, 0.0, v["k"], rho),
     "Ogden": lambda v, rho: Ogden(*_terms(v), v["k"], rho),
+    "Ogden unconstrained": lambda v, rho: CompressibleOgden(*_terms(v), v["cp"], rho),
 }
 
 

@@ -279,7 +279,7 @@ def test_a_curve_that_repeats_bends_in_every_period(deck):
         ({"more": RIGID.format("")}, ("unknown-rigid-material", "'Gel'")),
         ({"bcs": DOWN.replace("<relative>0", "<relative>1")}, ("input", "relative")),
         ({"bcs": DOWN.replace("<dof>z", "<dof>w")}, ("input", "expected a component")),
-        ({"loads": PRESS.replace("</Loads>", "<body_load type='const'/></Loads>")}, ("not-supported",)),
+        ({"loads": PRESS.replace("</Loads>", "<body_load type='point'/></Loads>")}, ("not-supported",)),
         ({"loads": PRESS.replace('surface="Up_top"', 'surface="Up_rim"')}, ("input", "no surface of solids")),
         ({"more": "<LoadData><loadcurve id='9' type='cubic spline'/></LoadData>"}, ("load-curve", "'cubic spline'")),
         ({"mu": "0.1</fric_coeff><tension>1</tension><fric_coeff>0.1"}, ("tension",)),
@@ -312,6 +312,64 @@ def test_what_changes_with_time_or_is_missing(old, new, words, deck):
 PAD = Path(fc.__file__).parents[1] / "meshes" / "pad_febio.feb"
 
 
+WALL = """<Constraints><constraint type="rigid_wall" surface="Low_bottom"><plane>0,0,{scale},0</plane>
+<offset lc="{curve}">{offset}</offset></constraint></Constraints>"""
+
+
+def walled(deck, **wall):
+    """The two blocks tied, on a wall; their head is held."""
+    sides = [("Up_top", "z"), *SIDES[1:]]
+    path = deck("", kind="tied-elastic", sides=sides, more=WALL.format(**wall))
+    path.write_text(path.read_text().replace("<density>2</density>", ""))
+    return path
+
+
+@pytest.mark.parametrize("scale", [1.0, 2.0])
+def test_a_rigid_wall_moves_along_its_normal(scale, deck):
+    # FEBio measures gaps in lengths of the plane's normal, so an offset moves a plane a . x = d by offset / a^2
+    scene = fc.read_scene(walled(deck, scale=scale, curve=1, offset=0.4 * scale**2))
+    assert [b.name for b in scene.scene.bodies] == ["body_1", "wall of Low_bottom"]
+    (contact,) = scene.solve().contacts
+    # two blocks of nu = 0, shortened by a fifth: sigma = mu (l^2 - 1) / l
+    assert abs(contact.total_force - 0.5 * (1 - 0.8**2) / 0.8) < 1e-8
+
+
+def test_load_curves_with_laws_are_a_path(deck):
+    curve = "<point>0,0</point><point>0.5,1</point><point>1,0.5</point>"
+    path = walled(deck, scale=1.0, curve=3, offset=0.4)
+    path.write_text(path.read_text().replace("<LoadData>", f'<LoadData><loadcurve id="3">{curve}</loadcurve>'))
+    scene = fc.read_scene(path)
+    assert not scene.cases
+    forces = [result.contacts[0].total_force for result in scene.solve_path().steps]
+    exact = [0.5 * (1 - stretch**2) / stretch for stretch in (0.8, 0.9)]
+    assert np.abs(np.array(forces) - exact).max() < 1e-8
+
+
+@pytest.mark.parametrize(
+    "load", ["<body_load type='const'><z lc='1'>{0}</z>", "<body_load type='body force'><force lc='1'>0,0,{0}</force>"]
+)
+def test_body_loads_are_weights_with_the_sign_turned_over(load, deck):
+    # a positive force of FEBio pulls down; the upper block has a volume of one and a density of three
+    text = f"<Loads>{load.format(0.1)}</body_load></Loads>"
+    materials = MATERIALS.format(law="neo-Hookean").replace(
+        "<v>0</v></material></", "<v>0</v><density>3</density></material></"
+    )
+    path = deck(text)
+    path.write_text(path.read_text().replace(MATERIALS.format(law="neo-Hookean"), materials))
+    assert abs(force(small_strain(path).solve())[2] - 0.3) < ROUNDING
+    with refused(fc.InputError, "not-supported", "part alone"):
+        small_strain(deck(text.replace("<body_load", "<body_load elem_set='Up'")))
+
+
+def test_walls_and_weights_that_cannot_be_used(deck):
+    with refused(fc.InputError, "numbers", "plane"):
+        fc.read_scene(walled(deck, scale="up", curve=1, offset=0.1))
+    pull = "<Loads><body_load type='const'><z>1</z></body_load></Loads>"
+    drive = '<rigid_load type="rigid_force"><rb>1</rb><dof>Rz</dof><value lc="1">0.1</value></rigid_load>'
+    with refused(fc.InputError, "not-supported", "free to move"):
+        small_strain(deck(pull, law="rigid body", sides=UP_HELD, more=RIGID.format(drive)))
+
+
 #: FEBio's energies by principal stretches (l1, l2, l3), from its source and user's manual.
 def energy_of(kind, v, stretches):
     J, squares = np.prod(stretches), stretches**2
@@ -336,6 +394,10 @@ def energy_of(kind, v, stretches):
         case "Ogden":
             own = stretches * J ** (-1 / 3)
             return sum(v[f"c{i}"] / v[f"m{i}"] ** 2 * ((own ** v[f"m{i}"]).sum() - 3) for i in (1, 2)) + bulk
+        case "Ogden unconstrained":
+            terms = ((v[f"c{i}"], v[f"m{i}"]) for i in (1, 2))
+            parts = sum(c / m**2 * ((stretches**m).sum() - 3 - m * np.log(J)) for c, m in terms)
+            return parts + v["cp"] / 2 * (J - 1) ** 2
 
 
 OGDEN = {"c1": 2.0, "m1": 3.0, "c2": -0.5, "m2": -2.0}
@@ -350,6 +412,7 @@ OGDEN = {"c1": 2.0, "m1": 3.0, "c2": -0.5, "m2": -2.0}
         ("Mooney-Rivlin", {"c1": 0.4, "c2": 0.1, "k": 5.0}),
         ("incomp neo-Hookean", {"G": 1.0, "k": 5.0}),
         ("Ogden", {**OGDEN, "k": 5.0}),
+        ("Ogden unconstrained", {**OGDEN, "cp": 0.7}),
     ],
 )
 def test_constants_are_those_of_the_laws_energies(kind, values):

@@ -9,7 +9,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.common.arrays import Array
-from fecontact.fem.laws import FIRST, SECOND, InvariantLaw, InvertedError, Law
+from fecontact.fem.laws import FIRST, SECOND, CompressibleOgden, InvariantLaw, InvertedError, Law
 from tests.refusals import refused
 
 LAWS: dict[str, Law] = {
@@ -18,6 +18,7 @@ LAWS: dict[str, Law] = {
     "holmes-mow": fc.HolmesMow(E=1.0, nu=0.2, beta=0.3),
     "mooney": fc.MooneyRivlin(c10=0.4, c01=0.1, bulk=5.0),
     "ogden": fc.Ogden(mu=(0.4, 0.1, 0.2), alpha=(2.0, -2.0, 4.5), bulk=5.0),
+    "compressible-ogden": CompressibleOgden(mu=(0.4, 0.1, 0.2), alpha=(2.0, -2.0, 4.5), lame=0.8),
 }
 FIBRES = fc.Fibres(LAWS["neo-hooke"], (1, 2, 2), ksi=0.5, alpha=1.5)
 

@@ -138,3 +138,13 @@ def test_accuracy_is_refused_for_paths() -> None:
     _, plate, scene = pressed()
     with refused(fc.InputError, "finite-strain", "accuracy"):
         scene.solve_path(moved(plate, (0, -0.1)), accuracy=0.1)
+
+
+def test_a_block_that_slides_off_its_partner_is_an_end_of_the_path_with_its_reason() -> None:
+    """Between one step and the next no surface faces the other: the step is cut, and not answered without contact."""
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
+    body = fc.ElasticBody(mesh, fc.NeoHookean(E=1.0, nu=0.3), contact="bottom", supports={"top": "xyz"}, name="block")
+    table = fc.RigidBody(fc.surfaces.FlatPunch(sides=(4.0, 4.0)), name="table").placed(rotation=np.diag([1.0, -1, -1]))
+    scene = fc.Scene([body, table], [fc.Contact(body, table)])
+    with refused(fc.SolverError, "no-equilibrium", "Step 2 of 2"):
+        scene.solve_path([{"motions": {body: {"z": -0.1}}}, {"motions": {body: {"z": -0.1, "x": 9.0}}}])
