@@ -72,11 +72,13 @@ class InnerFields:
     def at(self, points: Array) -> tuple[Array, Array, Mask]:
         """Displacement (n, 3) and stress (n, 6) at points (n, 3), and which of these are in the body; NaN at others.
 
-        Nodal fields of the elements are interpolated in the cells.
+        Nodal fields of the elements are interpolated in the cells. Points are those before a deformation at finite
+        strain, which the displacement includes.
         """
-        weights, found = interpolation(self.model.mesh, points)
+        weights, found = interpolation(self.model.mesh_at_rest, points)
         u, stress = np.full((len(points), 3), np.nan), np.full((len(points), 6), np.nan)
-        u[found] = weights[found] @ self.model.at_points(self.u)
+        deformation = self.model.mesh.points - self.model.mesh_at_rest.points
+        u[found] = weights[found] @ (self.model.at_points(self.u) + deformation)
         stress[found] = weights[found] @ self.model.nodal_stress(self.u)
         if self.beside is not None:
             lame, shear = self._moduli()

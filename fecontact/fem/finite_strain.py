@@ -33,6 +33,7 @@ from fecontact.fem.section_model import SectionModel
 from fecontact.fem.stiffness import ENTRIES, Batch, Cells, batches, sum_of_blocks
 from fecontact.fem.stress import components, hooke_inverse, to_nodes
 from fecontact.fem.support import support_directions
+from fecontact.mesh.mesh import Mesh
 
 #: Stiffness of springs over the median of their rows by the diagonal of the tangent: far above that of the body as a
 #: whole, and low enough to lose few digits.
@@ -351,9 +352,9 @@ class AtState(Model):
         return strength
 
     @property
-    def u(self) -> Array:
-        """Displacements (n_dofs,) from the initial shape."""
-        return self.state.u
+    def mesh_at_rest(self) -> Mesh:
+        """The mesh before the deformation."""
+        return self.finite.model.mesh
 
     def body_force(self, field: Callable[[Array], Array]) -> Array:
         """Nodal forces (n_dofs,) of a force per mass ``field(points (n, 3)) -> (n, 3)`` of present points."""
@@ -368,6 +369,10 @@ class AtState(Model):
     def strain_energy(self, u: Array) -> float:
         """Energy of the state after changes (n_dofs,)."""
         return self.finite.at(replace(self.state, u=self.state.u + u), tangent=False).energy
+
+    def internal_forces(self, u: Array) -> Array:
+        """Forces (n_dofs,) inside at the state after changes (n_dofs,)."""
+        return self.finite.at(replace(self.state, u=self.state.u + u), tangent=False).forces
 
     def gauss_strain(self, u: Array) -> Array:
         """Logarithmic strains (n_cells, n_q, 6) at the Gauss points, after changes (n_dofs,) of the state."""

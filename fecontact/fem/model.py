@@ -269,8 +269,12 @@ class Model:
 
     def strain_energy(self, u: Array) -> float:
         """Energy of displacements (n_dofs,)."""
+        return float(u @ self.internal_forces(u)) / 2
+
+    def internal_forces(self, u: Array) -> Array:
+        """Forces (n_dofs,) inside under displacements (n_dofs,)."""
         K = self.stiffness
-        return float(u @ (K @ u) - u @ (K.diagonal() * u) / 2)
+        return np.asarray(K @ u + K.T @ u - K.diagonal() * u)
 
     def energy_error(
         self, u: Array, cells: IntArray, other: Array | None = None, free: Mask | None = None
@@ -301,6 +305,11 @@ class Model:
     def touched(self, rows: sp.csr_matrix) -> IntArray:
         """Triples of coordinates, each of one node, that rows (n, n_dofs) act on."""
         return np.unique(self.coordinates.rows(rows).indices // 3)
+
+    @property
+    def mesh_at_rest(self) -> Mesh:
+        """The mesh before a deformation at finite strain."""
+        return self.mesh
 
     def at_points(self, u: Array) -> Array:
         """Displacements (n_points, 3) of the mesh's points."""

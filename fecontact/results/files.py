@@ -151,9 +151,10 @@ def save_csv(contacts: Sequence[ContactFields], path: str | Path) -> Path:
 def save_vtu(result: ContactResult, path: str | Path) -> Path:
     """All bodies with a mesh: displacement, stress, equivalent stress and contact pressure as point data.
 
-    Stresses are in each body's own axes. Wedges, pyramids and tetrahedra are written as such. Mid-face nodes, which the
-    file's elements do not have, are left out. The cells of the windows of local bodies follow as quadrilaterals, with
-    the gap; elsewhere it is NaN.
+    Points are as given, so that displacements warp them; of a scene at finite strain they are those of the deformed
+    bodies. Stresses are in each body's own axes, Cauchy's at finite strain. Wedges, pyramids and tetrahedra are
+    written as such. Mid-face nodes, which the file's elements do not have, are left out. The cells of the windows
+    of local bodies follow as quadrilaterals, with the gap; elsewhere it is NaN.
     """
     path = check_writable(path)
     teach_meshio()
@@ -167,7 +168,8 @@ def save_vtu(result: ContactResult, path: str | Path) -> Path:
         used = np.unique(mesh.cells)
         index = np.full(len(mesh.points), -1, dtype=np.int64)
         index[used] = start + np.arange(len(used))
-        points.append(result._given(body).pose.to_world(mesh.points[used]))
+        deformed = result.displacement(body) if result.finite_strain else 0.0
+        points.append((result._given_points(body) + deformed)[used])
         for name, block, _ in mesh.native_cells():
             cells.setdefault(name, []).append(index[block])
             owner.setdefault(name, []).append(np.full(len(block), k))

@@ -53,6 +53,9 @@ def report(result: ContactResult) -> str:
         f"{result.rounds} round(s)"
     )
     lines += [f"  compliance of {name} by {how}" for name, how in result.condensation.items()]
+    if steps := result.finite_strain:
+        count = " + ".join(str(each.iterations) for each in steps)
+        lines.append(f"  finite strain: {len(steps)} load step(s) of {count} iterations")
     square = units.suffix("length", "²")
     for c in result.contacts:
         lines += [

@@ -34,7 +34,7 @@ from fecontact.results.cell_contact import is_half_space
 from fecontact.results.contact_fields import ContactFields, contact_fields
 from fecontact.results.convergence import Convergence
 from fecontact.results.edge_pressure import EdgePressure, edge_pressure
-from fecontact.results.finite_strain import Equilibrium
+from fecontact.results.finite_strain import Equilibrium, unbalanced
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.linearisation import CarriedMotion, LinearisationError
 from fecontact.results.report import model_size, peak_memory, report
@@ -195,6 +195,11 @@ class ContactResult(FormerNames):
         """The body in its given pose; `scene` has it in its final pose after a finite motion."""
         return self._originals[self._number(body)] if self._originals else body
 
+    def _given_points(self, body: Body) -> Array:
+        """World positions (n_points, 3) of the nodes of a body with a mesh before the loads."""
+        given = cast(ElasticBody, self._given(body))
+        return given.pose.to_world(given.mesh.points)
+
     def _moved_with_pose(self, k: int, points: Array) -> Array:
         """World displacements (n, 3) of points (n, 3) of body k due to the change of its pose in a finite motion."""
         now = self.scene.bodies[k]
@@ -271,7 +276,7 @@ class ContactResult(FormerNames):
             An elastic body in space or a local body. Below the window of a local body they are as fine as its cells;
             elsewhere the nodal fields of the mesh are interpolated in its cells.
         points : (n, 3) array_like
-            In the body's own axes, within it.
+            In the body's own axes, within it as it was given; at finite strain, too, before its deformation.
 
         Returns
         -------
@@ -302,14 +307,21 @@ class ContactResult(FormerNames):
             raise InputError(f"{body.name!r} is a section; fields at points are offered for bodies in space.")
         u, stress, found = inner.at(where)
         if not found.all():
-            corners = (np.array2string(f(inner.model.mesh.points, axis=0), precision=6) for f in (np.min, np.max))
+            corners = (
+                np.array2string(f(inner.model.mesh_at_rest.points, axis=0), precision=6) for f in (np.min, np.max)
+            )
             raise InputError(
                 f"{(~found).sum()} of {len(found)} points are not in {body.name!r}, the first: "
-                f"{np.array2string(where[np.argmin(found)], precision=6)}. Points are given in the body's own axes; "
-                f"its mesh reaches from {' to '.join(corners)}.",
+                f"{np.array2string(where[np.argmin(found)], precision=6)}. Points are given in the body's own axes"
+                f"{', before its deformation' if self.finite_strain else ''}; its mesh reaches from "
+                f"{' to '.join(corners)}.",
                 code="points-outside-body",
             )
-        return self._moved(self._number(body), u, where), stress
+        k = self._number(body)
+        now = self.scene.bodies[k]
+        if now._deformation is not None:
+            return now.pose.to_world(where + u) - self._given(now).pose.to_world(where), stress
+        return self._moved(k, u, where), stress
 
     def _inner(self, body: Body) -> InnerFields:
         k = self._number(body)
@@ -461,14 +473,23 @@ class ContactResult(FormerNames):
 
         Penetration covers the points outside the candidates too. Equilibrium is the larger of the condensed problem's
         and of the balance of forces and moments of every pair of bodies in contact and on every free frame; at finite
-        strain also of the forces on every node.
+        strain also of the forces on every node of every body.
         """
         r = (self.friction or self.solution).residuals
         outside = max((float(-c.gap.min(initial=0.0)) for c in self.contacts), default=0.0)
         scale = self._state.scale if self._state.scale > 0 else 1.0
-        unbalanced = [each.residual for each in self.finite_strain[-1:]]
-        equilibrium = max([r.equilibrium, *unbalanced, *map(self._imbalance, self._interfaces, self.contacts)])
+        equilibrium = max([r.equilibrium, self._unbalanced, *map(self._imbalance, self._interfaces, self.contacts)])
         return replace(r, penetration=max(r.penetration, outside / scale), equilibrium=equilibrium)
+
+    @cached_property
+    def _unbalanced(self) -> float:
+        """Largest unbalanced force on a node of any body, see `results.finite_strain`; zero without laws."""
+        worst, forces = 0.0, (self.friction or self.solution).forces
+        for k, part in enumerate(self._condensed.parts if self.finite_strain else ()):
+            u = self._state.displacements[k] - part.frame.modes(self._state.motions[k][:, None])[:, 0]
+            for body in elastic_among([part.body]):
+                worst = max(worst, unbalanced(part, forces, body.model.internal_forces(u)))
+        return worst
 
     def _imbalance(self, interface: Interface, fields: ContactFields) -> float:
         """Resultant of the forces on slave and master together (six components), relative to the forces."""
@@ -594,6 +615,7 @@ class ContactResult(FormerNames):
             "peak_rss_mb": peak_memory(),
             "saved": model_size(self),
             **({} if self.convergence is None else {"convergence": self.convergence.as_dict()}),
+            **({"finite_strain": [asdict(each) for each in self.finite_strain]} if self.finite_strain else {}),
         }
 
     def __repr__(self) -> str:

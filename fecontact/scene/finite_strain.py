@@ -21,7 +21,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fecontact.bodies.body import Body
-from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose, turned
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, InputError, SolverError, SupportError
@@ -36,7 +35,7 @@ from fecontact.contact.step_end import StepEnd
 from fecontact.fem.finite_strain import State
 from fecontact.fem.laws import InvertedError
 from fecontact.fem.rigid import COMPONENTS
-from fecontact.results.finite_strain import Equilibrium
+from fecontact.results.finite_strain import Equilibrium, unbalanced
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import CarriedScene, posed, with_bodies
 from fecontact.scene.linear import Settings, solved
@@ -49,8 +48,6 @@ BALANCED = 1e-6
 #: Change of two iterations up to which the residual alone decides: where a tangent is nearly singular, changes are
 #: rounding before they are small.
 NEARLY = 1e-5
-#: Force of a body without strain, relative to its stiffness and size: a residual below it is rounding.
-REST = 1e-9
 MAX_ITERATIONS = 25
 #: Change above which a step that has begun to settle runs away, and the iteration from which that is judged.
 RUNS_AWAY, SETTLING = 5.0, 6
@@ -240,7 +237,7 @@ class _Newton:
     def _iteration(self, first: bool) -> Reached | None:
         with self._timer("linearise"):
             carried = self._linearised()
-        loading, external = self._loads(carried, first)
+        loading = self._loads(carried, first)
         result, hold = self._solved(carried.scene, loading)
         if first:
             self._fix_sides(result)
@@ -252,7 +249,7 @@ class _Newton:
                 raise SolverError("The load step turns material inside out.", code="no-equilibrium")
             self._hold = hold
             self._changes.append(change / self._size)
-            residual = self._residual(result, external)
+            residual = self._residual(result)
         change = self._changes[-1]
         small = change <= TOLERANCE and residual <= BALANCED
         small |= residual <= TOLERANCE and max(self._changes[-2:]) <= NEARLY
@@ -265,17 +262,18 @@ class _Newton:
         bodies = [posed(b, pose) if state is None else b._linearised(state, pose) for b, state, pose in every]
         return with_bodies(self._model, bodies)
 
-    def _loads(self, carried: CarriedScene, first: bool) -> tuple[Loading, list[Array]]:
-        """Loads with the internal forces, and those without; prescribed motions are taken in the first iteration."""
+    def _loads(self, carried: CarriedScene, first: bool) -> Loading:
+        """Loads with the internal forces; prescribed motions are taken in the first iteration."""
         motions = motions_between(self._start.step, self._end, first and self._known is None)
         bodies = carried.scene.bodies
         loading = carried.step(replace(self._end, motions=motions)).on(bodies)
-        external = [np.zeros(b.n_dofs) if f is None else f for b, f in zip(bodies, loading.distributed, strict=True)]
         loads = [
-            given if (inner := body._inner_forces) is None else f - inner
-            for body, f, given in zip(bodies, external, loading.distributed, strict=True)
+            given
+            if (inner := body._inner_forces) is None
+            else (np.zeros(body.n_dofs) if given is None else given) - inner
+            for body, given in zip(bodies, loading.distributed, strict=True)
         ]
-        return replace(loading, distributed=tuple(loads)), external
+        return replace(loading, distributed=tuple(loads))
 
     def _solved(self, scene: SceneModel, loading: Loading) -> tuple[ContactResult, Hold]:
         """Solution of the linear scene; where it needs held points, with those that stay closed."""
@@ -393,19 +391,11 @@ class _Newton:
         moved = cells.advanced(state, d, share)
         return moved, cells.at(moved, tangent=False).forces
 
-    def _residual(self, result: ContactResult, external: Sequence[Array]) -> float:
+    def _residual(self, result: ContactResult) -> float:
         """Largest unbalanced force on a node of a body at finite strain, relative to the largest force inside it."""
         forces = (result.friction or result.solution).forces
-        worst = 0.0
-        for part, inner, load in zip(result._condensed.parts, self._forces, external, strict=True):
-            for body in elastic_among([part.body]):
-                if inner is not None:
-                    given = part.rows.T @ forces[part.index] + load
-                    rest = body.model.solved_forces((given if part.hold is None else part.hold.balanced(given)) - inner)
-                    unstrained = REST * body.size * float(body.model.stiffness.diagonal().max())
-                    largest = max(float(np.abs(inner).max()), unstrained)
-                    worst = max(worst, float(np.abs(rest).max(initial=0.0)) / largest)
-        return worst
+        pairs = zip(result._condensed.parts, self._forces, strict=True)
+        return max(unbalanced(part, forces, inner) for part, inner in pairs)
 
     def _reached(self, result: ContactResult, residual: float) -> Reached:
         states = self._states

@@ -128,8 +128,7 @@ def solids_of_result(result: ContactResult) -> tuple[Solid, ...]:
             code="nothing-to-draw",
         )
     bodies = [
-        Solid(b.name, b.mesh.drawn_at(result._given(b).pose.to_world(b.mesh.points)), body_fields(result, b))
-        for b in result._meshed_bodies
+        Solid(b.name, b.mesh.drawn_at(result._given_points(b)), body_fields(result, b)) for b in result._meshed_bodies
     ]
     for p in window_patches(result):
         bodies.append(patch_solid(p.body.name, result._given(p.body).pose.to_world(p.points), p.quads, p.fields))

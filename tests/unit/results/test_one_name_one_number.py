@@ -37,6 +37,11 @@ def finite_elements(**options: Any) -> tuple[fc.Scene, fc.RigidBody]:
     return ball_on(fc.ElasticBody(block(), RUBBER, "top", {"bottom": "xyz"}, name="block"), **options)
 
 
+def soft(**options: Any) -> tuple[fc.Scene, fc.RigidBody]:
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (8, 8, 4), element="hex8").translated((-0.5, -0.5, 0.0))
+    return ball_on(fc.ElasticBody(mesh, fc.NeoHookean(1.0, 0.3), "top", {"bottom": "xyz"}, name="block"), **options)
+
+
 def bricks(**options: Any) -> tuple[fc.Scene, fc.RigidBody]:
     return ball_on(fc.AncfBody(block(), RUBBER, "top", {"bottom": "xyz"}, name="block"), **options)
 
@@ -179,12 +184,15 @@ def single(scene: fc.Scene, ball: fc.RigidBody) -> LoadPath:
 
 
 SCENES = {
-    "elements": finite_elements, "bricks": bricks, "section": section, "half-space": half_space, "window": local_body,
+    "elements": finite_elements, "soft": soft, "bricks": bricks, "section": section, "half-space": half_space,
+    "window": local_body,
 }  # fmt: skip
 
 
 # half-spaces and windows in a scene have no friction
-@pytest.mark.by_day("section-0.0", "section-0.3", "half-space-0.0", "window-0.0", "elements-0.3", "bricks-0.0")
+@pytest.mark.by_day(
+    "section-0.0", "section-0.3", "half-space-0.0", "window-0.0", "elements-0.3", "soft-0.0", "bricks-0.0"
+)
 @pytest.mark.parametrize(
     ("kind", "mu"), [(k, mu) for k in SCENES for mu in (0.0, 0.3) if not mu or k not in ("half-space", "window")]
 )

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import csv
+import json
+from dataclasses import replace
+
+import meshio
 import numpy as np
 import pytest
 
 import fecontact as fc
 from fecontact.results.geometry_error import geometry_error
+from fecontact.results.pictures.solids import solids_of_result
+from tests.refusals import refused
 
 SIDES = {"bottom": "z", "x_min": "x", "y_min": "y"}
 
@@ -109,3 +116,127 @@ def test_divided_cells_pass_the_patch_test() -> None:
     assert abs(stress[0]) < 1e-8
     assert np.abs(u - body.mesh.points * [across, across, -0.3]).max() < 1e-9
     assert np.abs(result.contacts[0].pressure / -stress[2] - 1).max() < 1e-7
+
+
+@pytest.fixture(scope="module")
+def between():
+    """A soft block with friction between a linear one and a plate."""
+    law = fc.NeoHookean(E=1.0, nu=0.3)
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
+    wide = fc.shapes.block((2.0, 2.0, 1.0), (3, 3, 2), element="hex8")
+    base = fc.ElasticBody(wide, fc.Material(E=40.0, nu=0.3), "top", {"bottom": "xyz"}, name="base")
+    held = {"x_min": "x", "y_min": "y"}
+    pad = fc.ElasticBody(mesh, law, contact=("top", "bottom"), supports=held, name="pad").placed((0, 0, 1.0))
+    plate = fc.RigidBody(fc.Plane()).placed((0, 0, -2.0)).placed(rotation=np.diag([1.0, -1, -1]))
+    contacts = [fc.Contact(pad, base, ("bottom", "top"), friction=0.1), fc.Contact(pad, plate, ("top", "surface"))]
+    return base, pad, fc.Scene([base, pad, plate], contacts).solve(motions={plate: {"z": -0.2}})
+
+
+def test_the_certificate_is_of_the_whole_state(between) -> None:
+    """Forces and displacements off by a share of the whole, not of the last change, leave about as much."""
+    _, _, result = between
+    clean = result.residuals()
+    assert clean.equilibrium < 1e-8
+    assert clean.worst < 1e-5
+    part = 1e-3
+    friction = result.friction
+    start = np.cumsum([0, *(len(c._candidates) for c in result.contacts)])
+    for k in range(len(result.contacts)):
+        forces = friction.forces.copy()
+        forces[start[k] : start[k + 1]] *= 1 + part
+        found = replace(result, friction=replace(friction, forces=forces)).residuals()
+        assert found.equilibrium > part / 20
+    for k in range(2):
+        moved = list(result._state.displacements)
+        moved[k] = moved[k] * (1 + part) + (part * 0.1 * np.sin(np.arange(len(moved[k]))) if k else 0.0)
+        found = replace(result, _state=replace(result._state, displacements=tuple(moved))).residuals()
+        assert found.equilibrium > part / 20
+    deep = result.contacts[1].gap.copy()
+    deep[0] = -part * 0.2
+    contacts = (result.contacts[0], replace(result.contacts[1], gap=deep))
+    assert replace(result, contacts=contacts).residuals().penetration == pytest.approx(part, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("tension", lambda f, n: -0.01 * f.max() * (np.arange(len(f)) == 0)),
+        ("penetration", lambda f, n: 0 * f * (np.arange(len(f)) < n)),
+        ("cone", lambda f, n: np.where(np.arange(len(f)) < n, f, 2 * f)),
+    ],
+)
+def test_the_certificate_sees_each_violation(between, name: str, change) -> None:
+    result = between[2]
+    n = len(result.solution.forces)
+    forces = change(result.friction.forces, n)
+    found = replace(result, friction=replace(result.friction, forces=forces)).residuals().as_dict()
+    assert found[name] > 1e-3 > 1e2 * result.residuals().as_dict()[name]
+
+
+def test_a_soft_partner_does_not_hide_the_strain_of_a_linear_body(between) -> None:
+    base, _, result = between
+    assert not [text for text in result.warnings if "small-strain" in text]
+    soft = replace(base, material=fc.Material(E=2.0, nu=0.3))
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
+    law = fc.NeoHookean(E=1.0, nu=0.3)
+    pad = fc.ElasticBody(mesh, law, "bottom", {"top": "z", "x_min": "x", "y_min": "y"}, name="pad").placed((0, 0, 1.0))
+    strained = fc.Scene([pad, soft], [fc.Contact(pad, soft)]).solve(motions={pad: {"z": -0.3}})
+    (text,) = [text for text in strained.warnings if "small-strain" in text]
+    assert text.startswith("'base'")
+
+
+@pytest.fixture(scope="module")
+def bulged():
+    """A tilted block with a glued bottom, pressed by a fifth; the plate's coordinate along the block's axis."""
+    turn = fc.rotation_about((1.0, 2.0, 0.5), 0.7)
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 3), element="hex8")
+    law = fc.NeoHookean(E=2.0, nu=0.4)
+    body = fc.ElasticBody(mesh, law, contact="top", supports={"bottom": "xyz"}, name="block").placed(rotation=turn)
+    plate = fc.RigidBody(fc.Plane(), name="plate").placed((0, 0, -1.0)).placed(rotation=np.diag([1.0, -1, -1]))
+    plate = plate.placed(rotation=turn)
+    down = dict(zip("xyz", turn @ [0, 0, -0.2], strict=True))
+    return body, turn, fc.Scene([body, plate], [fc.Contact(body, plate)]).solve(motions={plate: down})
+
+
+def test_fields_are_asked_by_points_before_the_deformation(bulged) -> None:
+    body, turn, result = bulged
+    points = body.mesh.points
+    u, stress = result.fields_at(body, points)
+    assert np.abs(u - result.displacement(body)).max() < 1e-12
+    assert np.abs(stress - result.stress(body)).max() < 1e-12
+    top = body.mesh.boundary_nodes("top")
+    assert np.abs((u @ turn)[top, 2] + 0.2).max() < 1e-8
+    x = points + u @ turn
+    outside = x[np.argmax(x[:, 0])]
+    assert outside[0] > 1.02
+    with refused(fc.InputError, "points-outside-body", "before its deformation"):
+        result.fields_at(body, [outside])
+
+
+def test_files_and_pictures_show_the_deformed_body(bulged, tmp_path) -> None:
+    """One place, displacement, stress and pressure of each node in VTU, CSV, JSON and the drawn body."""
+    body, turn, result = bulged
+    contact = result.contacts[0]
+    place = body.mesh.points @ turn.T + result.displacement(body)
+    saved = meshio.read(result.save(tmp_path / "soft.vtu"))
+    assert np.abs(saved.points - place).max() < 1e-9
+    assert np.abs(saved.point_data["displacement"] - result.displacement(body)).max() < 1e-9
+    assert np.abs(saved.point_data["stress"] - result.stress(body)).max() < 1e-9
+    assert saved.point_data["contact_pressure"].max() == pytest.approx(contact.max_pressure)
+    (solid,) = solids_of_result(result)
+    assert np.abs(solid.deformed(1.0) - place).max() < 1e-9
+    assert np.abs(solid.deformed(0.0) - body.mesh.points @ turn.T).max() < 1e-12
+    assert np.abs(solid.fields["contact_pressure"] - saved.point_data["contact_pressure"]).max() < 1e-9
+    top = body.mesh.boundary_nodes("top")
+    rows = list(csv.DictReader(result.save(tmp_path / "soft.csv").open()))
+    listed = np.array([[float(row[name]) for name in "xyz"] for row in rows])
+    nearest = np.linalg.norm(listed[:, None] - place[None, top], axis=2).argmin(axis=1)
+    assert np.abs(listed - place[top[nearest]]).max() < 1e-8
+    pressures = [float(row["pressure"]) for row in rows]
+    assert pressures == pytest.approx(saved.point_data["contact_pressure"][top[nearest]])
+    told = json.loads(result.save(tmp_path / "soft.json").read_text())
+    assert [step["iterations"] for step in told["finite_strain"]] == [s.iterations for s in result.finite_strain]
+    assert "finite strain: 1 load step(s)" in str(result)
+    # the mean of the present points by their forces
+    middle = contact.forces @ listed / contact.total_force
+    assert np.abs(contact.centre_of_pressure - middle).max() < 1e-12
