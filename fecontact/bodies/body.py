@@ -233,14 +233,14 @@ class Body(FormerNames):
         """Give a body at a state springs along rows, see `contact.hold`, in place of others; return their stiffness."""
         raise InputError(f"{self.name!r} has no law of finite strain.", code="finite-strain")
 
-    def _press(self, stiffness: sp.csr_matrix) -> None:
-        """Add a stiffness (n_dofs, n_dofs) of loads that turn with a surface to that of a body at a state."""
-        raise InputError(f"{self.name!r} has no law of finite strain.", code="finite-strain")
-
     @property
     def _deformation(self) -> Array | None:
         """Displacements (n_points, 3) of its mesh by a state of finite strain, in its axes; None where it has none."""
         return None
+
+    def _present(self, point: Array) -> Array:
+        """Place (3,) in its axes of a point of its initial shape: another at a state of finite strain."""
+        return point
 
     @property
     def _dimension(self) -> str | None:

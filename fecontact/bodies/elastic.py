@@ -40,6 +40,8 @@ from fecontact.surfaces.nodal_weights import components_along
 INTEGRATIONS = ("auto", "full", "selective")
 #: Distance from a plane, relative to the body's size, within which a boundary counts as flat.
 FLAT = 1e-9
+#: Distance from a node, relative to the body's size, within which a point is that node.
+ON_NODE = 1e-6
 
 
 @compact_repr
@@ -153,11 +155,6 @@ class ElasticBody(Body):
         assert isinstance(self.model, AtState)
         return self.model.stiffen(rows)
 
-    def _press(self, stiffness: sp.csr_matrix) -> None:
-        """Add a stiffness (n_dofs, n_dofs) of loads that turn with a surface to that of a body at a state."""
-        assert isinstance(self.model, AtState)
-        self.model.add(stiffness)
-
     @property
     def _deformation(self) -> Array | None:
         """Displacements (n_points, 3) of its mesh by a state of finite strain, in its axes; None where it has none."""
@@ -264,9 +261,8 @@ class ElasticBody(Body):
             If the point is on no node and the body floats.
         """
         model = self.model
-        distance = np.linalg.norm(model.mesh.points - point, axis=1)
-        nearest = int(np.argmin(distance))
-        if distance[nearest] <= 1e-6 * model.size:
+        nearest, distance = self._nearest(point)
+        if distance <= ON_NODE * model.size:
             return components_along(model.point_row(nearest), np.asarray(direction, dtype=float)[None, :])
         if model.free_motions.shape[1] == 0:
             # six held degrees of freedom that determine the frame's motion, and their weights in that of the point
@@ -279,11 +275,28 @@ class ElasticBody(Body):
         else:
             raise InputError(
                 f"The point {np.array2string(point, precision=4)} lies on no node of {self.name!r}, which floats; the "
-                f"nearest node is {distance[nearest]:.4g} away at "
-                f"{np.array2string(model.mesh.points[nearest], precision=4)}.",
+                f"nearest node is {distance:.4g} away at "
+                f"{np.array2string(self._initial_points[nearest], precision=4)}.",
                 code="no-node-there",
             )
         return sp.csr_matrix(row)
+
+    @property
+    def _initial_points(self) -> Array:
+        """Points (n_points, 3) of its mesh without load."""
+        model = self.model
+        return (model.finite.model if isinstance(model, AtState) else model).mesh.points
+
+    def _nearest(self, point: Array) -> tuple[int, float]:
+        """Point of its mesh that is the nearest to one (3,) of its initial shape, and how far it is from that."""
+        distance = np.linalg.norm(self._initial_points - point, axis=1)
+        return int(np.argmin(distance)), float(distance.min())
+
+    def _present(self, point: Array) -> Array:
+        """Place (3,) of a point of its initial shape: a node moves with the state, others with the frame."""
+        nearest, distance = self._nearest(point)
+        moved = self._deformation
+        return point if moved is None or distance > ON_NODE * self.size else point + moved[nearest]
 
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:
         """Compliance and response along rows, by a route of `fem.condensation`."""

@@ -15,7 +15,7 @@ from typing import ClassVar
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.bodies.elastic import ElasticBody
+from fecontact.bodies.elastic import ON_NODE, ElasticBody
 from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import flag
 from fecontact.common.arrays import Array, IntArray
@@ -245,10 +245,10 @@ class AxisymmetricBody(SectionBody):
         InputError
             If the point is not a node.
         """
-        distance = np.linalg.norm(self.mesh.points - point, axis=1)
-        if distance.min() > 1e-6 * self.size:
+        nearest, distance = self._nearest(point)
+        if distance > ON_NODE * self.size:
             raise InputError(
                 f"The point {np.array2string(point, precision=4)} lies on no node of {self.name!r}; the nearest is "
-                f"{np.array2string(self.mesh.points[np.argmin(distance)], precision=4)}."
+                f"{np.array2string(self._initial_points[nearest], precision=4)}."
             )
         return super().attachment(point, direction)

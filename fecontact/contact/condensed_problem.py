@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import scipy.optimize
@@ -408,6 +408,7 @@ def _condensed(
 
     That is, of bodies at a state, an array that is not positive semidefinite.
     """
+    soft: list[Any] = []
     shares: list[tuple[IntArray, Array | LinearOperator]] = []
     total, by_products, unstable = np.zeros(len(bare.g)), False, False
     for part in bare.parts:
@@ -421,12 +422,16 @@ def _condensed(
                 compliance, response = _held_by_mean(part, part.hold, compliance, response)
             if compliance is not None:
                 shares.append((part.index, compliance))
+                soft += [] if part.body._inner_forces is None else [compliance]
             total[part.index] += response
     with timer("condense"):
         S = _total(bare.own, shares)
-        if isinstance(S, np.ndarray):
-            _drop_rounding(S, bare.parts)
-            unstable = at_state and not semidefinite(S)
+        array = S if isinstance(S, np.ndarray) else None
+        if at_state and array is None and not all(map(semidefinite, soft)):
+            S = array = np.asarray(S @ np.eye(len(bare.g)))  # springs on closed gaps need its rows
+        if array is not None:
+            _drop_rounding(array, bare.parts)
+            unstable = at_state and not semidefinite(array)
     return S, total, by_products, unstable
 
 

@@ -116,7 +116,7 @@ class Spring:
 
 def _world(body: Body | None, point: ArrayLike) -> Array:
     p = np.asarray(point, dtype=float)
-    return p if body is None else body.pose.to_world(p[None, :])[0]
+    return p if body is None else body.pose.to_world(body._present(p)[None, :])[0]
 
 
 @dataclass(frozen=True)

@@ -303,11 +303,14 @@ class Bordered(Condensation):
     rows : (n_rows, n) csr_matrix
         C.
     why : str
+    dofs : (n_rows,) int array, optional
+        Unknowns that the rows are, where rows on them were more.
     """
 
     factor: PardisoBordered
     rows: sp.csr_matrix
     why: str
+    dofs: IntArray | None = None
     route: str = "columns"
 
     @property
@@ -323,8 +326,17 @@ class Bordered(Condensation):
         found = order[np.minimum(np.searchsorted(own[order], mark), len(own) - 1)]
         return found if (self.rows[found] != C).nnz == 0 else None
 
+    def covers_rows(self, C: sp.csr_matrix) -> bool:
+        """Whether the compliance of rows C follows from that of the given ones."""
+        if self.dofs is None:
+            return self.numbers(C) is not None
+        return bool(np.isin(C.indices, self.dofs).all())
+
     def compliance(self, C: sp.csr_matrix) -> Array:
         """S of some of the given rows, or of others by blocks of right-hand sides."""
+        if self.dofs is not None and self.covers_rows(C):
+            own = C[:, self.dofs]
+            return np.asarray(own @ (own @ self.factor.compliance).T)
         found = self.numbers(C)
         if found is None:
             return Compliance(self.factor, C).dense()

@@ -348,7 +348,7 @@ class Model:
             route, why = choose_route(
                 len(self.solved_dofs), len(dofs), memory_budget(), poses, not border, n_rows, float(size)
             )
-        other_rows = isinstance(last, Bordered) and rows is not None and last.numbers(rows) is None
+        other_rows = isinstance(last, Bordered) and rows is not None and not last.covers_rows(rows)
         if poses > 1 and last is not None and (route != "schur" or isinstance(last, (Plain, Bordered))):
             # columns are made for each case; a plain factor covers all rows, and is no Schur complement
             covered = route != "schur"
@@ -363,9 +363,11 @@ class Model:
         if route == "columns" and rows is not None and border:
             with timer("factorise"):
                 self.condensation = last = None  # two factors at once would take twice the memory
+                few = dofs if len(dofs) < rows.shape[0] else None  # of many rows on few nodes, as under fine cells
+                rows = rows if few is None else sp.eye_array(K.shape[0], format="csr")[few]
                 factor = bordered(K, rows)
             if factor is not None:
-                self.condensation = Bordered(factor, rows, why)
+                self.condensation = Bordered(factor, rows, why, few)
                 return self.condensation
         if route != "schur":
             with timer("factorise"):

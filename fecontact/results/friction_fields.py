@@ -240,7 +240,7 @@ def traction_misfit(
     misfit : (n,) array
         Integral over each facet of `pressed` of the squared difference, the larger of the two.
     error : float
-        Relative L2 norm, see `MIN_TRACTION`; one where no facet counts.
+        Relative L2 norm, see `MIN_TRACTION`; one where no facet counts, or none of them is pressed.
     """
     mu = friction.mu
     assert isinstance(mu, float)
@@ -255,4 +255,4 @@ def traction_misfit(
     misfit = larger_misfit(pressed.areas, found, list(fields.values())) * counted
     norm = (pressed.areas * found**2)[counted].sum()
     norm = max(norm, (MIN_TRACTION * mu) ** 2 * pressed.norm)
-    return misfit, float(np.sqrt(misfit.sum() / norm)) if counted.any() else 1.0
+    return misfit, float(np.sqrt(misfit.sum() / norm)) if counted.any() and norm > 0 else 1.0

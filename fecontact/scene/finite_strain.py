@@ -5,9 +5,8 @@ forces as a load (`Body._linearised`). The scene of these bodies is paired, cond
 with the same certificate and the exact law of friction, for the change of the state. Where nothing changes any more,
 its answer is that of the nonlinear scene. Closed gaps hold bodies that are not stable without them (`contact.hold`).
 
-Normals turn with the surfaces, which the linear scene does not know: the forces of the last iteration add a stiffness
-for it (`contact.turning`). What it neglects makes convergence linear; Anderson's acceleration makes up for it (Walker &
-Ni, SIAM J. Numer. Anal. 49 (2011) 1715).
+Normals turn with the surfaces, which the linear scene does not know, so that bodies of which both deform converge
+linearly; Anderson's acceleration makes up for it (Walker & Ni, SIAM J. Numer. Anal. 49 (2011) 1715).
 
 Friction acts over load steps: slip is counted from the start of the step, point by point of the material.
 """
@@ -22,6 +21,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fecontact.bodies.body import Body
+from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose, turned
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, InputError, SolverError, SupportError
@@ -30,11 +30,10 @@ from fecontact.common.progress import set_part
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.friction_rows import TangentialRows
 from fecontact.contact.hold import Hold
-from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading, LoadStep
 from fecontact.contact.model import SceneModel
+from fecontact.contact.springs import spring_rows
 from fecontact.contact.step_end import StepEnd
-from fecontact.contact.turning import press
 from fecontact.fem.finite_strain import State
 from fecontact.fem.laws import InvertedError
 from fecontact.fem.rigid import COMPONENTS
@@ -42,8 +41,6 @@ from fecontact.results.finite_strain import Equilibrium, unbalanced
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import CarriedScene, posed, with_bodies
 from fecontact.scene.linear import Settings, solved
-from fecontact.surfaces.facet_surface import with_nodes
-from fecontact.surfaces.normals import normals_of
 
 #: Change of displacements and residual of forces, relative to the size of the bodies and to the largest force inside,
 #: at convergence.
@@ -60,13 +57,13 @@ RUNS_AWAY, SETTLING = 5.0, 6
 MIN_SHARE = 1e-3
 #: Solutions of one iteration with fewer and fewer held points.
 MAX_HOLDS = 12
-#: Codes of errors of tangents that are not stable, even where closed gaps hold them.
-UNSTABLE = ("singular", "not-semidefinite", "indefinite")
-#: Change of unit normals since rest from which on the tangent knows of it.
-TURNED = 1e-2
 #: Acceleration: earlier iterations that it uses, the change below which it begins, and the ratio of changes above
 #: which convergence is linear.
 DEPTH, BEGIN, SLOW = 5, 1e-3, 0.1
+
+
+#: Components of prescribed motions that are rotation vectors.
+TURNS = COMPONENTS[3:]
 
 
 def is_nonlinear(model: SceneModel) -> bool:
@@ -137,7 +134,8 @@ def solve_at_finite_strain(model: SceneModel, step: LoadStep, settings: Settings
 
 
 def at_rest(model: SceneModel, step: LoadStep) -> Reached:
-    """The unloaded state of a scene, with what is free in a step."""
+    """The unloaded state of a scene, with what is free in a step; its linear bodies are condensed."""
+    _condense_linear(model)
     none = [np.zeros(0, np.int64)] * len(model.contacts)
     return Reached(
         model,
@@ -169,6 +167,21 @@ OFFERED: Mapping[str, tuple[tuple[object, ...], str]] = {
 }
 
 
+def _condense_linear(model: SceneModel) -> None:
+    """Condense linear bodies onto their whole surfaces, once for all iterations: which nodes touch changes in them."""
+    springs = spring_rows(model.springs)
+    for body in elastic_among(model.bodies):
+        ends = [end for c in model.contacts for end in zip(c.bodies, c.surfaces or (), strict=True)]
+        names = {name for other, name in ends if other is body}
+        if body._finite_strain is not None or not names:
+            continue
+        surfaces = [body.surface(name) for name in names]
+        on = [surface.project(surface.points[surface.nodes]) for surface in surfaces]
+        rows = [body._trace(places, np.ones_like(places.points)) for places in on]
+        rows += [ends for ends in (springs.rows(body),) if ends is not None]
+        body.model.condensed(np.unique(np.concatenate([body.model.touched(each) for each in rows])), Stopwatch())
+
+
 def refuse_with_laws(model: SceneModel, **given: object) -> None:
     """Refuse options that are not offered for scenes with a law of finite strain.
 
@@ -195,7 +208,10 @@ class _Newton:
     ) -> None:
         self._model, self._settings, self._timer = start.model, settings, timer
         self._start, self._end, self._known = start, end, known
-        self._states, self._poses, self._hold = list(start.states), list(start.poses), start.hold
+        self._states, self._hold, self._bodies = list(start.states), start.hold, list(start.model.bodies)
+        # rotations are finite; shifts are part of the linear scene, so that nothing overlaps at first
+        self._motions = motions_between(start.step, end, whole=known is None)
+        self._poses = [_turned(*each, self._motions) for each in zip(start.model.bodies, start.poses, strict=True)]
         self._size = max(body.size for body, state in zip(start.model.bodies, start.states, strict=True) if state)
         self._elastic = list(start.displacements)
         if known is not None:
@@ -209,7 +225,6 @@ class _Newton:
             self._model = replace(start.model, contacts=contacts)
         self._changes: list[float] = []
         self._past: list[tuple[Array, Array]] = []
-        self._turning = 1.0
 
     def converged(self) -> Reached:
         """The state under the loads at the end of the step.
@@ -230,7 +245,7 @@ class _Newton:
             except (InvertedError, np.linalg.LinAlgError) as error:
                 raise SolverError(str(error), code="no-equilibrium") from error
             except FecontactError as error:
-                if error.code not in (*UNSTABLE, "no-gap"):  # no-gap: no surface faces another
+                if error.code not in ("singular", "not-semidefinite", "no-gap"):  # no-gap: no surface faces another
                     raise
                 raise SolverError(str(error), code="no-equilibrium") from error
             if found is not None:
@@ -239,7 +254,8 @@ class _Newton:
                 break
         raise SolverError(
             f"Newton's method found no equilibrium in {len(self._changes)} iterations (last change of displacements "
-            f"{self._changes[-1]:.1e} of the size); the smallest load step was too large, or the body is not stable.",
+            f"{self._changes[-1]:.1e} of the size); the smallest load step was too large, or the body is not stable. "
+            "Where two deformable bodies touch and normals turn much, it may not converge: make the stiffer rigid.",
             code="no-equilibrium",
         )
 
@@ -247,14 +263,7 @@ class _Newton:
         with self._timer("linearise"):
             carried = self._linearised()
         loading = self._loads(carried, first)
-        try:
-            result, hold = self._solved(carried.scene, loading, self._turning)
-        except FecontactError as error:
-            if error.code not in UNSTABLE or not self._turning:
-                raise
-            self._turning = 0.0
-            carried = self._linearised()
-            result, hold = self._solved(carried.scene, self._loads(carried, first), 0.0)
+        result, hold = self._solved(carried.scene, loading)
         if first:
             self._fix_sides(result)
         with self._timer("advance"):
@@ -274,13 +283,17 @@ class _Newton:
         return self._reached(result, residual)
 
     def _linearised(self) -> CarriedScene:
-        every = zip(self._model.bodies, self._states, self._poses, strict=True)
-        bodies = [posed(b, pose) if state is None else b._linearised(state, pose) for b, state, pose in every]
-        return with_bodies(self._model, bodies)
+        every = zip(self._model.bodies, self._bodies, self._states, self._poses, strict=True)
+        # a linear body follows from itself in the last iteration, with what it has found of its compliance
+        self._bodies = [posed(b, p) if s is None else given._linearised(s, p) for given, b, s, p in every]
+        return with_bodies(self._model, self._bodies)
 
     def _loads(self, carried: CarriedScene, first: bool) -> Loading:
         """Loads with the internal forces; prescribed motions are taken in the first iteration."""
-        motions = motions_between(self._start.step, self._end, first and self._known is None)
+        motions = {
+            body: {c: v if first and c not in TURNS else 0.0 for c, v in given.items()}
+            for body, given in self._motions.items()
+        }
         bodies = carried.scene.bodies
         loading = carried.step(replace(self._end, motions=motions)).on(bodies)
         loads = [
@@ -291,23 +304,10 @@ class _Newton:
         ]
         return replace(loading, distributed=tuple(loads))
 
-    def _turned(self, k: int, scene: SceneModel, interface: Interface) -> bool:
-        """Whether normals of the slave have turned where contact k presses, since it was at rest."""
-        nodes = self._hold.closed[k]
-        if interface.slave._inner_forces is None:
-            return True
-        body = self._model.bodies[[each is interface.slave for each in scene.bodies].index(True)]
-        rest = normals_of(with_nodes(body.surface(interface.surfaces[0]))).nodal[nodes]
-        now = normals_of(interface.slave_surface).nodal[nodes]
-        return bool(np.abs(now - rest).max(initial=0.0) > TURNED)
-
-    def _solved(self, scene: SceneModel, loading: Loading, turning: float) -> tuple[ContactResult, Hold]:
+    def _solved(self, scene: SceneModel, loading: Loading) -> tuple[ContactResult, Hold]:
         """Solution of the linear scene; where it needs held points, with those that stay closed."""
         past = self._slip_since(scene, loading) if scene.has_friction else None
         hold = self._hold
-        for k, interface in enumerate(scene.interfaces(loading)):
-            share = turning if self._turned(k, scene, interface) else 0.0
-            press(interface, hold.pressing(k, interface.pairing.nodes), share)
         for _ in range(MAX_HOLDS):
             result = solved(scene, loading, None, self._settings, self._timer, (), past, hold)
             found = _touching(result)
@@ -342,7 +342,7 @@ class _Newton:
                 by = TangentialRows(interface, k, contact.mu).relative_motion(since)
                 places.append(np.full(len(own), k))
                 nodes.append(own)
-                moved.append(by @ interface.master.pose.rotation)
+                moved.append(interface.pairing.unmixed(by @ interface.master.pose.rotation))
                 pressed.append(np.zeros(len(own), bool) if last is None else last.of(k, last.pressed, own))
         return StepEnd(
             self._start.poses,
@@ -440,6 +440,12 @@ class _Newton:
         )  # fmt: skip
 
 
+def _turned(body: Body, pose: Pose, motions: Mapping[Body, Mapping[str, float]]) -> Pose:
+    """The pose after the prescribed rotations."""
+    turn = [motions.get(body, {}).get(c, 0.0) for c in TURNS]
+    return turned(pose, np.array([0.0, 0.0, 0.0, *turn]), pose.to_world(body.reference_point)) if any(turn) else pose
+
+
 def motions_between(start: LoadStep, end: LoadStep, whole: bool) -> dict[Body, dict[str, float]]:
     """Changes of the prescribed motions from one step to the next, or zero ones; rotation vectors compose.
 
@@ -450,11 +456,9 @@ def motions_between(start: LoadStep, end: LoadStep, whole: bool) -> dict[Body, d
         one, other = start.motions.get(body, {}), end.motions.get(body, {})
         names = [*other, *(c for c in one if c not in other and c not in _released(end, body))]
         change = {c: other.get(c, 0.0) - one.get(c, 0.0) for c in names}
-        if {*one, *other} & set(COMPONENTS[3:]):
-            after, before = (Rotation.from_rotvec([m.get(c, 0.0) for c in COMPONENTS[3:]]) for m in (other, one))
-            change |= {
-                c: t for c, t in zip(COMPONENTS[3:], (after * before.inv()).as_rotvec(), strict=True) if c in names
-            }
+        if {*one, *other} & set(TURNS):
+            after, before = (Rotation.from_rotvec([m.get(c, 0.0) for c in TURNS]) for m in (other, one))
+            change |= {c: t for c, t in zip(TURNS, (after * before.inv()).as_rotvec(), strict=True) if c in names}
         out[body] = change if whole else dict.fromkeys(names, 0.0)
     return out
 
@@ -469,11 +473,9 @@ def _released(step: LoadStep, body: Body) -> set[str]:
 
 def _touching(result: ContactResult) -> Hold:
     """Slave nodes of the closed points of each contact, and of those that stick."""
-    closed, stuck, forces = [], [], []
+    closed, stuck = [], []
     for fields, interface in zip(result.contacts, result._interfaces, strict=True):
         nodes, friction = interface.pairing.nodes, fields.friction
-        sticks = np.zeros(len(nodes), bool) if friction is None else friction.touching & ~friction.sliding
         closed.append(nodes[fields.active])
-        stuck.append(nodes[sticks])
-        forces.append(np.where(sticks, 0.0, fields.forces)[fields.active])
-    return Hold(closed, stuck, forces=forces)
+        stuck.append(nodes[friction.touching & ~friction.sliding] if friction is not None else nodes[:0])
+    return Hold(closed, stuck)

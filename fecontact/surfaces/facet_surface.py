@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import MeshError
-from fecontact.mesh.facets import facet_shapes, facets_at_sides, sides_of, triangular
+from fecontact.mesh.facets import facets_at_sides, sides_of, triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.section_mesh import Extent
 from fecontact.mesh.surface_mesh import averaged_normals
@@ -39,6 +39,8 @@ MAX_PARTS = 256
 BESIDE, CORNER = 1e-9, 1e-8
 #: Sine of the angle between offset and normal above which a point whose closest point is on the rim lies outside.
 RIM_LEAN = 0.2
+#: Cosine between a facet's normal and the average at its node below which the node lies on a sharp edge.
+SHARP = 0.9
 
 
 @compact_repr
@@ -269,10 +271,6 @@ class FacetSurface:
         shapes = shapes_at(self.facets.shape[1], triangle, degree, local)
         return *self.polynomials.evaluate(facet, local), shapes
 
-    def slopes(self, facet: IntArray, local: Array) -> Array:
-        """Derivatives (n, k, 2) of the shape functions by facet coordinates."""
-        return facet_shapes(self.facets.shape[1], self.triangle[facet], local)[1]
-
     @cached_property
     def polynomials(self) -> FacetPolynomials:
         """The facets as polynomials."""
@@ -350,7 +348,12 @@ class FacetSurface:
         """
         normals = self.normals(facet, local)
         on_edge = self._at_sides(facet, local).any(axis=1)
-        mean = np.einsum("na,nai->ni", N[on_edge], self.mean_normals[self.facets[facet[on_edge]]])
+        nodal, own = self.mean_normals[self.facets[facet[on_edge]]], normals[on_edge, None]
+        # an average round a sharp edge is none of the normals beside it, except on that edge
+        sharp = (nodal * own).sum(axis=2) < SHARP
+        beside = (N[on_edge] * ~sharp).sum(axis=1) > BESIDE
+        nodal = np.where((sharp & beside[:, None])[:, :, None], own, nodal)
+        mean = np.einsum("na,nai->ni", N[on_edge], nodal)
         mean /= np.linalg.norm(mean, axis=1, keepdims=True)
         along = offset[on_edge]
         length = np.linalg.norm(along, axis=1)

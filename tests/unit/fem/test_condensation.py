@@ -231,6 +231,22 @@ def test_the_compliance_of_rows_comes_with_the_factor():
 
 
 @pytest.mark.skipif(not has_bordered(), reason="needs PARDISO")
+def test_many_rows_on_few_nodes_are_condensed_onto_these():
+    """As under cells finer than the faces: rows on the same nodes need no other factor, others do."""
+    model_, nodes, C = bordered_case(4)
+    mix = sp.csr_matrix(np.random.default_rng(0).normal(size=(40, 4)))
+    rows = sp.csr_matrix(mix @ C)
+    plain = factorise(model_.solved_stiffness().copy())
+    known = model_.condensed(nodes, Stopwatch(), rows=rows)
+    assert isinstance(known, condensation.Bordered)
+    assert known.n_retained == 12
+    assert same(known.compliance(rows), rows @ plain.solve(rows.toarray()).T)
+    assert model_.condensed(nodes, Stopwatch(), rows=2 * rows[::-1]) is known
+    assert model_.condensed(nodes[:1], Stopwatch(), rows=C[:1]) is known
+    assert model_.condensed(bordered_case(9)[1], Stopwatch(), rows=bordered_case(9)[2]) is not known
+
+
+@pytest.mark.skipif(not has_bordered(), reason="needs PARDISO")
 def test_the_stiffness_is_kept_where_rows_change_again(monkeypatch):
     """One condensation discards it; from the second on, as from pose to pose, it is assembled no more."""
     model_, nodes, C = bordered_case()

@@ -213,3 +213,14 @@ def test_a_ridge_gives_the_line_through_its_edge():
     assert np.abs(projection.normals[0] - np.array([0.05, 0, 0.2]) / np.hypot(0.05, 0.2)).max() < 1e-14
     assert np.abs(projection.normals[1] - [0, 0, 1]).max() < 1e-14
     assert np.abs(projection.normals[2] - np.array([1, 0, 1]) / np.sqrt(2)).max() < 1e-14
+
+
+@pytest.mark.parametrize("depth", [0.0, 1e-9, -1e-3])
+def test_normals_between_flat_facets_do_not_lean_to_a_sharp_edge_beyond(depth):
+    """At a side of two facets in one plane, of a box: averages at the box's edges are inclined."""
+    mesh = fc.shapes.block((2.0, 2.0, 1.0), (4, 4, 2), element="hex8")
+    surface = FacetSurface(mesh.points, mesh.face_nodes(mesh.outer_faces), "box")
+    found = surface.project(np.array([[1.0, 0.47, 1.0 - depth], [0.5, 1.9, 1.0 - depth]]))
+    assert np.abs(found.normals - [0, 0, 1]).max() < 1e-12
+    edge = surface.project(np.array([[1.0, 2.0, 1.0]]))
+    assert np.abs(edge.normals - np.array([0, 1, 1]) / np.sqrt(2)).max() < 1e-12
