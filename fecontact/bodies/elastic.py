@@ -155,6 +155,11 @@ class ElasticBody(Body):
         assert isinstance(self.model, AtState)
         return self.model.stiffen(rows)
 
+    def _press(self, stiffness: sp.csr_matrix) -> None:
+        """Add a stiffness (n_dofs, n_dofs) of loads that turn with a surface to that of a body at a state."""
+        assert isinstance(self.model, AtState)
+        self.model.add(stiffness)
+
     @property
     def _deformation(self) -> Array | None:
         """Displacements (n_points, 3) of its mesh by a state of finite strain, in its axes; None where it has none."""

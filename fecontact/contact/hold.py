@@ -46,12 +46,22 @@ class Hold:
     """Slave nodes of the points of each contact that are closed, and of those that stick.
 
     They are known by nodes, as points are renumbered when surfaces are paired anew. `at_once`: whether bodies get their
-    springs without a look at the compliance, as it was not semidefinite last time.
+    springs without a look at the compliance, as it was not semidefinite last time. `forces`: of the closed points, zero
+    of those that stick, for `contact.turning`.
     """
 
     closed: Sequence[IntArray]
     stuck: Sequence[IntArray]
     at_once: bool = False
+    forces: Sequence[Array] = ()
+
+    def pressing(self, k: int, nodes: IntArray) -> Array:
+        """Forces (n,) of points of contact k by their nodes."""
+        out = np.zeros(len(nodes))
+        if k < len(self.forces):
+            _, mine, its = np.intersect1d(nodes, self.closed[k], return_indices=True)
+            out[mine] = self.forces[k][its]
+        return out
 
     def rows(self, interfaces: Sequence[UnilateralConstraints], chosen: Sequence[IntArray]) -> Mask:
         """Rows (n,) of the problem that are held, out of those chosen of contacts, springs and tangents."""

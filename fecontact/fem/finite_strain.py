@@ -338,6 +338,10 @@ class AtState(Model):
         K = super().solved_stiffness()
         return K if self.springs is None else K + self.springs
 
+    def add(self, stiffness: sp.csr_matrix) -> None:
+        """Add a symmetric stiffness (n_dofs, n_dofs) to the tangent, before it is factorised."""
+        self.inner = replace(self.inner, stiffness=self.stiffness + sp.triu(stiffness, format="csr"))
+
     def stiffen(self, rows: sp.csr_matrix) -> float:
         """Take springs along rows (n, n_dofs), see `contact.hold`, in place of others; return their stiffness."""
         if not rows.shape[0]:

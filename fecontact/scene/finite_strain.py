@@ -5,8 +5,9 @@ forces as a load (`Body._linearised`). The scene of these bodies is paired, cond
 with the same certificate and the exact law of friction, for the change of the state. Where nothing changes any more,
 its answer is that of the nonlinear scene. Closed gaps hold bodies that are not stable without them (`contact.hold`).
 
-Normals turn with the surfaces, which the linear scene does not know, so that bodies of which both deform converge
-linearly; Anderson's acceleration makes up for it (Walker & Ni, SIAM J. Numer. Anal. 49 (2011) 1715).
+Normals turn with the surfaces, which the linear scene does not know: the forces of the last iteration add a stiffness
+for it (`contact.turning`). What it neglects makes convergence linear; Anderson's acceleration makes up for it (Walker &
+Ni, SIAM J. Numer. Anal. 49 (2011) 1715).
 
 Friction acts over load steps: slip is counted from the start of the step, point by point of the material.
 """
@@ -30,10 +31,12 @@ from fecontact.common.progress import set_part
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.friction_rows import TangentialRows
 from fecontact.contact.hold import Hold
+from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading, LoadStep
 from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import spring_rows
 from fecontact.contact.step_end import StepEnd
+from fecontact.contact.turning import press
 from fecontact.fem.finite_strain import State
 from fecontact.fem.laws import InvertedError
 from fecontact.fem.rigid import COMPONENTS
@@ -41,6 +44,8 @@ from fecontact.results.finite_strain import Equilibrium, unbalanced
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import CarriedScene, posed, with_bodies
 from fecontact.scene.linear import Settings, solved
+from fecontact.surfaces.facet_surface import with_nodes
+from fecontact.surfaces.normals import normals_of
 
 #: Change of displacements and residual of forces, relative to the size of the bodies and to the largest force inside,
 #: at convergence.
@@ -57,6 +62,10 @@ RUNS_AWAY, SETTLING = 5.0, 6
 MIN_SHARE = 1e-3
 #: Solutions of one iteration with fewer and fewer held points.
 MAX_HOLDS = 12
+#: Codes of errors of tangents that are not stable, even where closed gaps hold them.
+UNSTABLE = ("singular", "not-semidefinite", "indefinite")
+#: Change of unit normals since rest from which on the tangent knows of it.
+TURNED = 1e-2
 #: Acceleration: earlier iterations that it uses, the change below which it begins, and the ratio of changes above
 #: which convergence is linear.
 DEPTH, BEGIN, SLOW = 5, 1e-3, 0.1
@@ -225,6 +234,7 @@ class _Newton:
             self._model = replace(start.model, contacts=contacts)
         self._changes: list[float] = []
         self._past: list[tuple[Array, Array]] = []
+        self._turning = 1.0
 
     def converged(self) -> Reached:
         """The state under the loads at the end of the step.
@@ -245,7 +255,7 @@ class _Newton:
             except (InvertedError, np.linalg.LinAlgError) as error:
                 raise SolverError(str(error), code="no-equilibrium") from error
             except FecontactError as error:
-                if error.code not in ("singular", "not-semidefinite", "no-gap"):  # no-gap: no surface faces another
+                if error.code not in (*UNSTABLE, "no-gap"):  # no-gap: no surface faces another
                     raise
                 raise SolverError(str(error), code="no-equilibrium") from error
             if found is not None:
@@ -254,8 +264,7 @@ class _Newton:
                 break
         raise SolverError(
             f"Newton's method found no equilibrium in {len(self._changes)} iterations (last change of displacements "
-            f"{self._changes[-1]:.1e} of the size); the smallest load step was too large, or the body is not stable. "
-            "Where two deformable bodies touch and normals turn much, it may not converge: make the stiffer rigid.",
+            f"{self._changes[-1]:.1e} of the size); the smallest load step was too large, or the body is not stable.",
             code="no-equilibrium",
         )
 
@@ -263,7 +272,14 @@ class _Newton:
         with self._timer("linearise"):
             carried = self._linearised()
         loading = self._loads(carried, first)
-        result, hold = self._solved(carried.scene, loading)
+        try:
+            result, hold = self._solved(carried.scene, loading, self._turning)
+        except FecontactError as error:
+            if error.code not in UNSTABLE or not self._turning:
+                raise
+            self._turning = 0.0
+            carried = self._linearised()
+            result, hold = self._solved(carried.scene, self._loads(carried, first), 0.0)
         if first:
             self._fix_sides(result)
         with self._timer("advance"):
@@ -304,10 +320,23 @@ class _Newton:
         ]
         return replace(loading, distributed=tuple(loads))
 
-    def _solved(self, scene: SceneModel, loading: Loading) -> tuple[ContactResult, Hold]:
+    def _turned(self, k: int, scene: SceneModel, interface: Interface) -> bool:
+        """Whether normals of the slave have turned where contact k presses, since it was at rest."""
+        nodes = self._hold.closed[k]
+        if interface.slave._inner_forces is None:
+            return True
+        body = self._model.bodies[[each is interface.slave for each in scene.bodies].index(True)]
+        rest = normals_of(with_nodes(body.surface(interface.surfaces[0]))).nodal[nodes]
+        now = normals_of(interface.slave_surface).nodal[nodes]
+        return bool(np.abs(now - rest).max(initial=0.0) > TURNED)
+
+    def _solved(self, scene: SceneModel, loading: Loading, turning: float) -> tuple[ContactResult, Hold]:
         """Solution of the linear scene; where it needs held points, with those that stay closed."""
         past = self._slip_since(scene, loading) if scene.has_friction else None
         hold = self._hold
+        for k, interface in enumerate(scene.interfaces(loading)):
+            share = turning if self._turned(k, scene, interface) else 0.0
+            press(interface, hold.pressing(k, interface.pairing.nodes), share)
         for _ in range(MAX_HOLDS):
             result = solved(scene, loading, None, self._settings, self._timer, (), past, hold)
             found = _touching(result)
@@ -473,9 +502,11 @@ def _released(step: LoadStep, body: Body) -> set[str]:
 
 def _touching(result: ContactResult) -> Hold:
     """Slave nodes of the closed points of each contact, and of those that stick."""
-    closed, stuck = [], []
+    closed, stuck, forces = [], [], []
     for fields, interface in zip(result.contacts, result._interfaces, strict=True):
         nodes, friction = interface.pairing.nodes, fields.friction
+        sticks = np.zeros(len(nodes), bool) if friction is None else friction.touching & ~friction.sliding
         closed.append(nodes[fields.active])
-        stuck.append(nodes[friction.touching & ~friction.sliding] if friction is not None else nodes[:0])
-    return Hold(closed, stuck)
+        stuck.append(nodes[sticks])
+        forces.append(np.where(sticks, 0.0, fields.forces)[fields.active])
+    return Hold(closed, stuck, forces=forces)

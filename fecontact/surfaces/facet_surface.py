@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import MeshError
-from fecontact.mesh.facets import facets_at_sides, sides_of, triangular
+from fecontact.mesh.facets import facet_shapes, facets_at_sides, sides_of, triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.section_mesh import Extent
 from fecontact.mesh.surface_mesh import averaged_normals
@@ -270,6 +270,10 @@ class FacetSurface:
         triangle, degree = self.triangle[facet], self.polynomials.degree
         shapes = shapes_at(self.facets.shape[1], triangle, degree, local)
         return *self.polynomials.evaluate(facet, local), shapes
+
+    def slopes(self, facet: IntArray, local: Array) -> Array:
+        """Derivatives (n, k, 2) of the shape functions by facet coordinates."""
+        return facet_shapes(self.facets.shape[1], self.triangle[facet], local)[1]
 
     @cached_property
     def polynomials(self) -> FacetPolynomials:

@@ -75,6 +75,31 @@ def normals_of(surface: FacetSurface) -> Normals:
     return surface.spatial.once(_normals)
 
 
+def field_derivative(surface: FacetSurface, facet: IntArray, local: Array) -> tuple[Array, Array]:
+    """Unit normals (n, 3) by interpolation, and their derivatives (n, 3, 2) by facet coordinates."""
+    field, turned = normals_of(surface).field.evaluate(facet, local)
+    length = np.linalg.norm(field, axis=1)
+    unit = field / length[:, None]
+    turned = turned - unit[:, :, None] * (unit[:, None] @ turned)
+    return unit, turned / length[:, None, None]
+
+
+#: Step, relative to the size of a shape, of the differences for the derivative of its normals.
+NORMAL_STEP = 1e-6
+#: Difference of unit normals over that step from which on it crosses an edge.
+EDGE = 1e-3
+
+
+def normal_derivative(surface: Surface, points: Array, size: float) -> Array:
+    """Derivative (n, 3, 3) of a surface's normals by the positions of points (n, 3), by differences; none on edges."""
+    step, H = NORMAL_STEP * size, np.zeros((len(points), 3, 3))
+    for k, unit in enumerate(np.eye(3)):
+        ahead, behind = surface.project(points + step * unit), surface.project(points - step * unit)
+        H[:, :, k] = ahead.normals - behind.normals
+    H[np.abs(H).max(axis=(1, 2)) > EDGE] = 0.0
+    return (H + H.swapaxes(1, 2)) / (4 * step)
+
+
 def opposing(surface: FacetSurface, nodes: IntArray) -> Array:
     """Inward unit normals (n, 3) at nodes (n,); zero on edges."""
     normals = normals_of(surface)

@@ -93,6 +93,10 @@ class CurveSurface(FacetSurface):
         across = np.broadcast_to([0.0, -1.0, 0.0], tangent.shape)
         return np.einsum("na,nai->ni", N, x), np.stack([tangent, across], axis=2), N
 
+    def slopes(self, facet: IntArray, local: Array) -> Array:
+        """Derivatives (n, 3, 2) of the shape functions: none across the section."""
+        return line_shapes(local[:, 0])[1][..., None] * np.array([1.0, 0.0])
+
     def project(self, points: Array, n_near: int = 3) -> Projection:
         """Projection of points (n, 3) of the plane y = 0."""
         projection = self._ribbon.project(points, n_near)

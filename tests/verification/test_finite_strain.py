@@ -160,14 +160,17 @@ def test_roller_in_sections_of_two_kinds_of_cells(element: str) -> None:
 
 
 @pytest.mark.full
-@pytest.mark.parametrize(("element", "around", "through"), [("hex20", 16, 4), ("hex27", 16, 4)])
-def test_roller_pressed_by_46_percent_in_one_step(element: str, around: int, through: int) -> None:
-    """Beside bricks of gradient coordinates (256.2 and 256.1 N) and finer cells of 20 nodes (257.0 N)."""
-    scene, floor = roller(element, around, through)
+@pytest.mark.parametrize("element", ["hex20", "hex27"])
+def test_roller_pressed_by_46_percent_in_one_step(element: str) -> None:
+    """256.05 N: cells of 20 nodes in 16 x 4, 32 x 8 and 64 x 16 give 258.47, 256.52 and 256.14, which tend to it.
+
+    Those of 27 nodes give 258.45, 256.52 and, in 64 x 12, 256.21; bricks of gradient coordinates 256.2 and 256.1.
+    """
+    scene, floor = roller(element, 32, 8)
     result = scene.solve(motions={floor: {"x": 8.0}})
     (step,) = result.finite_strain
-    assert step.iterations <= 6
-    assert 2 * abs(result.contacts[0].force[0]) == pytest.approx(257.0, rel=0.01)
+    assert step.iterations <= 5
+    assert 2 * abs(result.contacts[0].force[0]) == pytest.approx(256.05, rel=0.005)
     assert not [text for text in result.warnings if "strain" in text]
 
 
@@ -216,3 +219,19 @@ def test_the_roller_is_solved_to_an_accuracy(accuracy: dict[str, float], fine_ro
     assert result.convergence.met
     ((name, wanted),) = accuracy.items()
     assert abs(errors(result, fine_roller)[name]) < wanted
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("element", "force"), [("hex20", 331.77), ("hex27", 331.61), ("hex8", 349.28)])
+def test_roller_on_a_slab_of_its_rubber_in_one_step(element: str, force: float) -> None:
+    """14 of 17.5 + 20 of rubber; in 32 x 6 cells of 20 nodes the force is 330.39."""
+    (soft, _), slab = roller(element, 16, 4)[0].bodies, fc.shapes.block((20.0, 50.0, 28.0), (6, 12, 1), element=element)
+    supports = {"x_min": "xyz", "y_min": "y", "bottom": "z", "top": "z"}
+    law = fc.NeoHookean(E=0.275, nu=0.475)
+    below = fc.ElasticBody(
+        slab.translated((-55.0, 0, 0)), law, contact="x_max", supports=supports, name="slab", geometry="plain"
+    )
+    result = fc.Scene([soft, below], [fc.Contact(soft, below, coupling="mortar")]).solve(motions={soft: {"x": -14.0}})
+    (step,) = result.finite_strain
+    assert step.iterations <= 10
+    assert 2 * abs(result.contacts[0].force[0]) == pytest.approx(force, rel=1e-4)

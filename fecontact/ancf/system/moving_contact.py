@@ -29,9 +29,8 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Side
 from fecontact.surfaces.facet_surface import Projection
+from fecontact.surfaces.normals import normal_derivative
 
-#: Step, relative to the size of the rigid shape, of the differences for the derivative of its normals.
-NORMAL_STEP = 1e-6
 #: Approach of two bodies in a step of motion, over the smaller thickness, up to which they cannot pass each other.
 NEAR = 0.25
 #: First step along each axis of an element in the search of its deepest point, and how often it is halved; the depth is
@@ -201,13 +200,9 @@ class RigidMaster(Master):
 
     def normal_derivative(self, projection: Projection) -> Array:
         """By central differences on the surface."""
-        step = NORMAL_STEP * self.body.size
-        x = projection.points + projection.gap[:, None] * projection.normals
-        H = np.zeros((len(x), 3, 3))
-        for k, unit in enumerate(np.eye(3)):
-            ahead, behind = _on(self.body, x + step * unit), _on(self.body, x - step * unit)
-            H[:, :, k] = (ahead.normals - behind.normals) / (2 * step)
-        return (H + H.swapaxes(1, 2)) / 2
+        turn, x = self.body.pose.rotation, projection.points + projection.gap[:, None] * projection.normals
+        surface = self.body.surface("surface")
+        return np.asarray(turn @ normal_derivative(surface, self.body.pose.to_body(x), self.body.size) @ turn.T)
 
 
 @dataclass(frozen=True, eq=False)

@@ -197,9 +197,10 @@ class CouplingChoice:
         """Both surfaces, as far as they are to be paired."""
         relative = self.slave.pose.relative_to(self.master.pose)
         share = line_share(self.slave, self.master)
+        at_state = any(body._inner_forces is not None for body in (self.slave, self.master))
         return SurfacePair(
             self.slave_surface, self.master_surface, relative.rotation, relative.translation, region, share,
-            self.friction,
+            self.friction or at_state,
         )  # fmt: skip
 
 

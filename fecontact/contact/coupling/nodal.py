@@ -187,7 +187,8 @@ class _Corners(NamedTuple):
     nodes: IntArray
 
 
-def _corners(surface: FacetSurface) -> _Corners:
+def facets_at_nodes(surface: FacetSurface) -> tuple[IntArray, Array, IntArray]:
+    """Facets (n,) round all nodes, the coordinates (n, 2) of the nodes there, and their numbers (n,)."""
     if surface.out_of_plane is not None:
         facet, column = np.divmod(np.arange(surface.facets.size), 3)
         local = np.stack([_ALONG_SIDE[column], np.full(len(column), 0.5)], axis=1)
@@ -196,10 +197,14 @@ def _corners(surface: FacetSurface) -> _Corners:
         facet, column = np.nonzero(distinct_columns(surface.facets))
         reference = np.stack([facet_nodes(k, False), facet_nodes(k, True)])
         local = reference[surface.triangle[facet].astype(int), column]
+    return facet, local, surface.facets[facet, column]
+
+
+def _corners(surface: FacetSurface) -> _Corners:
+    facet, local, node = facets_at_nodes(surface)
     _, tangents, _ = surface.evaluate(facet, local)
     normals = np.cross(tangents[:, :, 0], tangents[:, :, 1])
     normals = unit_vectors(normals)
-    node = surface.facets[facet, column]
     order = np.argsort(node, kind="stable")
     nodes, first = np.unique(node[order], return_index=True)
     return _Corners(normals[order], first, nodes)

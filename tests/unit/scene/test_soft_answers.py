@@ -136,8 +136,7 @@ def test_the_certificate_is_of_the_whole_state(between) -> None:
     """Forces and displacements off by a share of the whole, not of the last change, leave about as much."""
     _, _, result = between
     clean = result.residuals()
-    assert clean.equilibrium < 1e-8
-    assert clean.worst < 1e-5
+    assert clean.worst < 1e-7
     part = 1e-3
     friction = result.friction
     start = np.cumsum([0, *(len(c._candidates) for c in result.contacts)])
