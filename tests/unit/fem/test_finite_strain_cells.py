@@ -115,6 +115,26 @@ def test_two_laws_by_element_sets_are_those_of_two_bodies() -> None:
     assert np.abs(apart - forces(NEO) - forces(OGDEN)).max() < 1e-14
 
 
+@pytest.mark.parametrize("kind", ["one edge", "wedge", "pyramid", "tetrahedron"])
+@pytest.mark.parametrize("law", [NEO, NEARLY], ids=["full", "selective"])
+def test_coalesced_cells_have_the_forces_of_their_energy(degenerate, kind: str, law: fc.NeoHookean) -> None:
+    """In one cell of any kind, unusual ones too; uniform states are exact in it."""
+    mesh = degenerate(kind)
+    cells = fc.ElasticBody(mesh, law)._finite_strain
+    F = fc.rotation_about((1.0, 2.0, 3.0), 1.0) @ np.diag([1.3, 0.9, 0.8])
+    u, d = (mesh.points @ (F - np.eye(3)).T).ravel(), np.random.default_rng(0).uniform(-1, 1, mesh.points.size)
+    volume = sum(part.points.dV.sum() for part in cells.parts)
+    at = cells.at(cells.advanced(State(u, cells.rest.pressures), 0 * u))
+    assert at.energy == pytest.approx(float(law.response(F).energy) * volume, rel=1e-12)
+    errors = []
+    for h in (2e-3, 1e-3):
+        ahead, behind = (cells.at(State(u + s * h * d, cells.rest.pressures), tangent=False) for s in (1, -1))
+        K = at.stiffness + sp.triu(at.stiffness, 1).T
+        forces = np.abs((ahead.forces - behind.forces) / (2 * h) - K @ d).max()
+        errors.append([forces, abs((ahead.energy - behind.energy) / (2 * h) - at.forces @ d)])
+    assert np.divide(*errors) == pytest.approx(4.0, abs=0.15)
+
+
 def test_pressure_follows_the_change_of_volume() -> None:
     body, cells, state, _ = deformed(fc.ElasticBody, solid("hex20"), NEARLY)
     again = cells.advanced(State(state.u, tuple(0 * p for p in state.pressures)), np.zeros(body.n_dofs), 0.25)

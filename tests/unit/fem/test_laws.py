@@ -81,6 +81,20 @@ def incompressible(stretch: float) -> dict[str, Array]:
     }
 
 
+def st_venant(s: float, t: float) -> float:
+    """Its law along one stretch less that along another; the third is as either, at constant volume."""
+    rest = LAWS["st-venant"].at_rest
+    trace = (s**2 + t**2 + 1 / (s * t) ** 2 - 3) / 2
+    return rest.lame * trace * (s**2 - t**2) + rest.shear_modulus * (s**2 * (s**2 - 1) - t**2 * (t**2 - 1))
+
+
+def holmes_mow(a: float, b: float, c: float) -> float:
+    """The stress along the squared stretch a less that along c: 2 (W1 + b W2) (a - c) at constant volume."""
+    lame, mu = LAWS["holmes-mow"].at_rest.lame, LAWS["holmes-mow"].at_rest.shear_modulus
+    Q = 0.3 / (lame + 2 * mu) * ((2 * mu - lame) * (a + b + c - 3) + lame * (a * b + b * c + c * a - 3))
+    return float(np.exp(Q) * ((2 * mu - lame) + lame * b) / 2 * (a - c))
+
+
 CLOSED: dict[str, dict[str, Callable[[float], float]]] = {
     "neo-hooke": {
         "uniaxial": lambda s: (s**2 - 1 / s) / 2.9,
@@ -89,6 +103,14 @@ CLOSED: dict[str, dict[str, Callable[[float], float]]] = {
     "mooney": {
         "uniaxial": lambda s: 2 * (s**2 - 1 / s) * (0.4 + 0.1 / s),
         "biaxial": lambda s: 2 * (s**2 - s**-4) * (0.4 + 0.1 * s**2),
+    },
+    "st-venant": {
+        "uniaxial": lambda s: st_venant(s, s**-0.5),
+        "biaxial": lambda s: st_venant(s, s**-2),
+    },
+    "holmes-mow": {
+        "uniaxial": lambda s: holmes_mow(s**2, 1 / s, 1 / s),
+        "biaxial": lambda s: holmes_mow(s**2, s**2, s**-4),
     },
     "ogden": {
         "uniaxial": lambda s: sum(2 * m / a * (s**a - s ** (-a / 2)) for m, a in ((0.4, 2.0), (0.1, -2.0), (0.2, 4.5))),
@@ -110,11 +132,30 @@ def test_simple_shear() -> None:
     """Rivlin's relations: s12 = 2 (W1 + W2) g, s11 - s33 = 2 W1 g^2, s22 - s33 = -2 W2 g^2."""
     g = 0.8
     F = np.eye(3) + g * np.outer([1, 0, 0], [0, 1, 0])
-    for law, W1, W2 in ((LAWS["mooney"], 0.4, 0.1), (LAWS["neo-hooke"], 0.5 / 2.9, 0.0)):
+    rest = LAWS["holmes-mow"].at_rest
+    grown = np.exp(0.3 * 2 * rest.shear_modulus / (rest.lame + 2 * rest.shear_modulus) * g**2) / 4
+    for law, W1, W2 in (
+        (LAWS["mooney"], 0.4, 0.1),
+        (LAWS["neo-hooke"], 0.5 / 2.9, 0.0),
+        (LAWS["holmes-mow"], grown * (2 * rest.shear_modulus - rest.lame), grown * rest.lame),
+    ):
         s = law.cauchy(F)
         assert [s[0, 1], s[0, 0] - s[2, 2], s[1, 1] - s[2, 2]] == pytest.approx(
             [2 * (W1 + W2) * g, 2 * W1 * g**2, -2 * W2 * g**2], abs=1e-13
         )
+
+
+def test_simple_shear_of_the_laws_of_other_measures() -> None:
+    """F S F^T by hand of St. Venant and Kirchhoff; of Ogden (t(l) - t(1/l)) / (l + 1/l) with l - 1/l = g."""
+    g = 0.8
+    F = np.eye(3) + g * np.outer([1, 0, 0], [0, 1, 0])
+    rest, s = LAWS["st-venant"].at_rest, LAWS["st-venant"].cauchy(F)
+    across = rest.lame * g**2 / 2 + rest.shear_modulus * g**2
+    exact = [rest.shear_modulus * g + g * across, 2 * rest.shear_modulus * g**2 + g**2 * across]
+    assert [s[0, 1], s[0, 0] - s[2, 2]] == pytest.approx(exact, abs=1e-14)
+    stretch = (g + np.sqrt(g**2 + 4)) / 2
+    pull = sum(2 * m / a * (stretch**a - stretch**-a) for m, a in ((0.4, 2.0), (0.1, -2.0), (0.2, 4.5)))
+    assert LAWS["ogden"].cauchy(F)[0, 1] == pytest.approx(pull / (stretch + 1 / stretch), abs=1e-13)
 
 
 @pytest.mark.parametrize("stretch", [0.6, 0.95, 1.2])
