@@ -23,7 +23,6 @@ from fecontact.ancf import (
     EnergyMomentum,
     GeneralisedAlpha,
     Motion,
-    NeoHookean,
     Stage,
     equilibrium,
     move,
@@ -77,7 +76,7 @@ def circle(folder: Path, n: int = 10) -> dict[str, float]:
 def ball(folder: Path, n: int = 4, steps: int = 6) -> dict[str, float]:
     """A rigid ball (R = 1) pressed 0.3 deep into a soft block of 2 x 2 x 1 held below; a quarter is modelled."""
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (n, n, n), element="hex8").translated((0.0, 0.0, -1.0))
-    solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3), NeoHookean())
+    solid = AncfSolid(AncfSpace(mesh), fc.NeoHookean(E=1.0, nu=0.3))
     sphere, deepest = fc.RigidBody(fc.Sphere(1.0)), 0.3
     a = Assembly.of([solid], [{"bottom": "xyz", "x_min": "x", "y_min": "y"}], [fc.Contact(solid.side("top"), sphere)])
     path = _reached(equilibrium(lambda s: Stage(a.with_rigid(sphere.placed((0, 0, -deepest * s)))), steps=steps))
@@ -123,7 +122,7 @@ def strip(folder: Path) -> dict[str, float]:
     mesh = fc.shapes.block((8.0, 0.5, 1.0), (16, 1, 2), element="hex8").translated((0.0, -0.25, -0.5))
     middle = np.flatnonzero((mesh.points[:, 0] < 1e-9) & (np.abs(mesh.points[:, 2]) < 1e-9))
     mesh = replace(mesh, node_sets={"height": middle})
-    solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3), NeoHookean(), points=3)
+    solid = AncfSolid(AncfSpace(mesh), fc.NeoHookean(E=1.0, nu=0.3), points=3)
     upper = fc.RigidBody(fc.surfaces.Cylinder(2.0), name="upper roll")
     lower = upper.placed(rotation=fc.rotation_about((0, 1, 0), np.pi), name="lower roll")
     held = {"x_min": "x", "y_min": "y", "y_max": "y", "height": "z"}
@@ -168,7 +167,7 @@ def bounce(folder: Path, until: float = 0.75, step: float = 0.01) -> dict[str, f
     mesh = fc.shapes.block((1.0, 0.5, 0.5), (2, 1, 1), element="hex8").translated((-0.5, -0.25, -0.25))
     turn = fc.rotation_about((0, 1, 0), 0.35)
     mesh = mesh.mapped(lambda x: x @ turn.T + [0.0, 0.0, 0.9])
-    solid = AncfSolid(AncfSpace(mesh), fc.Material(E=400.0, nu=0.3, density=1.0), NeoHookean(), points=3)
+    solid = AncfSolid(AncfSpace(mesh), fc.NeoHookean(E=400.0, nu=0.3, density=1.0), points=3)
     floor = fc.RigidBody(fc.Plane(), name="floor")
     a = Assembly.of([solid], None, [fc.Contact(solid.side(name), floor) for name in ("bottom", "x_max")])
     schemes = {"energy-momentum": EnergyMomentum(), "generalised-alpha": GeneralisedAlpha(0.8)}

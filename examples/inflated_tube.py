@@ -29,8 +29,8 @@ def main(n: int = 8, until: float = 6.0, out: Path | None = None) -> dict[str, f
     folder, roll = Path("out") if out is None else out, fc.RigidBody(fc.surfaces.Cylinder(0.6))
     folder.mkdir(exist_ok=True)
     mesh = fc.shapes.block((0.2, LENGTH, np.pi / 2), (1, 1, n), element="hex20").mapped(quarter)
-    rubber, viscosity = fc.Material(E=1.0, nu=0.49, density=0.2), ancf.Viscosity(retardation=0.1)
-    tube = ancf.AncfSolid(ancf.AncfSpace(mesh), rubber, ancf.NeoHookean(), 3, "linear", viscosity)
+    rubber, viscosity = fc.NeoHookean(E=1.0, nu=0.49, density=0.2), ancf.Viscosity(retardation=0.1)
+    tube = ancf.AncfSolid(ancf.AncfSpace(mesh), rubber, points=3, volumetric="linear", viscosity=viscosity)
     held = {"bottom": "z", "top": "x", "y_min": "y", "y_max": "y"}
     a = ancf.Assembly.of([tube], [held], [fc.Contact(tube.side("x_max"), roll.placed((0, 0, 1.05)))])
 

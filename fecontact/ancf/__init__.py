@@ -34,7 +34,7 @@ equations in it.
 `traction, dead_pressure`      constant forces Q (n_dofs,) on boundaries
 `pressure_forces(space, q)`    pressure that follows the surface, with `pressure_tangent`
 `FollowerPressure, Moment`     loads that change with the deformation, for `Stage(assembly, follow=[..])`
-`StVenantKirchhoff`            law, as `NeoHookean`; `InvertedError` (a FecontactError) is raised where det F <= 0
+`InvertedError`                is raised where a law, ``fc.NeoHookean(E=, nu=)`` as the material, meets det F <= 0
 `Viscosity`                    Kelvin-Voigt and a Prony series beside the law, for motion in time
 `sides_by_label, released_at`  neighbours that do not share all gradients; `reentrant_points` finds such edges
 =============================  =======================================================================================
@@ -63,8 +63,10 @@ Examples
 True
 """
 
+from collections.abc import Callable
+from typing import Any
+
 from fecontact.ancf.bricks.hexahedron import ElementHexAncf, gauss, shapes
-from fecontact.ancf.bricks.laws import Law, NeoHookean, Response, StVenantKirchhoff
 from fecontact.ancf.bricks.loads import (
     Follower,
     FollowerPressure,
@@ -89,6 +91,8 @@ from fecontact.ancf.system.joints import Joints, Supports, hold
 from fecontact.ancf.system.schemes import EnergyMomentum, GeneralisedAlpha
 from fecontact.ancf.system.stage import Stage
 from fecontact.ancf.system.statics import Path, State, equilibrium
+from fecontact.common.renamed import renamed_names
+from fecontact.fem import laws
 from fecontact.fem.laws import InvertedError
 
 __all__ = [
@@ -102,13 +106,9 @@ __all__ = [
     "GeneralisedAlpha",
     "InvertedError",
     "Joints",
-    "Law",
     "Moment",
     "Motion",
-    "NeoHookean",
     "Path",
-    "Response",
-    "StVenantKirchhoff",
     "Stage",
     "State",
     "Supports",
@@ -132,3 +132,24 @@ __all__ = [
     "traction",
     "weight",
 ]
+
+
+def _former(kind: type[laws.Law]) -> Callable[..., Any]:
+    """A law under its former name, whose call without constants chose the law of Materials."""
+    return lambda *args, **given: kind(*args, **given) if args or given else kind
+
+
+#: Laws are those of `fecontact.fem.laws`, given in place of the material.
+__getattr__ = renamed_names(
+    {
+        "__name__": __name__,
+        "fecontact.NeoHookean": _former(laws.NeoHookean),
+        "fecontact.StVenantKirchhoff": _former(laws.StVenantKirchhoff),
+        "fecontact.fem.laws.Law": laws.Law,
+        "fecontact.fem.laws.Response": laws.Response,
+    },
+    NeoHookean="fecontact.NeoHookean",
+    StVenantKirchhoff="fecontact.StVenantKirchhoff",
+    Law="fecontact.fem.laws.Law",
+    Response="fecontact.fem.laws.Response",
+)

@@ -25,7 +25,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import array_of, number, point_array, positive
 from fecontact.common.errors import FecontactError, InputError, shown
 from fecontact.common.material import Material
-from fecontact.fem.element_stiffness import determinant_3x3
+from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3
 from fecontact.fem.stress import VOIGT
 
 #: Components of symmetric tensors in the order of `VOIGT`.
@@ -64,6 +64,8 @@ class Response:
         Of the part lame 1 (x) 1 + 2 shear I_sym of the spatial moduli c: the Lie derivative of tau is c : d.
     moduli : (..., 6, 6) array or None
         What c has beside that part, by components in the order of `VOIGT`; None where it has nothing.
+    metric : (..., 3, 3) array or None
+        What that part has in place of the unit tensor, in the initial shape (see `Law.pulled`).
     """
 
     energy: Array
@@ -71,6 +73,7 @@ class Response:
     lame: Array
     shear: Array
     moduli: Array | None = None
+    metric: Array | None = None
 
     @property
     def all_moduli(self) -> Array:
@@ -82,6 +85,25 @@ class Response:
 def isotropic(lame: Array, shear: Array) -> Array:
     """Moduli lame 1 (x) 1 + 2 shear I_sym (..., 6, 6)."""
     return lame[..., None, None] * np.outer(UNIT, UNIT) + 2 * shear[..., None, None] * SYMMETRIC_UNIT
+
+
+@dataclass(frozen=True, eq=False)
+class Dilatation:
+    """A measure v of the change of volume, with a modulus times v^2 / 2 in the energy.
+
+    Attributes
+    ----------
+    value : (...) array
+        v.
+    rate : (..., 3, 3) array
+        X = dv/dE.
+    bend : float
+        k of its second derivative -k (X_IK X_JL + X_IL X_JK).
+    """
+
+    value: Array
+    rate: Array
+    bend: float
 
 
 class Law:
@@ -106,6 +128,46 @@ class Law:
     @abstractmethod
     def distortion(self, F: Array, J: Array) -> Response:
         """Response of W_c to deformation gradients F (..., 3, 3) with determinants J (...)."""
+
+    @property
+    def volumetric(self) -> float:
+        """Modulus of the part of the energy that depends on the dilatation of `dilated`."""
+        return self.bulk
+
+    def dilated(self, F: Array) -> Dilatation:
+        """The dilatation v = ln J under deformation gradients F (..., 3, 3), with v^2 volumetric / 2 in the energy."""
+        return Dilatation(np.log(determinants(F)), inverse_3x3(np.swapaxes(F, -1, -2) @ F)[0], 1.0)
+
+    def pulled(self, F: Array, volume: float = 1.0, rest: float = 1.0) -> Response:
+        """Response in the initial shape: second Piola-Kirchhoff stress S and the moduli dS/dE.
+
+        With H = F^-1: S = H tau H^T and D_IJKL = H_Ii H_Jj H_Kk H_Ll c_ijkl (Holzapfel 2000, sections 3.4 and 6.6), so
+        that the unit tensor of c becomes the metric X = C^-1 of lame X_IJ X_KL + shear (X_IK X_JL + X_IL X_JK).
+
+        Parameters
+        ----------
+        F : (..., 3, 3) array
+            Deformation gradients.
+        volume, rest : {0, 1}
+            Whether with the volumetric part and with the rest.
+
+        Raises
+        ------
+        InvertedError
+            If det F <= 0 somewhere.
+        """
+        if volume and rest:
+            found = self.response(F)
+        else:
+            J = determinants(F)
+            found = self.distortion(F, J) if rest else dilatation(np.asarray(self.bulk), J)
+        H, moduli = inverse_3x3(F)[0], found.moduli
+        other = np.swapaxes(H, -1, -2)
+        if moduli is not None:
+            T = H[..., FIRST[:, None], FIRST] * H[..., SECOND[:, None], SECOND]
+            T += (FIRST != SECOND) * H[..., FIRST[:, None], SECOND] * H[..., SECOND[:, None], FIRST]
+            moduli = T @ moduli @ np.swapaxes(T, -1, -2)
+        return replace(found, stress=H @ found.stress @ other, moduli=moduli, metric=H @ other)
 
     def at(self, places: Array, in_section: bool = False) -> Law:
         """The law at points (..., 3) of the initial shape, or of a section y = 0: another one if it has directions."""
@@ -172,6 +234,13 @@ def at_rest(given: Any) -> Any:
     if isinstance(given, Mapping):
         return {name: at_rest(each) for name, each in given.items()}
     return given
+
+
+def law_of(given: Any, kind: Callable[..., Law]) -> Any:
+    """Laws of a kind in place of linear materials."""
+    if isinstance(given, Mapping):
+        return {name: law_of(each, kind) for name, each in given.items()}
+    return kind(given.E, given.nu, given.density) if isinstance(given, Material) else given
 
 
 def without_law(kind: str, given: Any) -> Any:
@@ -258,16 +327,18 @@ class InvariantLaw(Law):
         H = np.stack([np.stack([np.broadcast_to(w, y.shape) for w in row], -1) for row in second], -2)
         c = np.swapaxes(A, -1, -2) @ (4 * H) @ A
         first = A[..., 0, :]
-        crossed = (
-            b[..., FIRST[:, None], FIRST] * b[..., SECOND[:, None], SECOND]
-            + b[..., FIRST[:, None], SECOND] * b[..., SECOND[:, None], FIRST]
-        ) / 2
-        c += 4 * W2[..., None, None] * (first[..., :, None] * first[..., None, :] - crossed)
+        c += 4 * W2[..., None, None] * (first[..., :, None] * first[..., None, :] - crossed(b))
         return Response(energy, stress, zero, -Wy, c)
 
 
+def crossed(b: Array) -> Array:
+    """B [x] b (..., 6, 6): (b_ik b_jl + b_il b_jk) / 2, of a symmetric b (..., 3, 3)."""
+    straight = b[..., FIRST[:, None], FIRST] * b[..., SECOND[:, None], SECOND]
+    return np.asarray(straight + b[..., FIRST[:, None], SECOND] * b[..., SECOND[:, None], FIRST]) / 2
+
+
 @dataclass(frozen=True)
-class _ByModuli(InvariantLaw):
+class _ByModuli(Law):
     """A law with Young's modulus and Poisson's ratio of small strains."""
 
     E: float
@@ -311,10 +382,11 @@ class NeoHookean(_ByModuli):
         """The first Lame constant."""
         return self._lame[0]
 
-    def derivatives(self, I1: Array, I2: Array, y: Array) -> tuple[Array, Sequence[Array], Sequence[Sequence[Array]]]:
-        """Energy and derivatives of W_c."""
-        mu = np.asarray(self._lame[1])
-        return mu / 2 * (I1 - 3) - mu * y, (mu / 2, 0 * mu, -mu), ()
+    def distortion(self, F: Array, J: Array) -> Response:
+        """Response of W_c."""
+        mu, b = self._lame[1], F @ np.swapaxes(F, -1, -2)
+        energy = mu / 2 * (np.trace(b, axis1=-2, axis2=-1) - 3) - mu * np.log(J)
+        return Response(energy, mu * (b - np.eye(3)), np.zeros_like(J), mu + np.zeros_like(J))
 
 
 class StVenantKirchhoff(_ByModuli):
@@ -338,17 +410,36 @@ class StVenantKirchhoff(_ByModuli):
 
     bulk = 0.0
 
-    def derivatives(self, I1: Array, I2: Array, y: Array) -> tuple[Array, Sequence[Array], Sequence[Sequence[Array]]]:
-        """Energy and derivatives of W, with tr C^2 = I1^2 - 2 I2."""
-        lame, mu = map(np.asarray, self._lame)
-        energy = lame / 8 * (I1 - 3) ** 2 + mu / 4 * (I1**2 - 2 * I2 - 2 * I1 + 3)
-        none, own = 0 * mu, lame / 4 + mu / 2
-        first = lame / 4 * (I1 - 3) + mu / 2 * (I1 - 1), -mu / 2, none
-        return energy, first, ((own, none, none), (none, none, none), (none, none, none))
+    def distortion(self, F: Array, J: Array) -> Response:
+        """Response of W: that of the initial shape, whose unit tensor becomes b = F F^T."""
+        found, other = self.pulled(F), np.swapaxes(F, -1, -2)
+        b, zero = F @ other, np.zeros_like(J)
+        v = b[..., FIRST, SECOND]
+        moduli = self._lame[0] * (v[..., :, None] * v[..., None, :]) + 2 * self._lame[1] * crossed(b)
+        return Response(found.energy, F @ found.stress @ other, zero, zero, moduli)
+
+    @property
+    def volumetric(self) -> float:
+        """The first Lame constant."""
+        return self._lame[0]
+
+    def dilated(self, F: Array) -> Dilatation:
+        """The dilatation v = tr E."""
+        trace = np.trace(np.swapaxes(F, -1, -2) @ F, axis1=-2, axis2=-1)
+        return Dilatation((trace - 3) / 2, np.broadcast_to(np.eye(3), F.shape), 0.0)
+
+    def pulled(self, F: Array, volume: float = 1.0, rest: float = 1.0) -> Response:
+        """Response in the initial shape, its own measure; of any F."""
+        lame, mu = volume * self._lame[0], rest * self._lame[1]
+        E = (np.swapaxes(F, -1, -2) @ F - np.eye(3)) / 2
+        trace = np.trace(E, axis1=-2, axis2=-1)
+        energy = lame / 2 * trace**2 + mu * (E * E).sum(axis=(-1, -2))
+        stress = (lame * trace)[..., None, None] * np.eye(3) + 2 * mu * E
+        return Response(energy, stress, np.asarray(lame), np.asarray(mu), None, np.broadcast_to(np.eye(3), F.shape))
 
 
 @dataclass(frozen=True)
-class HolmesMow(_ByModuli):
+class HolmesMow(_ByModuli, InvariantLaw):
     """Cartilage: W = c/2 (exp Q - 1), Q = beta/M ((2 mu - lambda)(I1 - 3) + lambda (I2 - 3) - 2 M ln J).
 
     With the confined modulus M = lambda + 2 mu and c = M / (2 beta). It stiffens under compression. Source: Holmes &

@@ -11,7 +11,7 @@ from judging import Answer
 from scenes import answer, random_shape
 
 import fecontact as fc
-from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Joints, NeoHookean, Stage, equilibrium
+from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Joints, Stage, equilibrium
 from fecontact.ancf.slender import line, straight
 
 
@@ -36,8 +36,8 @@ def brick_indented(number: int, frame: Frame) -> Callable[[], Answer]:
     rng = np.random.default_rng([9, number])
     size, divisions = rng.uniform(0.7, 1.4, 3), [int(n) for n in rng.integers(1, 4, 3)]
     mesh = frame.mesh(fc.shapes.block(tuple(map(float, size)), divisions, element="hex8"))
-    material = frame.material(1.0, float(rng.choice([0.0, 0.3, 0.45])))
-    solid = AncfSolid(AncfSpace(mesh), material, NeoHookean(), points=3)
+    rest = frame.material(1.0, float(rng.choice([0.0, 0.3, 0.45])))
+    solid = AncfSolid(AncfSpace(mesh), fc.NeoHookean(rest.E, rest.nu), points=3)
     at = size * [rng.uniform(0.3, 0.7), rng.uniform(0.3, 0.7), 1.0]
     ball = frame.rigid(fc.Sphere(float(rng.uniform(0.6, 4.0)) * frame.length), at, name="ball")
     depth = float(rng.uniform(0.05, 0.3)) * size[2] * frame.length * frame.deeper

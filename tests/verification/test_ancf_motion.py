@@ -13,7 +13,6 @@ from fecontact.ancf import (
     Assembly,
     EnergyMomentum,
     GeneralisedAlpha,
-    NeoHookean,
     Stage,
     equilibrium,
     move,
@@ -63,10 +62,10 @@ def test_bar_bent_into_a_full_circle(n, most, row):
     row(f"bar into a circle, {n} elements", "axis off the circle / radius", 0.0, off, most, a.n_dofs)
 
 
-def pressed(n, depth, radius, law=None, points=4):
+def pressed(n, depth, radius, law=fc.NeoHookean, points=4):
     """Force on a rigid ball pressed into a block of 2 x 2 x 1 held below (a quarter modelled), and the last state."""
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (n, n, n), element="hex8").translated((0.0, 0.0, -1.0))
-    solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3), law or NeoHookean(), points)
+    solid = AncfSolid(AncfSpace(mesh), law(E=1.0, nu=0.3), points=points)
     ball = fc.RigidBody(fc.Sphere(radius))
     a = Assembly.of([solid], [{"bottom": "xyz", "x_min": "x", "y_min": "y"}], [fc.Contact(solid.side("top"), ball)])
     path = equilibrium(lambda s: Stage(a.with_rigid(ball.placed((0, 0, -depth * s)))), steps=4)
@@ -103,7 +102,7 @@ def test_strip_between_two_rolls(row):
     Frictionless and elastic, a steady travel does no work: the rolls' force along the strip vanishes.
     """
     mesh = fc.shapes.block((8.0, 0.5, 1.0), (16, 1, 2), element="hex8").translated((0.0, -0.25, -0.5))
-    solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.3), NeoHookean())
+    solid = AncfSolid(AncfSpace(mesh), fc.NeoHookean(E=1.0, nu=0.3))
     upper = fc.RigidBody(fc.surfaces.Cylinder(2.0), name="upper roll")
     lower = upper.placed(rotation=fc.rotation_about((0, 1, 0), np.pi), name="lower roll")
     plane = {"x_min": "x", "y_min": "y", "y_max": "y"}

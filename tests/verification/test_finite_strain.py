@@ -150,7 +150,7 @@ def test_torsion(c01: float) -> None:
     Its ends turn as discs. Source: Rivlin, Phil. Trans. R. Soc. A 242 (1949) 173; Green & Zerna (1968), section 3.6.
     """
     twist = 0.5
-    level = Level(core=1, rings=1, edge=0.5, layer=1.0)
+    level = Level(core=2, rings=2, edge=0.25, layer=1.0)
     mesh = fc.shapes.cylinder(1.0, 1.0, level=level, contact_radius=0.5)
     cells = fc.ElasticBody(mesh, fc.MooneyRivlin(c10=0.3, c01=c01, bulk=1e4))._finite_strain
     cap, X = mesh.boundary_nodes("cap"), mesh.points
@@ -158,7 +158,7 @@ def test_torsion(c01: float) -> None:
     goal[cap] = X[cap] @ fc.rotation_about((0, 0, 1), twist).T - X[cap]
     held = np.repeat(np.isin(np.arange(len(X)), [*cap, *mesh.boundary_nodes("base")]), 3)
     state = cells.rest
-    for _ in range(8):
+    for _ in range(12):
         at = cells.at(state)
         K = (at.stiffness + sp.triu(at.stiffness, 1).T).tocsr()
         step = (goal.ravel() - state.u) * held
@@ -168,8 +168,8 @@ def test_torsion(c01: float) -> None:
     forces = cells.at(state, tangent=False).forces.reshape(-1, 3)[cap]
     torque = np.cross((X + state.u.reshape(-1, 3))[cap], forces)[:, 2].sum()
     assert torque == pytest.approx(np.pi * (0.3 + c01) * twist, rel=1e-3)
-    # sigma_zz varies with the square of the radius, over three rings of cells
-    assert forces[:, 2].sum() == pytest.approx(np.pi / 2 * (0.3 + 2 * c01) * twist**2, rel=0.03)
+    # sigma_zz varies with the square of the radius, over a few rings of cells
+    assert forces[:, 2].sum() == pytest.approx(np.pi / 2 * (0.3 + 2 * c01) * twist**2, rel=0.02)
 
 
 def roller(element: str, around: int, through: int) -> tuple[fc.Scene, fc.RigidBody]:

@@ -35,7 +35,6 @@ from numpy.typing import ArrayLike
 
 from fecontact.ancf.bricks.faces import Faces
 from fecontact.ancf.bricks.hexahedron import gauss
-from fecontact.ancf.bricks.laws import Dilatation, Law, Response, StVenantKirchhoff
 from fecontact.ancf.bricks.space import AncfSpace, GradientBatch, deformation_gradients
 from fecontact.ancf.bricks.tangents import PAIRS, Pattern, element_tangents
 from fecontact.ancf.bricks.viscosity import Viscosity, viscous_response
@@ -43,8 +42,9 @@ from fecontact.ancf.system.member import Drawing
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.common.renamed import warn
 from fecontact.fem.element_stiffness import determinant_3x3, element_stiffness
-from fecontact.fem.laws import InvertedError
+from fecontact.fem.laws import InvertedError, Law, Response, StVenantKirchhoff, at_rest, law_of, laws_of
 from fecontact.fem.model import materials_of_cells
 from fecontact.mesh.element import CORNERS, EDGES
 
@@ -73,22 +73,57 @@ def linear_functions(X: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
+class Part:
+    """Cells of one law in a batch.
+
+    Attributes
+    ----------
+    number : int
+        Of the batch.
+    own : (n_all,) array
+        Whether a cell of the batch is among them.
+    batch : GradientBatch
+        Of these cells alone.
+    law : Law
+        At their places.
+    volume, rest : float
+        Factors of its volumetric part and of the rest.
+    """
+
+    number: int
+    own: Mask
+    batch: GradientBatch
+    law: Law
+    volume: float
+    rest: float
+
+    def among_all(self, values: Array) -> Array:
+        """Values (n_all, ...) of the batch by those of the cells, zero elsewhere."""
+        if self.own.all():
+            return values
+        out = np.zeros((len(self.own), *values.shape[1:]))
+        out[self.own] = values
+        return out
+
+
+@dataclass(frozen=True, eq=False)
 class AncfSolid:
     """A solid of bricks with an elastic law.
 
     Parameters
     ----------
     space : AncfSpace
-    material : Material, or mapping of element set to Material
-    law : Law
-        `StVenantKirchhoff` (default) or `NeoHookean`, or any callable of that kind.
+    material : Material or Law, or mapping of element set to one
+        A law of finite strain, such as ``fc.NeoHookean(E=, nu=)``; that of St. Venant and Kirchhoff for a Material.
+    law : optional
+        Former way to choose the law of Materials; it warns.
     points : {2, 3, 4, 5}
         Gauss points per direction. Two leave 48 zero-energy modes in an element, the others six. Four are exact for
         the linear stiffness of a parallelepiped.
     volumetric : int or "linear", optional
-        Against locking of nearly incompressible material. Points per direction, fewer than `points`, at which the part
-        with lambda is integrated (selective reduced integration); or ``"linear"``: the dilatation of the law, tr E or
-        ln J, is projected on 1, x, y, z in each cell, which keeps pressures accurate at any deformation (J. C. Simo,
+        Against locking of nearly incompressible material. Points per direction, fewer than `points`, at which the
+        volumetric part of the law is integrated (selective reduced integration); or ``"linear"``: its dilatation, tr E
+        or ln J, is projected on 1, x, y, z in each cell, which keeps pressures accurate at any deformation (J. C. Simo,
         R. L. Taylor & K. S. Pister, Comput. Methods Appl. Mech. Engrg. 51, 1985, with more functions than the mean).
     viscosity : Viscosity, optional
         For motion in time; statics has the elastic law only.
@@ -103,8 +138,8 @@ class AncfSolid:
     """
 
     space: AncfSpace
-    material: Material | Mapping[str, Material]
-    law: Law = StVenantKirchhoff()  # noqa: RUF009
+    material: Material | Law | Mapping[str, Material | Law]
+    law: Callable[..., Law] | None = None
     points: int = 4
     volumetric: int | Literal["linear"] | None = None
     viscosity: Viscosity | None = None
@@ -112,21 +147,37 @@ class AncfSolid:
     def __post_init__(self) -> None:
         if self.points not in (2, 3, 4, 5):
             raise InputError(f"points must be 2, 3, 4 or 5 per direction; found {self.points!r}.", code="gauss")
-        if self.volumetric == "linear" and getattr(self.law, "dilatation", None) is None:
-            raise InputError(
-                "volumetric='linear' needs a law with a dilatation, such as NeoHookean().", code="needs-dilatation"
-            )
         if self.volumetric not in (None, "linear", *range(1, self.points)):
             raise InputError(
                 f"volumetric must be None, 'linear' or a number of points from 1 to {self.points - 1}, fewer than "
                 f"points; found {self.volumetric!r}.",
                 code="volumetric",
             )
-        _ = self._materials
+        if self.law is not None:
+            if not callable(self.law):
+                raise InputError(
+                    f"A law takes the place of the material, as fecontact.NeoHookean(E=, nu=); found {self.law!r}.",
+                    code="wrong-class",
+                )
+            warn("AncfSolid(law=) is now the material, as fecontact.NeoHookean(E=, nu=); law= will be removed.", 4)
+            object.__setattr__(self, "material", law_of(self.material, self.law))
+            object.__setattr__(self, "law", None)
+        for law, rest in zip(self._laws, self.materials, strict=True):
+            if self.volumetric is not None and rest.lame and not law.volumetric:
+                raise InputError(
+                    f"{type(law).__name__} has no volumetric part to integrate apart: take NeoHookean, MooneyRivlin or "
+                    "Ogden, or volumetric=None.",
+                    code="needs-dilatation",
+                )
 
     @cached_property
     def _materials(self) -> tuple[IntArray, list[Material]]:
-        return materials_of_cells(self.space.mesh, self.material)
+        return materials_of_cells(self.space.mesh, at_rest(self.material))
+
+    @cached_property
+    def _laws(self) -> list[Law]:
+        """A law for each of the materials."""
+        return list(laws_of(law_of(self.material, StVenantKirchhoff)))
 
     def side(self, boundary: str) -> Faces:
         """A boundary as a side of a `Contact`.
@@ -162,6 +213,11 @@ class AncfSolid:
         return self._per_cell("shear_modulus")
 
     @cached_property
+    def bulk(self) -> Array:
+        """Modulus (n_cells,) of the laws' volumetric part."""
+        return np.array([law.volumetric for law in self._laws])[self._materials[0]]
+
+    @cached_property
     def density(self) -> Array:
         """Density (n_cells,).
 
@@ -189,40 +245,56 @@ class AncfSolid:
         return self._kept[points]
 
     def rules(self) -> list[tuple[Iterable[GradientBatch], float, float]]:
-        """Gauss rules, with the factors of lambda and mu in each."""
+        """Gauss rules, with the factors of the volumetric part and of the rest in each."""
         if self.volumetric is None:
             return [(self._batches(self.points), 1.0, 1.0)]
-        if self.volumetric == "linear":  # the part with lambda is that of `dilatation`
+        if self.volumetric == "linear":  # the volumetric part is that of `dilatation`
             return [(self._batches(self.points), 0.0, 1.0)]
         return [(self._batches(self.points), 0.0, 1.0), (self._batches(self.volumetric), 1.0, 0.0)]
 
-    def weighted(self) -> Iterator[tuple[int, GradientBatch, Array, Array]]:
-        """Batches of all rules: number in the rule, batch, lambda and mu (n_cells, 1) there with the rule's factors."""
-        for batches, lame, shear in self.rules():
+    def parts(self) -> Iterator[Part]:
+        """The cells of each law in the batches of all rules."""
+        for batches, volume, rest in self.rules():
             for k, batch in enumerate(batches):
-                yield k, batch, lame * self.lame[batch.cells, None], shear * self.shear[batch.cells, None]
+                for own, some, law in self._of_laws(batch):
+                    yield Part(k, own, some, law, volume, rest)
 
-    def _respond(
-        self, e: Array, batch: GradientBatch, lame: Array, shear: Array, tangent: bool
-    ) -> tuple[Array, Response]:
+    def _of_laws(self, batch: GradientBatch) -> list[tuple[Mask, GradientBatch, Law]]:
+        """Cells of a batch by their laws, kept if its shape functions are."""
+        key = int(batch.cells[0]), batch.dV.shape[1]
+        if key in self._by_law:
+            return self._by_law[key]
+        kind, out = self._materials[0][batch.cells], []
+        for k, law in enumerate(self._laws):
+            if (own := kind == k).any():
+                some = batch if own.all() else batch.some(own)
+                places = some.S @ self.space.spread(self.space.q0)[some.functions]
+                out.append((own, some, law.at(places)))
+        if self._kept:
+            self._by_law[key] = out
+        return out
+
+    @cached_property
+    def _by_law(self) -> dict[tuple[int, int], list[tuple[Mask, GradientBatch, Law]]]:
+        return {}
+
+    def moduli(self, cells: IntArray, volume: float, rest: float) -> tuple[Array, Array]:
+        """Lame's constants of small strains of cells, with the factors of the volumetric part and of the rest."""
+        bulk = self.bulk[cells]
+        return volume * bulk + rest * (self.lame[cells] - bulk), rest * self.shear[cells]
+
+    def _respond(self, e: Array, part: Part) -> tuple[Array, Response]:
         """Deformation gradients (n_cells, n_q, 3, 3) and the response of the law."""
-        F = deformation_gradients(e, batch)
-        response = self.law(F, lame, shear, tangent=tangent)
-        v = self.dilatation(F)
-        if v is None:
+        F, batch = deformation_gradients(e, part.batch), part.batch
+        response = part.law.pulled(F, part.volume, part.rest)
+        if self.volumetric != "linear":
             return F, response
+        v = part.law.dilated(F)
         mean = self.projected(v.value, batch)
-        pressure = self.lame[batch.cells, None] * mean
+        pressure = self.bulk[batch.cells, None] * mean
+        energy = response.energy + pressure * mean / 2
         stress = response.stress + pressure[..., None, None] * v.rate
-        moduli = None
-        if response.moduli is not None:
-            a, b, X = response.moduli
-            moduli = a, b - v.bend * pressure, X
-        return F, Response(response.energy + pressure * mean / 2, stress, None, moduli)
-
-    def dilatation(self, F: Array) -> Dilatation | None:
-        """The law's measure of volume where it is projected in each cell; None where it is not."""
-        return self.law.dilatation(F) if self.volumetric == "linear" else None  # type: ignore[attr-defined]
+        return F, replace(response, energy=energy, stress=stress, shear=response.shear - v.bend * pressure)
 
     def projected(self, values: Array, batch: GradientBatch) -> Array:
         """Projection on 1, x, y, z in each cell of values (n_cells, n_q) at the Gauss points, by least squares."""
@@ -243,8 +315,8 @@ class AncfSolid:
     def energy(self, q: Array) -> float:
         """Strain energy at coordinates q (n_dofs,)."""
         e, total = self.space.spread(q), 0.0
-        for _, batch, lame, shear in self.weighted():
-            total += float((self._respond(e, batch, lame, shear, tangent=False)[1].energy * batch.dV).sum())
+        for part in self.parts():
+            total += float((self._respond(e, part)[1].energy * part.batch.dV).sum())
         return total
 
     def check_inverted(self, q: Array) -> None:
@@ -266,7 +338,8 @@ class AncfSolid:
         >>> solid.check_inverted(space.affine(np.diag([0.1, 1.0, 1.0])))
         """
         e, count, worst, cell, place = self.space.spread(q), 0, np.inf, 0, np.zeros(3)
-        for _, batch, _, _ in self.weighted():
+        for part in self.parts():
+            batch = part.batch
             det = determinant_3x3(deformation_gradients(e, batch))
             count += int((~(det > 0)).sum())
             k, point = np.unravel_index(np.argmin(det), det.shape)
@@ -346,9 +419,8 @@ class AncfSolid:
         Examples
         --------
         >>> import numpy as np, fecontact as fc
-        >>> from fecontact.ancf import NeoHookean
         >>> space = AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8"))
-        >>> solid = AncfSolid(space, fc.Material(E=1.0, nu=0.3), NeoHookean())
+        >>> solid = AncfSolid(space, fc.NeoHookean(E=1.0, nu=0.3))
         >>> a, b = space.affine(np.diag([1.0, 1.1, 0.9])), space.affine(np.diag([1.2, 1.0, 1.0]))
         >>> work = solid.forces_between(a, b) @ (b - a)
         >>> bool(abs(work - (solid.energy(b) - solid.energy(a))) < 1e-14)
@@ -356,24 +428,24 @@ class AncfSolid:
         """
         e0, e1 = self.space.spread(q0), self.space.spread(q1)
         total = np.zeros_like(e0)
-        for _, batch, lame, shear in self.weighted():
+        for part in self.parts():
+            batch, law = part.batch, part.law
             F0, F1 = deformation_gradients(e0, batch), deformation_gradients(e1, batch)
             C0, C1 = (np.swapaxes(F, 2, 3) @ F for F in (F0, F1))
             try:
                 middle = np.swapaxes(np.linalg.cholesky((C0 + C1) / 2), 2, 3)  # any F with F^T F = C_mid will do
             except np.linalg.LinAlgError as error:
                 raise InvertedError("Material is flattened to nothing in both states of a step.") from error
-            S = self.law(middle, lame, shear, tangent=False).stress
-            before, after = (self.law(F, lame, shear, tangent=False).energy for F in (F0, F1))
+            half, before, after = (law.pulled(F, part.volume, part.rest) for F in (middle, F0, F1))
             change = (C1 - C0) / 2
             size = (change * change).sum(axis=(2, 3))
             strain = max(np.abs(C0 - np.eye(3)).max(), np.abs(C1 - np.eye(3)).max()) / 2
             large = size > max(MIN_CHANGE * strain, ROUNDED_CHANGE) ** 2
-            S = _discrete(S, after - before, change, large, size)
-            v, v0, v1 = (self.dilatation(F) for F in (middle, F0, F1))
-            if v is not None and v0 is not None and v1 is not None:
+            S = _discrete(half.stress, after.energy - before.energy, change, large, size)
+            if self.volumetric == "linear":
+                v, v0, v1 = (law.dilated(F) for F in (middle, F0, F1))
                 # half the difference of projected squares: their mean times the change of v
-                pressure = self.lame[batch.cells, None] * self.projected((v0.value + v1.value) / 2, batch)
+                pressure = self.bulk[batch.cells, None] * self.projected((v0.value + v1.value) / 2, batch)
                 S = S + pressure[..., None, None] * _discrete(v.rate, v1.value - v0.value, change, large, size)
             batch.add_forces(total, (F0 + F1) / 2 @ S)
         return self.space.gather(total)
@@ -393,17 +465,19 @@ class AncfSolid:
 
         Components xx, yy, zz, xy, yz, xz, in world axes.
         """
-        F = self.space.gradient_at(q, cells, X)
-        v = self.dilatation(F)
-        S = self.law(F, self.lame[cells] * (v is None), self.shear[cells], tangent=False).stress
-        if v is not None:
-            each = self.space.spread(q)
-            fitted = [
-                self._fit(b) @ self.law.dilatation(deformation_gradients(each, b)).value[..., None]  # type: ignore[attr-defined]
-                for b in self._batches(self.points)
-            ]
-            mean = (linear_functions(X) * np.concatenate(fitted)[cells, :, 0]).sum(axis=1)
-            S = S + (self.lame[cells] * mean)[:, None, None] * v.rate
+        F, S = self.space.gradient_at(q, cells, X), np.zeros((len(cells), 3, 3))
+        places, projected = self.space.points_at(self.space.q0, cells, X), self.volumetric == "linear"
+        if projected:
+            each, fitted = self.space.spread(q), np.zeros((len(self.lame), 4))
+            for part in self.parts():
+                values = part.law.dilated(deformation_gradients(each, part.batch)).value
+                fitted[part.batch.cells] = (self._fit(part.batch) @ values[..., None])[..., 0]
+            pressure = self.bulk[cells] * (linear_functions(X) * fitted[cells]).sum(axis=1)
+        for k, law in enumerate(self._laws):
+            if (own := self._materials[0][cells] == k).any():
+                S[own] = law.at(places[own]).pulled(F[own], 0.0 if projected else 1.0).stress
+                if projected:
+                    S[own] += pressure[own, None, None] * law.dilated(F[own]).rate
         sigma = F @ S @ F.swapaxes(1, 2) / determinant_3x3(F)[:, None, None]
         return np.asarray(sigma[:, [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]])
 
@@ -411,17 +485,14 @@ class AncfSolid:
         """Elastic forces (n_dofs,) at coordinates q: the gradient of the energy."""
         e = self.space.spread(q)
         total = np.zeros_like(e)
-        for _, batch, lame, shear in self.weighted():
-            F, response = self._respond(e, batch, lame, shear, tangent=False)
-            batch.add_forces(total, F @ response.stress)
+        for part in self.parts():
+            F, response = self._respond(e, part)
+            part.batch.add_forces(total, F @ response.stress)
         return self.space.gather(total)
 
     def tangent(self, q: Array) -> sp.csr_matrix:
         """Derivative (n_dofs, n_dofs) of the elastic forces at coordinates q, symmetric."""
-        coupled = self.volumetric == "linear"
-        return self._tangent(
-            q, lambda e, batch, lame, shear: self._respond(e, batch, lame, shear, tangent=True), coupled
-        )
+        return self._tangent(q, self._respond, self.volumetric == "linear")
 
     def viscous_tangent(self, q: Array, h: float) -> sp.csr_matrix:
         """Derivative (n_dofs, n_dofs) of the viscous forces of a step of length h by its end, at its middle q.
@@ -430,36 +501,30 @@ class AncfSolid:
         """
         return self._tangent(
             q,
-            lambda e, batch, lame, shear: (
-                deformation_gradients(e, batch),
-                viscous_response(self, h, lame, shear, batch.dV.shape),
-            ),
+            lambda e, part: (deformation_gradients(e, part.batch), viscous_response(self, h, part)),
         )
 
     def _tangent(
-        self,
-        q: Array,
-        respond: Callable[[Array, GradientBatch, Array, Array], tuple[Array, Response]],
-        coupled: bool = False,
+        self, q: Array, respond: Callable[[Array, Part], tuple[Array, Response]], coupled: bool = False
     ) -> sp.csr_matrix:
         e = self.space.spread(q)
         pattern = self._pattern
         data = pattern.zeros(6)
-        for k, batch, lame, shear in self.weighted():
-            F, response = respond(e, batch, lame, shear)
-            blocks = element_tangents(F, response, batch)
-            if coupled and response.moduli is not None:
-                blocks = blocks + self._coupled(F, response.moduli[2], batch)
-            pattern.add(data, k, blocks)
+        for part in self.parts():
+            F, response = respond(e, part)
+            blocks = element_tangents(F, response, part.batch)
+            if coupled:
+                blocks = blocks + self._coupled(F, part.law.dilated(F).rate, part.batch)
+            pattern.add(data, part.number, part.among_all(blocks))
         return pattern.matrix(data)
 
     def _coupled(self, F: Array, X: Array, batch: GradientBatch) -> Array:
-        """Blocks (n_cells, 32, 32, 6) of lambda (projection of dv) (projection of dv), with dv = X : dE."""
+        """Blocks (n_cells, 32, 32, 6) of bulk (projection of dv) (projection of dv), with dv = X : dE."""
         n, n_q, n_functions, _ = batch.gradients.shape
         rate = (batch.gradients @ np.swapaxes(F @ X, 2, 3)).reshape(n, n_q, -1)
         fitted = self._fit(batch) @ rate
         B = linear_functions(gauss(self.points)[0])
-        moments = np.einsum("qi,eq,qj->eij", B, batch.dV * self.lame[batch.cells, None], B, optimize=True)
+        moments = np.einsum("qi,eq,qj->eij", B, batch.dV * self.bulk[batch.cells, None], B, optimize=True)
         K = (np.swapaxes(fitted, 1, 2) @ moments @ fitted).reshape(n, n_functions, 3, n_functions, 3)
         return np.stack([K[:, :, i, :, j] for i, j in zip(*PAIRS, strict=True)], axis=3)
 
@@ -492,9 +557,9 @@ class AncfSolid:
     def _linear(self, rules: Iterable[tuple[Iterable[GradientBatch], float, float]]) -> sp.csr_matrix:
         pattern = self._pattern
         data = pattern.zeros(6)
-        for batches, lame, shear in rules:
+        for batches, volume, rest in rules:
             for k, batch in enumerate(batches):
-                constants = lame * self.lame[batch.cells], shear * self.shear[batch.cells]
+                constants = self.moduli(batch.cells, volume, rest)
                 pattern.add(data, k, element_stiffness(batch, *constants)[..., *PAIRS])
         return pattern.matrix(data)
 

@@ -25,7 +25,7 @@ The same applies at sharp edges where the strain is singular or multi-valued, wi
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -33,7 +33,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.ancf.bricks.hexahedron import N_FUNCTIONS, face_points, gauss, shapes
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, MeshError
 from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3, jacobians
 from fecontact.mesh.check import check_cells
@@ -226,6 +226,10 @@ class GradientBatch:
     S: Array
     gradients: Array
     dV: Array
+
+    def some(self, cells: Mask) -> GradientBatch:
+        """Some cells (n_cells,) of the batch."""
+        return GradientBatch(*(getattr(self, f.name)[cells] for f in fields(self)))
 
     def add_forces(self, total: Array, P: Array) -> None:
         """Add int P grad S_a dV of stresses P (n_cells, n_q, 3, 3) to forces (n_cell_functions, 3)."""

@@ -11,13 +11,15 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.ancf.bricks.laws import Response
 from fecontact.ancf.bricks.space import BATCH, GradientBatch
 from fecontact.common.arrays import Array, IntArray
+from fecontact.fem.laws import Response
 
 #: Pairs (i, j) of components, i <= j, that tell a symmetric tangent, and the place of every (i, j) among them.
 PAIRS = np.array([0, 0, 0, 1, 1, 2]), np.array([0, 1, 2, 1, 2, 2])
 PAIR_OF = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+#: Place of every (i, j) in the order of `fem.stress.VOIGT`.
+VOIGT_OF = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +113,9 @@ class Pattern:
 def element_tangents(F: Array, response: Response, batch: GradientBatch) -> Array:
     """Tangents (n_cells, 32 a, 32 b, 6) of cells, for the pairs (i, j) of `PAIRS`: K_ab^ji = K_ba^ij."""
     n, n_q, n_functions, _ = batch.gradients.shape
-    A = (_by_moduli if response.moduli is not None else _by_tangent)(F, response, batch.dV)
+    A = _isotropic(F, response, batch.dV)
+    if response.moduli is not None:
+        A += _by_moduli(F, response.moduli, batch.dV)
     stress = _points_last(response.stress, batch.dV) * batch.dV.ravel()
     for k in (0, 3, 5):
         A[:, k] += stress
@@ -127,16 +131,17 @@ def _points_last(tensors: Array, dV: Array) -> Array:
     return np.ascontiguousarray(every.reshape(-1, 9).T).reshape(3, 3, -1)
 
 
-def _by_moduli(F: Array, response: Response, dV: Array) -> Array:
+def _isotropic(F: Array, response: Response, dV: Array) -> Array:
     """The weighted F_iM D_MJNL F_jN (3 J, 6 ij, 3 L, n_cells n_q); with the points last, all products are of long rows.
 
-    a (FX)_iJ (FX)_jL + b ((F X F^T)_ij X_JL + (FX)_iL (FX)_jJ)
+    a (FX)_iJ (FX)_jL + b ((F X F^T)_ij X_JL + (FX)_iL (FX)_jJ) of lame a, shear b and metric X
     """
-    assert response.moduli is not None
-    a, b, X = response.moduli
-    a, b = ((np.broadcast_to(c, dV.shape) * dV).ravel() for c in (a, b))
+    X = response.metric
+    assert X is not None
+    a, b = ((c * dV).ravel() for c in (response.lame, response.shear))
     plain = _points_last(F, dV)
-    Y = plain if np.ndim(X) == 2 and np.array_equal(X, np.eye(3)) else _points_last(F @ X, dV)
+    unit = not any(X.strides[:-2]) and np.array_equal(X[0, 0], np.eye(3))
+    Y = plain if unit else _points_last(F @ X, dV)
     one, other = Y[PAIRS[0]], Y[PAIRS[1]]
     # J first, then L; the pair between them
     A = (a * one.swapaxes(0, 1))[:, :, None] * other
@@ -150,11 +155,11 @@ def _by_moduli(F: Array, response: Response, dV: Array) -> Array:
     return A
 
 
-def _by_tangent(F: Array, response: Response, dV: Array) -> Array:
-    """The same from a whole dS/dE."""
-    assert response.tangent is not None
-    A = np.einsum("eqiM,eqMJNL,eqjN->JijLeq", F, response.tangent, F, optimize=True) * dV
-    return A[:, PAIRS[0], PAIRS[1]].reshape(3, 6, 3, -1)
+def _by_moduli(F: Array, moduli: Array, dV: Array) -> Array:
+    """The same from moduli (n_cells, n_q, 6, 6), in the order of `VOIGT`."""
+    D = moduli[..., VOIGT_OF[:, :, None, None], VOIGT_OF]
+    A = np.einsum("eqiM,eqMJNL,eqjN->JijLeq", F, D, F, optimize=True) * dV
+    return np.asarray(A[:, PAIRS[0], PAIRS[1]].reshape(3, 6, 3, -1))
 
 
 def has_pattern(K: sp.csr_matrix, indices: IntArray, indptr: IntArray) -> bool:

@@ -23,14 +23,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.ancf.bricks.laws import Response
 from fecontact.ancf.bricks.space import deformation_gradients
 from fecontact.common.arrays import Array
 from fecontact.common.checks import array_of
 from fecontact.common.errors import InputError
+from fecontact.fem.laws import Response
 
 if TYPE_CHECKING:
-    from fecontact.ancf.bricks.solid import AncfSolid
+    from fecontact.ancf.bricks.solid import AncfSolid, Part
 
 
 @dataclass(frozen=True)
@@ -101,8 +101,8 @@ def relaxed(solid: AncfSolid, q: Array) -> Array:
     assert solid.viscosity is not None
     e, n = solid.space.spread(q), len(solid.viscosity.branches)
     each = [
-        np.broadcast_to(_strain(deformation_gradients(e, batch)), (n, *batch.dV.shape, 3, 3)).ravel()
-        for _, batch, _, _ in solid.weighted()
+        np.broadcast_to(_strain(deformation_gradients(e, part.batch)), (n, *part.batch.dV.shape, 3, 3)).ravel()
+        for part in solid.parts()
     ]
     return np.concatenate([np.zeros(0), *each])
 
@@ -124,7 +124,8 @@ def viscous_step(solid: AncfSolid, q0: Array, q1: Array, h: float, memory: Array
     e0, e1, branches = solid.space.spread(q0), solid.space.spread(q1), solid.viscosity.branches
     total, kept, lost, stored, start = np.zeros_like(e0), [np.zeros(0)], 0.0, 0.0, 0
     g, t = (c[:, None, None, None, None] for c in branches.T)
-    for _, batch, lame, shear in solid.weighted():
+    for part in solid.parts():
+        batch, (lame, shear) = part.batch, solid.moduli(part.batch.cells[:, None], part.volume, part.rest)
         F0, F1 = deformation_gradients(e0, batch), deformation_gradients(e1, batch)
         E0, E1 = _strain(F0), _strain(F1)
         size = len(branches) * E0.size
@@ -149,11 +150,13 @@ def stiffening(viscosity: Viscosity, h: float) -> float:
     return float(viscosity.retardation / h + (g / (2 + h / t)).sum())
 
 
-def viscous_response(solid: AncfSolid, h: float, lame: Array, shear: Array, shape: tuple[int, ...]) -> Response:
-    """Moduli (n_cells, n_q), of some shape, for the tangent of a step, without the stress."""
+def viscous_response(solid: AncfSolid, h: float, part: Part) -> Response:
+    """Moduli of some cells for the tangent of a step, without the stress."""
     assert solid.viscosity is not None
-    share = stiffening(solid.viscosity, h)
-    return Response(np.zeros(shape), np.zeros((*shape, 3, 3)), None, (share * lame, share * shear, np.eye(3)))
+    shape, share = part.batch.dV.shape, stiffening(solid.viscosity, h)
+    lame, shear = solid.moduli(part.batch.cells[:, None], part.volume, part.rest)
+    unit = np.broadcast_to(np.eye(3), (*shape, 3, 3))
+    return Response(np.zeros(shape), np.zeros((*shape, 3, 3)), share * lame, share * shear, None, unit)
 
 
 def _strain(F: Array) -> Array:

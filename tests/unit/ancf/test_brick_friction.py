@@ -5,7 +5,7 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
-from fecontact.ancf import AncfSolid, AncfSpace, Assembly, NeoHookean, Stage, equilibrium
+from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Stage, equilibrium
 from fecontact.ancf.system.slip import initial_friction, slips
 
 MU = 0.3
@@ -83,7 +83,7 @@ def test_small_drags_are_those_of_a_linear_scene():
 def test_large_drags_slide_with_exactly_mu_times_the_normal_force():
     """A neo-Hookean block dragged by half its height: everything slides, and back again."""
     mesh = fc.shapes.block((1.0, 1.0, 0.5), (2, 2, 1), element="hex8")
-    solid = AncfSolid(AncfSpace(mesh), fc.Material(E=1e3, nu=0.3), NeoHookean(), points=3)
+    solid = AncfSolid(AncfSpace(mesh), fc.NeoHookean(E=1e3, nu=0.3), points=3)
     a = dragged(solid)
     pressed = equilibrium(lambda level: Stage(a, motion=moved(a, (0, 0, -0.05 * level))), steps=1)
     path = equilibrium(lambda level: Stage(a, motion=moved(a, (0.4 * level, 0, -0.05))), steps=4, start=pressed.last)

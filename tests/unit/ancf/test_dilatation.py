@@ -1,24 +1,25 @@
 """Nearly incompressible rubber at large strain: the projected dilatation."""
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from refusals import refused
 
 import fecontact as fc
+from fecontact import ancf
 from fecontact.ancf import (
     AncfSolid,
     AncfSpace,
     Assembly,
     EnergyMomentum,
-    NeoHookean,
-    Response,
     Stage,
-    StVenantKirchhoff,
     equilibrium,
     move,
 )
+from fecontact.fem.laws import Law
+
+MOONEY = fc.MooneyRivlin(c10=0.15, c01=0.05, bulk=2.0)
 
 
 def wavy():
@@ -26,11 +27,13 @@ def wavy():
     return AncfSpace(mesh.mapped(lambda x: x + 0.1 * np.sin(2 * x[:, ::-1])))
 
 
-@pytest.mark.parametrize("law", [StVenantKirchhoff(), NeoHookean()], ids=["svk", "neo"])
+@pytest.mark.parametrize(
+    "law", [fc.StVenantKirchhoff(1.0, 0.4), fc.NeoHookean(1.0, 0.4), MOONEY], ids=["svk", "neo", "mooney"]
+)
 def test_uniform_states_are_those_of_the_law(law):
     space, rng = wavy(), np.random.default_rng(0)
     q = space.affine(np.eye(3) + 0.2 * rng.standard_normal((3, 3)))
-    plain, projected = (AncfSolid(space, fc.Material(1.0, 0.4), law, volumetric=v) for v in (None, "linear"))
+    plain, projected = (AncfSolid(space, law, volumetric=v) for v in (None, "linear"))
     assert abs(plain.energy(q) / projected.energy(q) - 1) < 1e-12
     assert np.abs(plain.forces(q) - projected.forces(q)).max() < 1e-13
     cells, X = np.array([0, 1, 1]), rng.random((3, 3))
@@ -49,7 +52,7 @@ def on_a_plug(volumetric, grown=1.3):
     p = mu (ln(s1/s2) + (s2^-2 - s1^-2)/2) with the hoop stretches inside and outside, as in `test_followers`.
     """
     mesh = fc.shapes.block((1.0, 1.0, 0.5), (2, 3, 1), element="hex20").mapped(tube)
-    solid = AncfSolid(AncfSpace(mesh), fc.Material(2 * 1.4999, 0.4999), NeoHookean(), volumetric=volumetric)
+    solid = AncfSolid(AncfSpace(mesh), fc.NeoHookean(2 * 1.4999, 0.4999), volumetric=volumetric)
 
     def plug(radius):
         return fc.RigidBody(fc.surfaces.Cylinder(radius)).placed((0.0, 0.0, -radius))
@@ -75,7 +78,7 @@ def test_contact_pressure_of_rubber_on_a_plug():
 
 def test_motion_keeps_its_energy():
     mesh = fc.shapes.block((2.0, 1.0, 1.0), (2, 1, 1), element="hex8")
-    solid = AncfSolid(AncfSpace(mesh), fc.Material(1.0, 0.499, density=1.0), NeoHookean(), 3, volumetric="linear")
+    solid = AncfSolid(AncfSpace(mesh), fc.NeoHookean(1.0, 0.499, density=1.0), points=3, volumetric="linear")
     twist = solid.space.affine(np.array([[0.0, 0, 0], [0, 0, -0.3], [0, 0.3, 0.0]])) * 1.0
     a = Assembly.of([solid], [{"x_min": "xyz"}])
     motion = move(a, until=0.5, step=0.02, scheme=EnergyMomentum(), velocity=twist)
@@ -83,25 +86,71 @@ def test_motion_keeps_its_energy():
     assert motion.drift < 1e-9
 
 
-@dataclass(frozen=True)
-class Plain:
-    """A law that tells a whole tangent, and no dilatation."""
+class Plain(Law):
+    """A law that tells whole moduli, and no dilatation."""
 
-    def __call__(self, F, lame, shear, tangent=True):
-        found = StVenantKirchhoff()(F, lame, shear, tangent)
-        eye = np.eye(3)
-        a, b = (np.broadcast_to(c, found.energy.shape)[..., None, None, None, None] for c in (lame, shear))
-        whole = a * np.einsum("ij,kl->ijkl", eye, eye)
-        whole = whole + b * (np.einsum("ik,jl->ijkl", eye, eye) + np.einsum("il,jk->ijkl", eye, eye))
-        return Response(found.energy, found.stress, whole if tangent else None)
+    bulk = 0.0
+    density = None
+    at_rest = fc.Material(1.0, 0.3)
+
+    def distortion(self, F, J):
+        """Neo-Hooke's law."""
+        found = fc.NeoHookean(1.0, 0.3).response(F)
+        return replace(found, lame=0 * J, shear=0 * J, moduli=found.all_moduli)
 
 
 def test_laws_of_ones_own():
     space = wavy()
     q = space.q0 + 0.05 * np.random.default_rng(0).standard_normal(space.n_dofs)
-    own, known = (AncfSolid(space, fc.Material(1.0, 0.3), law) for law in (Plain(), StVenantKirchhoff()))
+    own, known = (AncfSolid(space, law) for law in (Plain(), fc.NeoHookean(1.0, 0.3)))
     assert abs(own.tangent(q) - known.tangent(q)).max() < 1e-13
-    with refused(fc.InputError, "needs-dilatation"):
-        AncfSolid(space, fc.Material(1.0, 0.3), Plain(), volumetric="linear")
+    assert np.abs(own.forces(q) - known.forces(q)).max() < 1e-14
+    for volumetric in (2, "linear"):
+        with refused(fc.InputError, "needs-dilatation", "Plain"):
+            AncfSolid(space, Plain(), volumetric=volumetric)
+
+
+def test_former_laws_without_constants_warn():
+    space = wavy()
+    q = space.q0 + 0.05 * np.random.default_rng(0).standard_normal(space.n_dofs)
+    for name in ("NeoHookean", "StVenantKirchhoff"):
+        with pytest.warns(DeprecationWarning, match=f"ancf.{name} is now fecontact.{name}"):
+            former = getattr(ancf, name)
+        assert former(E=1.0, nu=0.3) == getattr(fc, name)(E=1.0, nu=0.3)
+        with pytest.warns(DeprecationWarning, match="now the material"):
+            old = AncfSolid(space, fc.Material(1.0, 0.3, density=2.0), former(), 3)
+        new = AncfSolid(space, getattr(fc, name)(1.0, 0.3, density=2.0), points=3)
+        assert np.array_equal(old.forces(q), new.forces(q))
+        assert abs(old.mass - new.mass).max() == 0
+    with refused(fc.InputError, "wrong-class", "takes the place of the material"):
+        AncfSolid(space, fc.Material(1.0, 0.3), fc.NeoHookean(1.0, 0.3))
+    with pytest.raises(AttributeError, match="Hencky"):
+        _ = ancf.Hencky
+
+
+@pytest.mark.parametrize("volumetric", [None, 2, "linear"])
+def test_two_laws_by_element_sets_are_those_of_two_solids(volumetric):
+    """Energies and forces of each law in its cells; fibres by their place among them."""
+    space = wavy()
+    hoops = fc.Fibres(MOONEY, lambda x: x * [0, 1, 1] + [0.1, 0, 0], ksi=0.3, alpha=1.0)
+    laws = fc.StVenantKirchhoff(2.0, 0.3), hoops
+    mesh = replace(space.mesh, groups={"one": np.array([0]), "two": np.array([1])})
+    q = space.affine(np.diag([1.0, 1.2, 1.1])) + 0.02 * np.random.default_rng(0).standard_normal(space.n_dofs)
+
+    def solid(one, two):
+        return AncfSolid(AncfSpace(mesh), {"one": one, "two": two}, volumetric=volumetric)
+
+    a, b = solid(*laws), solid(*laws[::-1])
+    whole = [solid(law, law) for law in laws]
+    assert a.energy(q) + b.energy(q) == pytest.approx(sum(s.energy(q) for s in whole), rel=1e-13)
+    assert np.abs(a.forces(q) + b.forces(q) - sum(s.forces(q) for s in whole)).max() < 1e-14
+    assert abs(a.tangent(q) + b.tangent(q) - whole[0].tangent(q) - whole[1].tangent(q)).max() < 1e-13
+    at = np.array([0, 1]), np.full((2, 3), 0.3)
+    stress = np.stack([s.cauchy_at(q, *at) for s in whole])
+    assert np.abs(a.cauchy_at(q, *at) - stress[[0, 1], [0, 1]]).max() < 1e-14
+
+
+def test_rules_of_volume():
+    space = wavy()
     with refused(fc.InputError, "volumetric", "'linear'", "1", "3"):
         AncfSolid(space, fc.Material(1.0, 0.3), volumetric="mean")

@@ -13,10 +13,8 @@ from fecontact.ancf import (
     Assembly,
     EnergyMomentum,
     GeneralisedAlpha,
-    NeoHookean,
     Stage,
     State,
-    StVenantKirchhoff,
     equilibrium,
     move,
     traction,
@@ -131,7 +129,7 @@ def test_a_state_of_other_solids_is_refused():
 
 def test_a_path_without_a_state_says_so():
     a, space = bar()
-    a = replace(a, solids=[replace(a.solids[0], law=NeoHookean())])
+    a = replace(a, solids=[replace(a.solids[0], material=fc.NeoHookean(E=100.0, nu=0.3, density=1.0))])
     crush = traction(space, "x_max", (-1e6, 0, 0))
     path = equilibrium(lambda s: Stage(a, forces=crush), steps=1)
     assert not path.success
@@ -139,10 +137,10 @@ def test_a_path_without_a_state_says_so():
         _ = path.last
 
 
-def fallen(path, *, E=100.0, size=1.0, law=None, support=None, floor=0.0, **others):
+def fallen(path, *, E=100.0, size=1.0, law=fc.StVenantKirchhoff, support=None, floor=0.0, **others):
     """A cube just above the floor, for a few steps."""
     mesh = fc.shapes.block((1.0, 1.0, size), (1, 1, 1), element="hex8").translated((0, 0, 0.2))
-    solid = AncfSolid(AncfSpace(mesh), fc.Material(E=E, nu=0.3, density=1.0), law or StVenantKirchhoff(), points=3)
+    solid = AncfSolid(AncfSpace(mesh), law(E=E, nu=0.3, density=1.0), points=3)
     a = Assembly.of([solid], [support or {}], [fc.Contact(solid.side("bottom"), FLOOR.placed((0, 0, floor)))])
     chosen = {"until": 0.04, "step": 0.02, "gravity": (0, 0, -10.0), "path": path} | others
     return move(a, **chosen)
@@ -153,7 +151,7 @@ def fallen(path, *, E=100.0, size=1.0, law=None, support=None, floor=0.0, **othe
     [
         ({"E": 101.0}, "the bodies"),
         ({"size": 1.1}, "the bodies"),
-        ({"law": NeoHookean()}, "the bodies"),
+        ({"law": fc.NeoHookean}, "the bodies"),
         ({"support": {"top": "x"}}, "the supports"),
         ({"floor": 0.01}, "the contacts"),
         ({"gravity": (0, 0, -9.0)}, "the loads"),
@@ -223,8 +221,8 @@ def test_a_snap_that_stops_statics_is_followed_in_time_from_the_last_state():
     """One brick under a ball moved in by over a quarter of its height: the stop names the way on, and it goes on."""
     size, at = (0.777, 0.916, 1.336), np.array([0.255, 0.384, 1.336])
     mesh = fc.shapes.block(size, (1, 1, 1), element="hex8")
-    material = fc.Material(E=1.0, nu=0.3, density=1.0)
-    solid = AncfSolid(AncfSpace(mesh), material, NeoHookean(), points=3)
+    material = fc.NeoHookean(E=1.0, nu=0.3, density=1.0)
+    solid = AncfSolid(AncfSpace(mesh), material, points=3)
     ball = fc.RigidBody(fc.Sphere(2.91)).placed(at)
     a = Assembly.of([solid], [{"bottom": "xyz"}], [fc.Contact(solid.side("top"), ball)])
 

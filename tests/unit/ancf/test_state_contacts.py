@@ -7,20 +7,20 @@ import pytest
 from scipy.optimize import brentq
 
 import fecontact as fc
-from fecontact.ancf import AncfSolid, AncfSpace, Assembly, NeoHookean, Stage, equilibrium
+from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Stage, equilibrium
 from fecontact.ancf.slender import Joints, line, plate, straight
 
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def solid(size, divisions, material, law=None, at=(0.0, 0.0, 0.0), **options):
+def solid(size, divisions, material, at=(0.0, 0.0, 0.0), **options):
     mesh = fc.shapes.block(size, divisions, element="hex8").translated(at)
-    return AncfSolid(AncfSpace(mesh), material, *([] if law is None else [law]), **options)
+    return AncfSolid(AncfSpace(mesh), material, **options)
 
 
 def squeezed(stretch):
     """A neo-Hookean block between smooth plates, free at the sides, with one Poisson ratio that widens it."""
-    block = solid((1.0, 1.0, 1.0), (2, 2, 1), fc.Material(E=1.0, nu=0.3), NeoHookean(), points=3)
+    block = solid((1.0, 1.0, 1.0), (2, 2, 1), fc.NeoHookean(E=1.0, nu=0.3), points=3)
     press = fc.RigidBody(fc.Plane())
     a = Assembly.of([block], [{"top": "z", "x_min": "x", "y_min": "y"}], [fc.Contact(block.side("bottom"), press)])
     return equilibrium(lambda s: Stage(a.with_rigid(press.placed((0, 0, (1 - stretch) * s)))), steps=3).last

@@ -11,7 +11,6 @@ from fecontact.ancf import (
     Assembly,
     EnergyMomentum,
     GeneralisedAlpha,
-    NeoHookean,
     Stage,
     Viscosity,
     equilibrium,
@@ -24,12 +23,11 @@ SMALL, E = 1e-4, 10.0
 SERIES = Viscosity(prony=[(0.5, 0.3), (0.25, 2.0)])
 
 
-def bar(viscosity, density=1e-6, law=None, volumetric=None, supports=None):
+def bar(viscosity, density=1e-6, law=fc.Material, volumetric=None, supports=None):
     """One brick of side one, so light that its inertia does not matter."""
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
-    material = fc.Material(E, 0.0 if volumetric is None else 0.3, density=density)
-    chosen = {} if law is None else {"law": law}
-    solid = AncfSolid(AncfSpace(mesh), material, points=3, volumetric=volumetric, viscosity=viscosity, **chosen)
+    material = law(E, 0.0 if volumetric is None else 0.3, density=density)
+    solid = AncfSolid(AncfSpace(mesh), material, points=3, volumetric=volumetric, viscosity=viscosity)
     return Assembly.of([solid], [supports or {}])
 
 
@@ -102,7 +100,7 @@ def test_rigid_motions_are_not_resisted_and_forces_are_derivatives(volumetric):
 @pytest.mark.full
 def test_a_blow_fades_and_the_energy_is_accounted_for(tmp_path):
     viscosity = Viscosity(0.01, [(1.0, 0.2)])
-    a = bar(viscosity, density=1.0, law=NeoHookean(), supports={"x_min": "xyz"})
+    a = bar(viscosity, density=1.0, law=fc.NeoHookean, supports={"x_min": "xyz"})
     blow = a.solids[0].space.affine(np.diag([0.3, 0.0, 0.0]))
     run = {"step": 0.05, "scheme": EnergyMomentum(), "velocity": blow, "every": 10}
     motion = move(a, until=1.5, **run)
