@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import ClassVar, Protocol, TypeVar, cast, overload
+from typing import Any, ClassVar, Protocol, TypeVar, cast, overload
 
 import numpy as np
 import scipy.sparse as sp
@@ -36,7 +36,16 @@ from fecontact.halfspace.layered import Layer
 from fecontact.halfspace.operator import CellModel, Part, coarse_pressure
 from fecontact.halfspace.path import CurveSteps, FrictionPath, FrictionSteps, LoadCurve
 from fecontact.halfspace.pressing import Load, check_settings, press
-from fecontact.halfspace.rolling import Pair, RollingContact, RollingFriction, RollingStep, roll
+from fecontact.halfspace.rolling import (
+    CreepCoefficients,
+    CreepCurve,
+    Pair,
+    RollingContact,
+    RollingFriction,
+    RollingStep,
+    creep_coefficients,
+    roll,
+)
 from fecontact.halfspace.validity import overlap_between_cells
 from fecontact.solvers import ContactProblem
 from fecontact.surfaces.rigid.heightmap import HeightMap
@@ -500,18 +509,105 @@ class HalfSpace(SurfaceBody):
         (1.36, 0.59)
         """
         check_settings(tolerance, symmetry, workers)
-        mu = friction_coefficient(friction, infinite=True)
+        step = RollingStep(force, approach, creepage, tangential, spin, towards, rule)
+        if start is not None:
+            instance("the start of rolling", start, RollingContact)
+        setting = self._rolling(step, friction, tolerance, workers)
+        return self._between_cells(roll(setting, self.heights_of(surface), step, start, symmetry), surface)
+
+    def creep_curve(
+        self,
+        surface: HeightSurface | ArrayLike,
+        creepages: ArrayLike,
+        *,
+        spins: ArrayLike = 0.0,
+        friction: float,
+        start: RollingContact | None = None,
+        **options: Any,
+    ) -> CreepCurve:
+        """Steady rolling at several creepages and spins: a creep curve, or a family of them.
+
+        Each point starts from the one before.
+
+        Parameters
+        ----------
+        surface
+            As in `roll`.
+        creepages : (n,) or (n, 2) array_like
+            Along the direction of rolling, or along it and to its left.
+        spins : (m,) array_like or float
+            For each of them all creepages.
+        friction, start, **options
+            As in `roll`, without creepage, tangential force and spin.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> steel = fc.Material(E=210e3, nu=0.28)
+        >>> half = fc.HalfSpace(steel, size=(14.0, 14.0), cells=(24, 24), against=steel)
+        >>> curve = half.creep_curve(fc.surfaces.Paraboloid(460.0), [5e-4, 1e-3, 1e-2], force=80e3, friction=0.3)
+        >>> (curve.tangential[:, 0] / (0.3 * 80e3)).round(2)
+        array([0.28, 0.49, 1.  ])
+        """
+        values = number_array("the creepages of a curve", creepages)
+        values = np.stack([values, np.zeros(values.shape)], axis=1) if values.ndim == 1 else values
+        if values.ndim != 2 or values.shape[1:] != (2,) or not values.size:
+            raise InputError(f"The creepages of a curve must be numbers (n,) or (n, 2); found shape {values.shape}.")
+        contacts: list[RollingContact] = []
+        for spin in np.atleast_1d(number_array("the spins of a curve", spins)):
+            for x, y in values:
+                last, more = contacts[-1] if contacts else start, {"creepage": (float(x), float(y)), **options}
+                contacts.append(self.roll(surface, friction=friction, spin=float(spin), start=last, **more))
+        return CreepCurve(tuple(contacts), (1,) * len(contacts))
+
+    def creep_coefficients(
+        self,
+        surface: HeightSurface | ArrayLike,
+        *,
+        force: float | None = None,
+        approach: float | None = None,
+        towards: tuple[float, float] = (1.0, 0.0),
+        rule: str = "blended",
+        tolerance: float = 1e-8,
+        symmetry: bool = True,
+        workers: int | None = None,
+    ) -> CreepCoefficients:
+        """Kalker's coefficients C11, C22, C23 and C33 of the contact of a surface, of any outline and nu.
+
+        Other parameters are as in `roll`. The coefficients are of first order in the cells: 1 % at 64 across.
+
+        Examples
+        --------
+        Kalker's table has 4.12, 3.67 and 1.47 for a disc and nu = 0.25.
+
+        >>> import fecontact as fc
+        >>> plain = fc.Material(E=1.0, nu=0.25)
+        >>> half = fc.HalfSpace(plain, size=(0.2, 0.2), cells=(48, 48), against=plain)
+        >>> found = half.creep_coefficients(fc.surfaces.Paraboloid(1.0), force=4e-4)
+        >>> round(found.c11, 1), round(found.c22, 1), round(found.c23, 1)
+        (4.1, 3.7, 1.5)
+        """
+        check_settings(tolerance, symmetry, workers)
+        step = RollingStep(force, approach, towards=towards, rule=rule)
+        setting = self._rolling(step, math.inf, tolerance, workers)
+        z = self.heights_of(surface)
+        normal = press(self.compliance, z, Load(force, approach, None), tolerance, symmetry, workers)
+        if not normal.active.any():
+            raise InputError(
+                "Nothing is pressed: increase the approach, or take smaller cells.", code="nothing-touches"
+            )
+        return creep_coefficients(setting, normal, step)
+
+    def _rolling(self, step: RollingStep, mu: float, tolerance: float, workers: int | None) -> RollingFriction:
+        """Friction of rolling on it."""
         if self.periodic:
             raise InputError(
                 "A periodic half-space does not roll: the slip of a period would be that of a train of surfaces. Use "
                 "periodic=False and a grid round the contact.",
                 code="rolling-periodic",
             )
-        step = RollingStep(force, approach, creepage, tangential, spin, towards, rule)
-        if start is not None:
-            instance("the start of rolling", start, RollingContact)
-        setting = RollingFriction(self.compliance, mu, tolerance, workers, axes=step.axes, rule=rule)
-        return self._between_cells(roll(setting, self.heights_of(surface), step, start, symmetry), surface)
+        mu = friction_coefficient(mu, infinite=True)
+        return RollingFriction(self.compliance, mu, tolerance, workers, axes=step.axes, rule=step.rule)
 
     def _heights_at(self, surface: HeightSurface | ArrayLike) -> Callable[[tuple[float, float]], Array]:
         """Heights (nx, ny) of a surface by its position."""

@@ -248,8 +248,9 @@ def staggered(
     tractions_of: Callable[[HalfSpaceContact], Tractions[Any, C]],
     start: tuple[Array, Array | None] | None,
     symmetry: bool = True,
+    normal: HalfSpaceContact | None = None,
 ) -> C:
-    """Pressures and tractions in turn, from tractions (2, nx, ny) and motions.
+    """Pressures and tractions in turn, from tractions (2, nx, ny) and motions, and from pressures nearby.
 
     Raises
     ------
@@ -260,7 +261,7 @@ def staggered(
     """
     began = time.perf_counter()
     by_traction, rounds, newton, nit = np.zeros(heights.shape), 0, 0, 0
-    normal, several = None, friction.coupled and friction.mu > 0
+    several = friction.coupled and friction.mu > 0
     tolerance = max(FIRST_TOLERANCE, friction.tolerance) if several else friction.tolerance
     left, sharper = math.inf, 1.0
     while True:

@@ -143,6 +143,21 @@ def plot_over_force(
     return save_figure(figure, path)
 
 
+def plot_creep(creepage: Array, spin: Array, panels: Mapping[str, Array], path: str | Path | None = None) -> Figure:
+    """Draw values (n,) over creepages (n,), a panel for each quantity and a curve for each spin (n,)."""
+    figure = Figure(figsize=(11.0, 4.6), layout="constrained")
+    for axes, (label, values) in zip(figure.subplots(1, len(panels)), panels.items(), strict=True):
+        for value in np.unique(spin):
+            at = np.flatnonzero(spin == value)
+            at = at[np.argsort(creepage[at], kind="stable")]
+            axes.plot(creepage[at], values[at], marker="o", markersize=4, label=f"spin {value:g}")
+        axes.legend()
+        axes.set_xlabel("creepage")
+        axes.set_ylabel(label)
+        axes.grid(alpha=0.3)
+    return save_figure(figure, path)
+
+
 def draw_map(
     axes: Any,
     grid: Grid,

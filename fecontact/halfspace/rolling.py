@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
@@ -30,14 +31,18 @@ from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
+from fecontact.common.path import Path, each_step
+from fecontact.common.table import Table
+from fecontact.common.units import Units
 from fecontact.halfspace.compliance import TangentialCompliance
-from fecontact.halfspace.contact import TractionContact
+from fecontact.halfspace.contact import HalfSpaceContact, TractionContact
 from fecontact.halfspace.fft import Convolution
 from fecontact.halfspace.friction import Friction, Tractions, staggered
 from fecontact.halfspace.grid import Grid, block_means, block_sums, unfold
+from fecontact.halfspace.pictures import Drawn, plot_creep
 from fecontact.halfspace.pressing import Load
-from fecontact.halfspace.tresca import solve_nested_tresca
-from fecontact.solvers.coulomb import sizes
+from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca
+from fecontact.solvers.coulomb import friction_limit, sizes
 
 #: Weights w of a difference over cells ahead, and cells from a cell's middle to where it takes the rigid slip. The
 #: blended one is halfway of first and second order by Taylor's series, and its error at the leading edge, where slopes
@@ -47,6 +52,9 @@ RULES = {"blended": ((4 / 3, -5 / 3, 1 / 3), 1 / 4), "contact": ((1.0, -1.0), 1 
 #: Least relative errors of force, torque and creepage, over that of the tractions.
 LEAST = 0.12
 
+#: Tolerance of what sticks without slip.
+STICKING = 1e-8
+
 #: Tolerance of the tractions on the coarser grid.
 COARSE_TOLERANCE = 1e-4
 
@@ -54,6 +62,7 @@ COARSE_TOLERANCE = 1e-4
 REACH = 2
 
 Pair = tuple[float | None, float | None]
+Around = list[tuple[int, int]]
 
 
 @compact_repr
@@ -326,37 +335,45 @@ def roll(
     """
     load = Load(step.force, step.approach, None)
     begin = None if start is None else (start.traction, None)
-    found = staggered(friction, heights, load, lambda normal: RollingTractions(friction, normal, step), begin, symmetry)
+
+    def tractions_of(normal: HalfSpaceContact) -> RollingTractions:
+        return RollingTractions(friction, normal, step)
+
+    found = staggered(friction, heights, load, tractions_of, begin, symmetry, start)
     return replace(found, rolling_error=rolling_error(friction, found, step))
 
 
-def rolling_error(friction: RollingFriction, found: RollingContact, step: RollingStep) -> RollingError:
-    """Errors by the tractions under the pressures of cells twice as large.
+def _coarser(contact: HalfSpaceContact) -> tuple[Grid, Array, tuple[float, float], Around]:
+    """The grid of cells twice as large, pressures on it, its middle, and cells of the fine one missing at its sides.
 
-    Without such pressures, on grids of a few cells, those under the means of the pressures found.
+    Without such pressures, on grids of a few cells, those are the means of the pressures found.
     """
-    grid, symmetric = found.grid, found.solver.symmetric
+    grid, even = contact.grid, contact.solver.symmetric
+    pressure = block_means(contact.pressure) if contact.coarse is None else unfold(contact.coarse, even)
+    # an odd number of cells has one more at its end, of symmetric ones at both
+    missing = [2 * m - n for m, n in zip(pressure.shape, grid.shape, strict=True)]
+    before = [k // 2 if mirrored else 0 for k, mirrored in zip(missing, even, strict=True)]
+    x, y = ((n / 2 - k) * side for k, n, side in zip(before, missing, grid.cell, strict=True))
+    shape = (pressure.shape[0], pressure.shape[1])
+    larger = Grid((2 * grid.cell[0] * shape[0], 2 * grid.cell[1] * shape[1]), shape)
+    return larger, pressure, (x, y), [(k, n - k) for k, n in zip(before, missing, strict=True)]
+
+
+def rolling_error(friction: RollingFriction, found: RollingContact, step: RollingStep) -> RollingError:
+    """Errors by the tractions under the pressures of cells twice as large."""
     if not found.traction.any():
         return RollingError(0.0, 0.0, 0.0, 0.0)
-    pressure = block_means(found.pressure) if found.coarse is None else unfold(found.coarse, symmetric)
-    # an odd number of cells has one more at its end, of symmetric ones at both
-    shape, even = pressure.shape, symmetric if found.coarse is not None else (False, False)
-    missing = [2 * m - n for m, n in zip(shape, grid.shape, strict=True)]
-    before = [k // 2 if mirrored else 0 for k, mirrored in zip(missing, even, strict=True)]
-    around = [(k, n - k) for k, n in zip(before, missing, strict=True)]
-    shift = [(n / 2 - k) * side for k, n, side in zip(before, missing, grid.cell, strict=True)]
-    padded = np.pad(found.traction, [(0, 0), *around])
-    own = block_sums(padded) / 4
-    larger = Grid((2 * grid.cell[0] * shape[0], 2 * grid.cell[1] * shape[1]), (shape[0], shape[1]))
+    larger, pressure, shift, around = _coarser(found)
+    own = block_sums(np.pad(found.traction, [(0, 0), *around])) / 4
     setting = replace(friction, body=replace(friction.body, grid=larger), _made={})
-    tractions = RollingTractions(
-        setting, replace(found, grid=larger, pressure=pressure), replace(step, position=(-shift[0], -shift[1]))
-    )
+    coarse = replace(found, grid=larger, pressure=pressure)
+    position = (step.position[0] - shift[0], step.position[1] - shift[1])
+    tractions = RollingTractions(setting, coarse, replace(step, position=position))
     creepage = np.array([found.creepage[j] for j in tractions.free])
     start = own[:, *tractions.box]
     at = solve_nested_tresca(tractions.problem, setting.compliance, start, creepage, COARSE_TOLERANCE)
     change = tractions.spread(at.q) - own
-    x, y = larger.x[:, None] + shift[0], larger.y + shift[1]
+    x, y = larger.x[:, None] - position[0], larger.y - position[1]
     error = float(np.linalg.norm(change) / np.linalg.norm(own))
     # changes of sums may cancel by chance
     force = step.axes @ change.sum(axis=(1, 2)) * larger.area
@@ -370,3 +387,129 @@ def rolling_error(friction: RollingFriction, found: RollingContact, step: Rollin
         max(abs(torque), size * reach),
         max(float(np.linalg.norm(at.m - creepage)), motion if tractions.free else 0.0),
     )
+
+
+@dataclass(frozen=True)
+class CreepCoefficients:
+    """Kalker's coefficients, the limit of small creepages, in which all that touches sticks.
+
+    With creepages xi, eta and spin phi, in Kalker's signs (see `HalfSpace.roll`),
+
+        Fx = -G c^2 C11 xi,  Fy = -G c^2 (C22 eta + c C23 phi),  Mz = -G c^3 (-C23 eta + c C33 phi).
+
+    Attributes
+    ----------
+    c11, c22, c23, c33 : float
+    length : float
+        c: root of the area of the cells in contact over pi, that of the product of an ellipse's semi-axes.
+    shear_modulus : float
+        G of both bodies, 2 / G = 1 / G1 + 1 / G2; of the top layer.
+    errors : (float, float, float, float)
+        Estimated relative errors, from cells twice as large.
+
+    References
+    ----------
+    J. J. Kalker, Three-dimensional elastic bodies in rolling contact, 1990, section 2.2 and table E3.
+    """
+
+    c11: float
+    c22: float
+    c23: float
+    c33: float
+    length: float
+    shear_modulus: float
+    errors: tuple[float, float, float, float]
+
+    def forces(self, creepage: tuple[float, float], spin: float = 0.0) -> tuple[float, float, float]:
+        """Tangential force along the direction of rolling and to its left, and torque, in the signs of `roll`."""
+        (x, y), c = creepage, self.length
+        scale = self.shear_modulus * c**2
+        torque = scale * c * (self.c33 * c * spin - self.c23 * y)
+        return scale * self.c11 * x, scale * (self.c22 * y + c * self.c23 * spin), torque
+
+    def __str__(self) -> str:
+        values = zip(("C11", "C22", "C23", "C33"), (self.c11, self.c22, self.c23, self.c33), self.errors, strict=True)
+        return ", ".join(f"{name} {value:.4g} (off by about {100 * off:.1g} %)" for name, value, off in values)
+
+
+def creep_coefficients(friction: RollingFriction, normal: HalfSpaceContact, step: RollingStep) -> CreepCoefficients:
+    """Kalker's coefficients of a contact's outline; of an infinite friction."""
+    modulus = 1 / (math.pi * (friction.constants.direct + friction.constants.poisson))
+    grid, pressure, (x, y), _ = _coarser(normal)
+    larger = replace(friction, body=replace(friction.body, grid=grid), _made={})
+    coarse = replace(normal, grid=grid, pressure=pressure)
+    values, length = _coefficients(friction, normal, step, modulus)
+    others, _ = _coefficients(larger, coarse, replace(step, position=(-x, -y)), modulus)
+    c11, c22, c23, c33 = values.tolist()
+    errors = np.abs(others / values - 1).tolist()
+    return CreepCoefficients(c11, c22, c23, c33, length, modulus, (errors[0], errors[1], errors[2], errors[3]))
+
+
+def _coefficients(
+    friction: RollingFriction, normal: HalfSpaceContact, step: RollingStep, modulus: float
+) -> tuple[Array, float]:
+    """C11, C22, C23 and C33 (4,), and the length c."""
+    tractions = RollingTractions(friction, normal, step)
+    compliance, rows, p = tractions.compliance, tractions.rows, normal.pressure[tractions.box]
+    limit, none = friction_limit(math.inf, p), np.zeros((0, 2, *p.shape))
+    units = [TrescaProblem(compliance, limit, -row, none, np.zeros(0)) for row in rows]
+    q = [solve_nested_tresca(unit, friction.compliance, 0 * unit.c, np.zeros(0), STICKING).q for unit in units]
+    ahead = RULES[step.rule][1] * step.axes[0] * normal.grid.cell
+    arms = rows[2] - np.multiply.outer([-ahead[1], ahead[0]], np.ones(p.shape))  # the torque is about the true middle
+    matrix = np.tensordot(np.stack(q), np.stack([rows[0], rows[1], arms]), ((1, 2, 3), (1, 2, 3))) * normal.grid.area
+    c = math.sqrt(int((p > 0).sum()) * normal.grid.area / math.pi)
+    C23 = (matrix[2, 1] - matrix[1, 2]) / (2 * c)  # equal by Betti's theorem, but for the cells
+    return np.array([matrix[0, 0], matrix[1, 1], C23, matrix[2, 2] / c**2]) / (modulus * c**2), c
+
+
+#: Figures of a creep curve.
+FIGURES = ("spin", "creepage_along", "creepage_across", "force_along", "force_across", "torque", "stick_share", "error")
+
+
+@compact_repr
+@dataclass(frozen=True, eq=False)
+class CreepCurve(Path[RollingContact], Drawn):
+    """Steady rolling at several creepages and spins; made by `HalfSpace.creep_curve`.
+
+    Drawn are the tangential force over the friction limit and the torque, over the creepage, a curve for each spin.
+
+    Attributes
+    ----------
+    steps : tuple of RollingContact
+        For each spin at all creepages.
+    """
+
+    creepage = each_step("creepage", "Creepages (n, 2) along the direction of rolling and to its left.")
+    spin = each_step("spin", "Spins (n,).")
+    tangential = each_step("tangential", "Tangential forces (n, 2) along the direction of rolling and to its left.")
+    torque = each_step("torque", "Torques (n,).")
+
+    def rows(self) -> list[dict[str, float]]:
+        """Figures of each point by name; the error is the estimated one of the tangential force."""
+        of_contacts = [
+            (
+                at.spin,
+                *at.creepage,
+                *at.tangential,
+                at.torque,
+                at.stick_area / at.figures["area"],
+                at.rolling_error.force,
+            )
+            for at in self.steps
+        ]
+        return [dict(zip(FIGURES, values, strict=True)) for values in of_contacts]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of the contacts, each once."""
+        return tuple(dict.fromkeys(text for at in self.steps for text in at.warnings))
+
+    def _drawn(self, path: str | FilePath | None, units: Units) -> Any:
+        size = np.where(self.creepage.sum(axis=1) < 0, -1, 1) * np.hypot(*self.creepage.T)
+        share = np.hypot(*self.tangential.T) / (self.last.friction * self.last.force)
+        panels = {"tangential force over the limit of friction": share, "torque": self.torque}
+        return plot_creep(size, self.spin, panels, path)
+
+    def __str__(self) -> str:
+        notes = [f"Warning: {text}" for text in self.warnings]
+        return str(Table(FIGURES, [list(row.values()) for row in self.rows()], notes))

@@ -234,3 +234,46 @@ def test_what_is_wrong_is_refused():
     with pytest.raises(InputError, match="axis of the grid"):
         _ = rolled(towards=(1, 1)).heat_per_area
     assert rolled(friction=0.0).rolling_error.traction == 0
+
+
+def test_creep_coefficients_are_the_limit_of_small_creepages():
+    body = half(n=32)
+    found = body.creep_coefficients(BALL, force=FORCE)
+    creepage, spin = (1e-3, 2e-3), 0.03
+    sticking = rolled(body, friction=np.inf, creepage=creepage, spin=spin)
+    *forces, torque = found.forces(creepage, spin)
+    np.testing.assert_allclose(forces, sticking.tangential, rtol=0.03)  # C23 and C32 differ by the cells
+    assert torque == pytest.approx(sticking.torque, rel=0.15)
+    small = rolled(body, creepage=tuple(1e-3 * np.array(creepage)), spin=1e-3 * spin)
+    np.testing.assert_allclose(1e3 * np.array(small.tangential), forces, rtol=0.06)
+    assert max(found.errors) < 0.2
+    assert "C11" in str(found)
+
+
+def test_creep_coefficients_do_not_depend_on_units_direction_and_stiffness():
+    one = half().creep_coefficients(BALL, force=FORCE)
+    material = fc.Material(E=50.0, nu=0.28)
+    size, cells = (1.76, 2.2), (16, 20)
+    turned = fc.HalfSpace(material, size, cells, against=material)
+    other = turned.creep_coefficients(Paraboloid(6.0, 10.0), force=50 * 100 * FORCE, towards=(0, -1))
+    for name in ("c11", "c22", "c23", "c33"):
+        assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-6)
+    rigid = half(against=None).creep_coefficients(BALL, force=2 * FORCE)  # twice as stiff: the same contact
+    assert rigid.c11 == pytest.approx(one.c11, rel=1e-6)
+    assert rigid.shear_modulus == pytest.approx(2 * one.shear_modulus)
+
+
+def test_a_creep_curve_is_its_points(tmp_path):
+    curve = half().creep_curve(BALL, [2e-3, 6e-3], spins=(0.0, 0.1), force=FORCE, friction=MU)
+    assert len(curve) == 4
+    np.testing.assert_array_equal(curve.spin, [0, 0, 0.1, 0.1])
+    lone = rolled(creepage=(6e-3, 0.0), spin=0.1)
+    np.testing.assert_allclose(curve.tangential[3], lone.tangential, atol=1e-8 * MU * FORCE)
+    assert (np.diff(curve.tangential[:2, 0]) > 0).all()
+    assert "stick_share" in str(curve)
+    assert "force_along" in curve.save(tmp_path / "curve.csv").read_text()
+    assert curve.plot(tmp_path / "curve.png") is not None
+    lateral = half().creep_curve(BALL, [(0.0, 2e-3)], force=FORCE, friction=MU, towards=(0, 1))
+    assert lateral.tangential[0, 1] > 0
+    with pytest.raises(InputError, match="creepages of a curve"):
+        half().creep_curve(BALL, np.ones((2, 3)), force=FORCE, friction=MU)
