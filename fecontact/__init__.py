@@ -54,6 +54,8 @@ if TYPE_CHECKING:
     from fecontact.contact.springs import Spring
     from fecontact.fem.laws import Fibres, HolmesMow, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
     from fecontact.halfspace import (
+        CreepCoefficients,
+        CreepCurve,
         FrictionContact,
         FrictionPath,
         HalfSpaceContact,
@@ -92,6 +94,8 @@ __all__ = [
     "ContactFields",
     "ContactResult",
     "Convergence",
+    "CreepCoefficients",
+    "CreepCurve",
     "DividingPlane",
     "ElasticBody",
     "ElasticLayer",
@@ -173,7 +177,8 @@ _MODULES = {
     "contact.contact": "Contact",
     "contact.springs": "Spring",
     "fem.laws": "Fibres HolmesMow MooneyRivlin NeoHookean Ogden StVenantKirchhoff",
-    "halfspace": "FrictionContact FrictionPath HalfSpaceContact Layer LoadCurve PressStep RollingContact",
+    "halfspace": "CreepCoefficients CreepCurve FrictionContact FrictionPath HalfSpaceContact Layer LoadCurve PressStep "
+    "RollingContact",
     "mesh.layer": "extrude",
     "mesh.mesh": "Mesh merge",
     "mesh.read": "read_mesh read_section read_surface",

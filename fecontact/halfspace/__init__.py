@@ -5,9 +5,11 @@ from fecontact.halfspace.friction import PressStep
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.layered import Layer
 from fecontact.halfspace.path import FrictionPath, LoadCurve
-from fecontact.halfspace.rolling import RollingContact
+from fecontact.halfspace.rolling import CreepCoefficients, CreepCurve, RollingContact
 
 __all__ = [
+    "CreepCoefficients",
+    "CreepCurve",
     "FrictionContact",
     "FrictionPath",
     "Grid",

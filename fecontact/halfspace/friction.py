@@ -405,7 +405,13 @@ class Tractions(Generic[S, C]):
                 c -= (value - self.before[j]) * self.rows[j]
         loads = np.array([self.step.loads[j] for j in self.free], dtype=float).reshape(-1)
         limit = friction_limit(self.friction.mu, p)
-        return TrescaProblem(self.compliance, limit, c, self.rows[self.free], loads / self.normal.grid.area)
+        F = loads / self.normal.grid.area
+        return TrescaProblem(self.compliance, limit, c, self.rows[self.free], F, self._alone)
+
+    @property
+    def _alone(self) -> Array | float:
+        """Compliance (bx, by) of cells by themselves beside that of the body."""
+        return 0.0
 
     def lift(self, q: Array) -> Array:
         """Normal displacements (nx, ny) by tractions on the box."""

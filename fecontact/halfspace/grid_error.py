@@ -68,13 +68,19 @@ class EdgeCells(NamedTuple):
     @property
     def excess(self) -> tuple[Array, Array]:
         """Areas (n,) in cells beyond the last cells, negative where the contact ends within; by gaps, by pressures."""
+        one, other = (self.share * beyond for beyond in self.ends)
+        return one, other
+
+    @property
+    def ends(self) -> tuple[Array, Array]:
+        """Ends (n,) of rows and columns beyond their last cells, in cells; by gaps, by pressures."""
         square, falls = self.last**2, self.before > self.last
         # from the middle of the last cell
         reach = np.where(falls, square / np.where(falls, self.before**2 - square, 1.0), 0.5)
         near, far = np.cbrt(self.gap**2), np.cbrt(self.beyond**2)
         grows = far > near
         by_gap = np.where(grows, 1.0 - near / np.where(grows, far - near, 1.0), reach)
-        one, other = (self.share * (np.clip(v, 0.5 - FARTHEST, 0.5 + FARTHEST) - 0.5) for v in (by_gap, reach))
+        one, other = (np.clip(v, 0.5 - FARTHEST, 0.5 + FARTHEST) - 0.5 for v in (by_gap, reach))
         return one, other
 
 
@@ -108,11 +114,11 @@ def edge_cells(pressure: Array, gap: Array, periodic: bool) -> EdgeCells:
         After deformation; infinite where there is no counter-surface.
     periodic : bool
     """
-    parts = [_one_way(pressure, gap, axis, step, periodic) for axis in (0, 1) for step in (-1, 1)]
+    parts = [edge_one_way(pressure, gap, axis, step, periodic) for axis in (0, 1) for step in (-1, 1)]
     return EdgeCells(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
 
 
-def _one_way(pressure: Array, gap: Array, axis: int, step: int, periodic: bool) -> EdgeCells:
+def edge_one_way(pressure: Array, gap: Array, axis: int, step: int, periodic: bool) -> EdgeCells:
     """Edge cells facing one way; step -1: the contact ends at the upper side, 1: at the lower side."""
     active, allowed = pressure > 0, np.isfinite(gap)
     outside = np.where(active | ~allowed, 0.0, np.maximum(gap, 0.0))

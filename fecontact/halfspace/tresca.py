@@ -66,6 +66,8 @@ class TrescaProblem:
         Displacements by the free rigid motions of the counter-surface.
     F : (k,) array
         Loads on them: B q = F.
+    alone : (bx, by) array, or 0
+        Compliance of cells by themselves, added to A.
     """
 
     compliance: TangentialCompliance
@@ -73,6 +75,7 @@ class TrescaProblem:
     c: Array
     B: Array
     F: Array
+    alone: Array | float = 0.0
 
     @property
     def touching(self) -> Mask:
@@ -81,7 +84,11 @@ class TrescaProblem:
 
     def slip(self, q: Array, m: Array) -> Array:
         """Slip (2, bx, by) by tractions and motions."""
-        return self.compliance.apply(q) + self.c - np.tensordot(m, self.B, 1)
+        return self.compliance.apply(q) + self.alone * q + self.c - np.tensordot(m, self.B, 1)
+
+    def correct(self, change: Array) -> Array:
+        """Change of slip by one of tractions, in single precision."""
+        return self.compliance.correct(change) + self.alone * change
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,13 +250,14 @@ class _Linear:
 
     def product(self, d: Array) -> tuple[Array, Array]:
         """Displacements by a change d of tractions, and the matrix times d."""
-        u = self.problem.compliance.correct(d)
+        u = self.problem.correct(d)
         return u, self.project(u + self.D * d)
 
     def precondition(self, v: Array) -> Array:
         """Inverse of the compliance in wave numbers where D is small, of D where it is large."""
         inner = self.project(self.problem.compliance.precondition(self.weight * v))
-        return self.weight * inner + (1 - self.weight**2) / (self.D + self.problem.compliance.own) * v
+        alone = self.D + np.maximum(self.problem.alone, 0.0)
+        return self.weight * inner + (1 - self.weight**2) / (alone + self.problem.compliance.own) * v
 
 
 def _linear(problem: TrescaProblem, at: TrescaIterate) -> tuple[_Linear, Array]:
@@ -265,7 +273,7 @@ def _linear(problem: TrescaProblem, at: TrescaIterate) -> tuple[_Linear, Array]:
     limit = np.where(slips, problem.limit, 1.0)
     D = np.where(slips, (size - limit) * weighed / limit, 0.0)
     outwards = np.where(slips, limit, 0.0) * n - (at.q * n).sum(axis=0) * n
-    weight = np.sqrt(own / (own + D))
+    weight = np.sqrt(own / (own + D + np.maximum(problem.alone, 0.0)))
     return _Linear(problem, stick, np.stack([-n[1], n[0]]), D, weight), outwards
 
 
@@ -301,7 +309,7 @@ def _solve_linear(
     inverse = np.asarray(np.linalg.pinv((gram + gram.T) / 2, rcond=1e-12, hermitian=True), dtype=float).reshape(k, k)
     missing = problem.F - np.tensordot(problem.B, at.q + change, 3)
     change = change + np.tensordot(inverse @ missing, images, 1)
-    u, m = problem.compliance.correct(change), at.m
+    u, m = problem.correct(change), at.m
     residual = linear.project(at.s + u + linear.D * (at.q + change - anchor))
     z, dm = _direction(linear, residual, rows, images, inverse)
     d, before, first, steps = z, 1.0, 0.0, 0
@@ -346,7 +354,7 @@ def _solve_by_gmres(linear: _Linear, at: TrescaIterate, change: Array, anchor: A
         dm = inverse @ (y[n:] * size / own - np.tensordot(problem.B, z, 3))
         return np.concatenate([(z + np.tensordot(dm, images, 1)).ravel(), dm * size])
 
-    u = problem.compliance.correct(change)
+    u = problem.correct(change)
     residual = linear.project(at.s + u + linear.D * (at.q + change - anchor))
     missing = problem.F - np.tensordot(problem.B, at.q + change, 3)
     A, M = (LinearOperator((n + k, n + k), matvec=f, dtype=float) for f in (product, inverted))
@@ -362,7 +370,7 @@ def _solve_by_gmres(linear: _Linear, at: TrescaIterate, change: Array, anchor: A
         callback_type="pr_norm",
     )
     d, dm = x[:n].reshape(at.q.shape), x[n:] / size
-    s = at.s + u + problem.compliance.correct(d) - np.tensordot(dm, problem.B, 1)
+    s = at.s + u + problem.correct(d) - np.tensordot(dm, problem.B, 1)
     return replace(at, q=at.q + change + d, s=s, m=at.m + dm, nit=at.nit + len(steps) - 1)
 
 

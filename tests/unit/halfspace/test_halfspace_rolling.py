@@ -160,7 +160,7 @@ def test_work_of_friction_is_that_of_forces_on_creepages():
     found = rolled(half(n=40), creepage=(6e-3, -3e-3), spin=0.1)
     assert found.creep_work == pytest.approx(found.friction_work, rel=0.06)
     assert found.heat_per_area.sum() * found.grid.cell[1] == pytest.approx(found.friction_work, rel=1e-12)
-    assert (found.work_density >= -1e-12 * found.work_density.max()).all()
+    assert (found.work_density >= -1e-8 * found.work_density.max()).all()
 
 
 def test_full_sliding_is_that_of_rigid_bodies():
