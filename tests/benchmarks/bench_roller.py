@@ -20,7 +20,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import fecontact as fc
-from fecontact.ancf import AncfSolid, AncfSpace, Assembly, NeoHookean, Stage, equilibrium
+from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Stage, equilibrium
 
 PEERS = Path(__file__).parent / "peers"
 sys.path[:0] = [str(PEERS), str(Path(__file__).parent)]
@@ -87,7 +87,7 @@ def hexahedra(through: int) -> dict[str, Any]:
 def bricks(through: int) -> dict[str, Any]:
     """Bricks with gradients, in four load steps."""
     mesh, floor, supports = solid(through)
-    rubber = AncfSolid(AncfSpace(mesh), fc.Material(E=E, nu=NU), NeoHookean(), points=3)
+    rubber = AncfSolid(AncfSpace(mesh), fc.NeoHookean(E=E, nu=NU), points=3)
     both = Assembly.of([rubber], [supports], [fc.Contact(rubber.side("x_max"), floor)])
     path = equilibrium(lambda share: Stage(both.with_rigid(floor.placed((0, 0, DEPTH * share)))), steps=4)
     last = path.last
