@@ -350,10 +350,14 @@ class ElasticBody(Body):
         """Nodal forces (n_dofs,) of ``field(points (n, 3), outward normals (n, 3)) -> (n, 3)``, all in its axes."""
         return self.model.traction(name, field)
 
+    def _boundary_surface(self, name: str) -> FacetSurface:
+        """Facets of a boundary."""
+        mesh = self.model.mesh
+        return self._made_surface(mesh.face_nodes(mesh.faces(name)), name)
+
     def _over_boundary(self, name: str, values: Array) -> Callable[[Array], Array]:
         """Function of points (n, 3) on a boundary that interpolates values at its nodes (n_nodes, ...)."""
-        mesh = self.model.mesh
-        surface = self._made_surface(mesh.face_nodes(mesh.faces(name)), name)
+        surface = self._boundary_surface(name)
 
         def field(points: Array) -> Array:
             weights = surface.project(points).weights

@@ -23,6 +23,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
+from fecontact.contact.coupling.mortar import quadrature
 from fecontact.contact.coupling.nodal import facets_at_nodes
 from fecontact.contact.interface import Interface
 from fecontact.surfaces.facet_surface import FacetSurface, own_facets, with_nodes
@@ -42,6 +43,26 @@ def turning_stiffness(surface: FacetSurface, facet: IntArray, local: Array, forc
         turn = turn + components_along(at, turned[..., a] / 2)
         half = half - components_along(at, dual[..., a]).T @ sp.diags_array(forces) @ turn
     return sp.csr_matrix(half + half.T)
+
+
+def following_stiffness(surface: FacetSurface, pressure: float) -> sp.csr_matrix:
+    """Stiffness (n_dofs, n_dofs) of a pressure that follows a surface, without what its rim adds.
+
+    Its force -p n da varies by -p [(div U) n - (n . U,a) a^a] da. With the tangential part of div U integrated by parts
+    that is the stiffness of pressing forces and p (div n)(n . U)(n . v), and what the rim adds, which planes of
+    symmetry do not (Simo, Taylor & Wriggers, Commun. Appl. Numer. Methods 7 (1991) 513).
+    """
+    facet, local, weight = quadrature(surface)
+    x, tangents, N = surface.evaluate(facet, local)
+    forces = pressure * weight * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1)
+    forces *= surface.extent(x)
+    normals, turned = field_derivative(surface, facet, local)
+    bend = np.einsum("nia,nai->n", turned, np.linalg.pinv(tangents))
+    if surface.revolved:
+        bend += normals[:, 0] / x[:, 0]
+    across = components_along(surface.rows_of(facet, N), normals)
+    swelling = across.T @ sp.diags_array(forces * bend) @ across
+    return sp.csr_matrix(turning_stiffness(surface, facet, local, forces) + swelling)
 
 
 def press(interface: Interface, forces: Array, share: float = 1.0) -> None:

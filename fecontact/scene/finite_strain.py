@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -36,7 +36,7 @@ from fecontact.contact.loads import Loading, LoadStep
 from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import spring_rows
 from fecontact.contact.step_end import StepEnd
-from fecontact.contact.turning import press
+from fecontact.contact.turning import following_stiffness, press
 from fecontact.fem.finite_strain import State
 from fecontact.fem.laws import InvertedError
 from fecontact.fem.rigid import COMPONENTS
@@ -255,7 +255,7 @@ class _Newton:
             except (InvertedError, np.linalg.LinAlgError) as error:
                 raise SolverError(str(error), code="no-equilibrium") from error
             except FecontactError as error:
-                if error.code not in (*UNSTABLE, "no-gap"):  # no-gap: no surface faces another
+                if error.code not in ("singular", "not-semidefinite", "no-gap"):  # no-gap: no surface faces another
                     raise
                 raise SolverError(str(error), code="no-equilibrium") from error
             if found is not None:
@@ -302,6 +302,11 @@ class _Newton:
         every = zip(self._model.bodies, self._bodies, self._states, self._poses, strict=True)
         # a linear body follows from itself in the last iteration, with what it has found of its compliance
         self._bodies = [posed(b, p) if s is None else given._linearised(s, p) for given, b, s, p in every]
+        new = dict(zip(map(id, self._model.bodies), self._bodies, strict=True))
+        for (body, name), pressure in self._end.pressures.items():
+            for loaded in elastic_among([new[id(body)]]):
+                if loaded._inner_forces is not None and not callable(pressure) and np.ndim(pressure) == 0:
+                    loaded._press(following_stiffness(loaded._boundary_surface(name), float(cast(float, pressure))))
         return with_bodies(self._model, self._bodies)
 
     def _loads(self, carried: CarriedScene, first: bool) -> Loading:

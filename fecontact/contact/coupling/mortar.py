@@ -199,7 +199,7 @@ def pair_mortar(surfaces: SurfacePair) -> Pairing:
             return replace(pairing, share=share)
         samples = taken(slice(None))
     else:
-        samples = _samples(slave, master, rotation, translation, share, *_own_samples(slave))
+        samples = _samples(slave, master, rotation, translation, share, *quadrature(slave))
     return replace(_paired(slave, samples, rotation, translation, near), share=share)
 
 
@@ -440,7 +440,7 @@ def _sides(slave: FacetSurface) -> tuple[IntArray, IntArray]:
     return found.row[apart].astype(np.int64), found.col[apart].astype(np.int64)
 
 
-def _own_samples(slave: FacetSurface) -> tuple[IntArray, Array, Array]:
+def quadrature(slave: FacetSurface) -> tuple[IntArray, Array, Array]:
     """Quadrature over whole facets: facet, coordinates and weights."""
     return slave.cut(None, np.eye(3), np.zeros(3), 0.0) or own_samples(slave.facets)
 
@@ -453,7 +453,7 @@ def multiplier_areas(slave: FacetSurface) -> Array:
 
 def _multiplier_areas(slave: FacetSurface) -> Array:
     total = np.zeros(len(slave.points))
-    facet, local, weight = _own_samples(slave)
+    facet, local, weight = quadrature(slave)
     for start in range(0, len(facet), AREAS):
         part = slice(start, start + AREAS)
         on, place = facet[part], local[part]
