@@ -215,6 +215,18 @@ def test_knee(tmp_path):
 
 
 @pytest.mark.full
+def test_o_ring(tmp_path):
+    *squeezed, one, two = load("o_ring").main(n=4, squeezes=(0.2,), out=tmp_path)
+    # Lindley's rule is a fit through tests of free rings; a wall stiffens
+    assert abs(squeezed[0]["force"] / squeezed[0]["lindley"] - 1) < 0.05
+    assert squeezed[1]["force"] > 1.2 * squeezed[0]["force"]
+    # rubber passes the fluid's pressure on; four cells across 45 degrees
+    for row in (one, two):
+        assert abs(row["peak"] / row["passed on"] - 1) < 0.1
+    assert (tmp_path / "o_ring.png").stat().st_size > 2000
+
+
+@pytest.mark.full
 def test_knee_with_menisci(tmp_path):
     bare, ringed = load("knee").main(n=3, angles=(0.0,), menisci=True, out=tmp_path)
     assert bare["menisci"] == 0
