@@ -290,6 +290,10 @@ class CondensedProblem:
         Free motions (m,) of a problem whose closed points are held, see `contact.hold`; None elsewhere.
     pulled : function of motions (m,), optional
         Forces (n,) of the springs inside held bodies, by their gaps without deformation.
+    bare : Uncondensed, optional
+        The problem before any solve with a stiffness.
+    closed : (n,) bool array, optional
+        Rows that were known to stay closed or to stick, see `Hold`.
     """
 
     problem: ContactProblem
@@ -298,6 +302,8 @@ class CondensedProblem:
     by_products: bool = False
     held_motions: Callable[[Array], Array] | None = None
     pulled: Callable[[Array], Array] | None = None
+    bare: Uncondensed | None = None
+    closed: Mask | None = None
 
     def state(self, forces: Array, motions: Array) -> DisplacementState:
         """Displacements of all bodies and gaps of all pairs, candidates or not, by forces (n,) and motions (m,)."""
@@ -372,7 +378,7 @@ def assemble(
         S, response, by_products, unstable = _condensed(bare, dense, timer, hold is not None)
         if not unstable:
             problem = ContactProblem(S, bare.g + response, bare.B, bare.F)
-            return CondensedProblem(problem, tuple(bare.parts), tuple(interfaces), by_products)
+            return CondensedProblem(problem, tuple(bare.parts), tuple(interfaces), by_products, bare=bare, closed=rows)
     springs = np.zeros(len(rows))
     if alone:
         for part in bare.parts:
@@ -388,7 +394,7 @@ def assemble(
     problem = ContactProblem(found.S, found.g, found.B, found.F)
     return CondensedProblem(
         problem, tuple(bare.parts), tuple(interfaces), by_products, found.motions,
-        lambda q: np.asarray(springs * (bare.g + bare.B.T @ q)),
+        lambda q: np.asarray(springs * (bare.g + bare.B.T @ q)), bare, rows,
     )  # fmt: skip
 
 

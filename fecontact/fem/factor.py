@@ -92,6 +92,12 @@ class SuperLUFactor(WholeFactor):
         """Bytes of the two factors, values and indices."""
         return 0 if self._lu is None else 12 * int(self._lu.L.nnz + self._lu.U.nnz)
 
+    @property
+    def is_positive(self) -> bool:
+        """Whether all pivots are positive, which stay on the diagonal of a definite matrix."""
+        lu = self._lu
+        return lu is None or bool((lu.perm_r == lu.perm_c).all() and (lu.U.diagonal() > 0).all())
+
     def solve_columns(self, b: Array) -> Array:
         """Solutions (n, k) for right-hand sides in the columns of b (n, k)."""
         if self._lu is None:
@@ -263,6 +269,24 @@ def factorise(K: sp.csr_matrix, backend: str = "auto") -> Factor:
     """
     chosen = _chosen(backend, K)
     return PardisoFactor(K) if chosen == "pardiso" else _WHOLE[chosen](symmetric(K))
+
+
+def is_definite(K: sp.csr_matrix) -> bool:
+    """Whether a matrix, given by its upper triangle, is positive definite.
+
+    Examples
+    --------
+    >>> K = sp.csr_matrix(np.triu([[2.0, -1], [-1, 2]]))
+    >>> is_definite(K), is_definite(K - 1.5 * sp.eye(2))
+    (True, False)
+    """
+    try:
+        factor = factorise(K)
+    except FecontactError as error:
+        if error.code != "singular":
+            raise
+        return False
+    return not isinstance(factor, SuperLUFactor) or factor.is_positive
 
 
 def has_bordered(backend: str = "auto") -> bool:

@@ -342,6 +342,10 @@ class AtState(Model):
         """Add a symmetric stiffness (n_dofs, n_dofs) to the tangent, before it is factorised."""
         self.inner = replace(self.inner, stiffness=self.stiffness + sp.triu(stiffness, format="csr"))
 
+    def at_rest(self) -> Model:
+        """The model at the state without strain."""
+        return at_state(self.finite, self.finite.rest)
+
     def stiffen(self, rows: sp.csr_matrix) -> float:
         """Take springs along rows (n, n_dofs), see `contact.hold`, in place of others; return their stiffness."""
         if not rows.shape[0]:

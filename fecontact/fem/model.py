@@ -242,6 +242,10 @@ class Model:
         """Whether the stiffness is the sum of isotropic solid cells over the nodes of the mesh."""
         return type(self).stiffness is Model.stiffness and self.n_dofs == 3 * len(self.mesh.points)
 
+    def at_rest(self) -> Model:
+        """The model without strain: itself, unless it is at a state of finite strain."""
+        return self
+
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
         """Upper triangle of the stiffness (n_dofs, n_dofs) of the elements, before hanging nodes are eliminated."""

@@ -25,11 +25,14 @@ class Equilibrium:
         Largest displacement of the last iteration, relative to the size of the bodies.
     residual : float
         Largest force on a node that is not balanced, relative to the largest force inside.
+    unstable : str
+        Of an equilibrium that is not stable: the body and the motion, in words.
     """
 
     iterations: int
     change: float
     residual: float
+    unstable: str = ""
 
 
 def unbalanced(part: BodyBlock, forces: Array, inner: Array | None) -> float:

@@ -107,6 +107,11 @@ def carried_motions(result: ContactResult) -> Iterator[str]:
         )
 
 
+def unstable_bodies(result: ContactResult) -> Iterator[str]:
+    """Warnings of an equilibrium at finite strain that is not stable."""
+    yield from dict.fromkeys(each.unstable for each in result.finite_strain if each.unstable)
+
+
 def large_strains(result: ContactResult) -> Iterator[str]:
     """Warnings of strains too large for small-strain elasticity."""
     found = zip(result.scene.bodies, result._state.displacements, result._response_errors.primal, strict=True)
@@ -626,6 +631,7 @@ def _mirror_normals(bodies: Sequence[Body]) -> Array:
 #: Checks for `ContactResult.warnings` and for `ContactResult.notes`; those of friction are asked of contacts with it.
 CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
     unborne_motions,
+    unstable_bodies,
     pushed_aside,
     large_strains,
     strained_half_spaces,

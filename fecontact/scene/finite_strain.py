@@ -15,6 +15,7 @@ Friction acts over load steps: slip is counted from the start of the step, point
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -26,7 +27,7 @@ from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose, turned
 from fecontact.common.arrays import Array
 from fecontact.common.errors import FecontactError, InputError, SolverError, SupportError
-from fecontact.common.path import in_parts
+from fecontact.common.path import HALVINGS, in_parts
 from fecontact.common.progress import set_part
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.friction_rows import TangentialRows
@@ -44,6 +45,7 @@ from fecontact.results.finite_strain import Equilibrium, unbalanced
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import CarriedScene, posed, with_bodies
 from fecontact.scene.linear import Settings, solved
+from fecontact.scene.stability import Weakest, is_stable, not_found_beyond, not_stable, weakest
 from fecontact.surfaces.facet_surface import with_nodes
 from fecontact.surfaces.normals import normals_of
 
@@ -58,6 +60,11 @@ NEARLY = 1e-5
 MAX_ITERATIONS = 25
 #: Change above which a step that has begun to settle runs away, and the iteration from which that is judged.
 RUNS_AWAY, SETTLING = 5.0, 6
+#: Stiffness of the weakest motion, over that at rest, up to which a step that finds no equilibrium ends at an unstable
+#: one.
+CRITICAL = 0.25
+#: Displacement over that of a linear step from which bodies have jumped: at least 1.9 over snaps, below 1 elsewhere.
+JUMP = 1.5
 #: Least share of a step of Newton's method that keeps all cells upright.
 MIN_SHARE = 1e-3
 #: Solutions of one iteration with fewer and fewer held points.
@@ -99,6 +106,8 @@ class Reached:
     result : ContactResult or None
     equilibria : tuple of Equilibrium
         Of all steps so far.
+    weakest : Weakest, optional
+        The motion that nothing resists, of a state that is not stable.
     """
 
     model: SceneModel
@@ -109,6 +118,7 @@ class Reached:
     displacements: tuple[Array | None, ...] = ()
     result: ContactResult | None = None
     equilibria: tuple[Equilibrium, ...] = ()
+    weakest: Weakest | None = None
 
     def result_of(self, bodies: Sequence[Body]) -> ContactResult:
         """Its result, for the bodies as they were given."""
@@ -136,7 +146,7 @@ def solve_at_finite_strain(model: SceneModel, step: LoadStep, settings: Settings
     start = at_rest(model, step)
 
     def solve(begin: float, end: float, last: Reached | None) -> Reached:
-        return next_reached(last or start, start.step.between(step, end), settings, timer)
+        return next_reached(last or start, start.step.between(step, end), (begin, end), settings, timer)
 
     *_, (_, reached) = in_parts(solve, None)
     return reached.result_of(model.bodies)
@@ -157,15 +167,51 @@ def at_rest(model: SceneModel, step: LoadStep) -> Reached:
 
 
 def next_reached(
-    start: Reached, end: LoadStep, settings: Settings, timer: Stopwatch, known: Mapping[str, Any] | None = None
+    start: Reached,
+    end: LoadStep,
+    part: tuple[float, float],
+    settings: Settings,
+    timer: Stopwatch,
+    known: Mapping[str, Any] | None = None,
 ) -> Reached:
-    """The state under other loads, in one step from the last one, or certified from what `Reached.kept` has of it.
+    """The state under other loads, at the end of a part of a step, or certified from what `Reached.kept` has of it.
 
     Raises
     ------
     SolverError
+        With the code ``unstable`` and the motion that hardly anything resists, if the smallest part ends there.
     """
-    return _Newton(settings, timer, start, end, known).converged()
+    newton = _Newton(settings, timer, start, end, known)
+    smallest = part[1] - part[0] <= 1 / 2**HALVINGS
+    try:
+        reached = newton.converged()
+        if newton.jumped and (not smallest or _critical(start)):
+            raise SolverError("The bodies jump to another equilibrium.", code="jump")
+    except SolverError as error:
+        if not smallest:
+            raise
+        last = None if error.code == InvertedError.code else _critical(start)
+        if last is None:
+            raise SolverError(str(error), code="no-equilibrium") from error
+        raise SolverError(not_found_beyond(last, part[0]), code="unstable") from error
+    assert reached.result is not None
+    if is_stable(reached.result):
+        return reached
+    now = weakest(reached.result)
+    unstable = not_stable(_weakest(start), now, part)
+    equilibria = (*reached.equilibria[:-1], replace(reached.equilibria[-1], unstable=unstable))
+    return replace(reached, weakest=now, equilibria=equilibria)
+
+
+def _weakest(state: Reached) -> Weakest | None:
+    """The weakest motion of a state; None at rest."""
+    return state.weakest or (None if state.result is None else weakest(state.result))
+
+
+def _critical(state: Reached) -> Weakest | None:
+    """The weakest motion of a state that is about to be unstable; None of others."""
+    found = _weakest(state)
+    return found if found is not None and found.stiffness <= CRITICAL else None
 
 
 #: Values of options that are offered with a law of finite strain, and the remedy for others.
@@ -253,7 +299,7 @@ class _Newton:
                     raise
                 raise SolverError(str(error), code="no-equilibrium") from error
             except (InvertedError, np.linalg.LinAlgError) as error:
-                raise SolverError(str(error), code="no-equilibrium") from error
+                raise SolverError(str(error), code=getattr(error, "code", "singular")) from error
             except FecontactError as error:
                 if error.code not in ("singular", "not-semidefinite", "no-gap"):  # no-gap: no surface faces another
                     raise
@@ -267,6 +313,25 @@ class _Newton:
             f"{self._changes[-1]:.1e} of the size); the smallest load step was too large, or the body is not stable.",
             code="no-equilibrium",
         )
+
+    @property
+    def jumped(self) -> bool:
+        """Whether bodies have gone to another equilibrium, as after a snap: far beyond the linear steps from both ends.
+
+        Displacements that grow ever faster or ever slower with the load are between these.
+        """
+        pairs = zip(self._states, self._start.states, strict=True)
+        moved = max(float(np.abs(b.u - a.u).max()) for a, b in pairs if a and b) / self._size
+        if self._known is not None or moved < max(BEGIN, JUMP * self._changes[0]):
+            return False
+        start = replace(
+            self._start, model=self._model, step=self._end, states=tuple(self._states), poses=tuple(self._poses),
+            hold=self._hold, displacements=tuple(self._elastic),
+        )  # fmt: skip
+        back = _Newton(self._settings, self._timer, start, self._start.step, None)
+        with suppress(FecontactError):
+            back._iteration(first=True)
+        return moved > JUMP * max(back._changes, default=np.inf)
 
     def _iteration(self, first: bool) -> Reached | None:
         with self._timer("linearise"):
@@ -287,7 +352,7 @@ class _Newton:
             accelerated = self._accelerated(steps, change, hold)
             share = self._advance(result, accelerated)
             if share < 1 and first:
-                raise SolverError("The load step turns material inside out.", code="no-equilibrium")
+                raise SolverError("The load step turns material inside out.", code=InvertedError.code)
             self._hold = hold
             self._changes.append(change / self._size)
             residual = self._residual(result)

@@ -478,7 +478,9 @@ class _SoftSteps(Steps[Reached]):
                 body.model.condensation = None  # a factor for each state would fill the memory
         if start == 0:
             last = replace(last, equilibria=())
-        return next_reached(last, self.way.loads(k, end), Settings(tolerance=self.way.tolerance), Stopwatch(), known)
+        return next_reached(
+            last, self.way.loads(k, end), (start, end), Settings(tolerance=self.way.tolerance), Stopwatch(), known
+        )
 
     def joined(self, parts: Sequence[Reached]) -> Reached:
         """The last part of a step, with the work and the sliding of those before it."""
