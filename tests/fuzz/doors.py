@@ -8,6 +8,7 @@ from judging import Door
 from members import members_touching
 from scenes import block_pressed, path_of_steps, row_of_bodies, rows_and_stacks
 from sections import section_pressed
+from soft import soft_pressed
 from solids import meshed_solid
 from windows import local_body
 
@@ -22,6 +23,8 @@ DOORS = {
         Door("stacks", rows_and_stacks, SPACE, every=2),
         Door("rows", row_of_bodies, (*SPACE, "without copies"), every=2, at_once=3),
         Door("sections", section_pressed, PLANE),
+        # small changes end Newton's method with forces balanced to 1e-6, see `scene.finite_strain.BALANCED`
+        Door("soft bodies", soft_pressed, SPACE, certificate=1e-6, every=2, at_once=2),
         Door("paths", path_of_steps, (*SPACE, "resumed")),
         Door("half-spaces", half_space_pressed, (*UNITS, "mirrored")),
         Door("dragged half-spaces", half_space_dragged, (*UNITS, "mirrored")),
