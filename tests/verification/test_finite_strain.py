@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -282,3 +284,18 @@ def test_roller_on_a_slab_of_its_rubber_in_one_step(element: str, force: float) 
     (step,) = result.finite_strain
     assert step.iterations <= 10
     assert 2 * abs(result.contacts[0].force[0]) == pytest.approx(force, rel=1e-4)
+
+
+@pytest.mark.full
+def test_half_sphere_pressed_to_40_percent_in_one_step() -> None:
+    """A quarter of it, glued at its base; three times as many cells give a force of 1.1056."""
+    mesh = fc.shapes.quarter_sphere(1.0, element="hex20", level=1, contact_radius=0.6)
+    skin = np.concatenate([mesh.faces("cap"), mesh.faces("flank")])
+    mesh = replace(mesh, boundaries={**mesh.boundaries, "skin": skin})
+    supports = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
+    ball = fc.ElasticBody(mesh, fc.NeoHookean(E=1.0, nu=0.45), "skin", supports, geometry="plain")
+    floor = fc.RigidBody(fc.Plane())
+    result = fc.Scene([ball, floor], [fc.Contact(ball, floor)]).solve(motions={floor: {"z": 0.4}})
+    (step,) = result.finite_strain
+    assert step.iterations <= 6
+    assert 4 * result.contacts[0].total_force == pytest.approx(1.1056, rel=0.005)
