@@ -19,6 +19,7 @@ ORDER = (
         "sections",
         "halfspace",
         "halfspace_friction",
+        "rolling",
         "halfspace_couplings",
         "couplings",
         "patch",
