@@ -86,7 +86,7 @@ def test_kalkers_coefficients(ratio, k, row):
 
     There the first order of what sticks up to the trailing edge is the largest, and the table has three digits.
     """
-    nu, n = (0.0, 0.25, 0.4999)[k], 128 if ratio > 2 else 64
+    nu, n = (0.0, 0.25, 0.4999)[k], 128 if ratio > 1 else 64
     a, b = math.sqrt(ratio), 1 / math.sqrt(ratio)
     material = fc.Material(E=1.0, nu=nu)
     half = fc.HalfSpace(material, (2.24 * a, 2.24 * b), (n, n), against=material)
