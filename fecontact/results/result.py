@@ -341,18 +341,23 @@ class ContactResult(FormerNames):
         body, frame, motion = self.scene.bodies[k], self._loading.frames[k], self._state.motions[k]
         if body.free_motions.shape[1] == 0:
             return motion
-        Q = body.pose.rotation
-        floating = np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
-        modes = frame.modes(floating)
-        weighted = mass_weighted(frame, floating)
         elastic = self._state.displacements[k] - frame.modes(motion[:, None])[:, 0]
-        found = motion + floating @ np.linalg.solve(modes.T @ weighted, weighted.T @ elastic)
+        found = motion + self._drift(k, elastic)
         part = self._condensed.parts[k]
         if part.hold is not None:
             f = part.rows.T @ (self.friction or self.solution).forces[part.index]
             mean = part.hold.of_elastic(f if part.loads is None else f + part.loads)
             found = found + frame.mean_held @ (mean - part.hold.mean @ elastic)
         return np.asarray(found)
+
+    def _drift(self, k: int, displacement: Array) -> Array:
+        """Mean motion (6,) of body k by displacements (n_dofs,), weighted by mass, where no support resists it."""
+        body, frame = self.scene.bodies[k], self._loading.frames[k]
+        Q = body.pose.rotation
+        floating = np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
+        modes = frame.modes(floating)
+        weighted = mass_weighted(frame, floating)
+        return np.asarray(floating @ np.linalg.solve(modes.T @ weighted, weighted.T @ displacement))
 
     def rigid_motion(self, body: Body) -> RigidMotion:
         """Rigid motion of a body about its reference point.
@@ -361,7 +366,12 @@ class ContactResult(FormerNames):
         A-17) for others. After a finite motion: from the original pose, with a rotation vector.
         """
         k = self._number(body)
-        body, frame, motion = self.scene.bodies[k], self._loading.frames[k], self._motions[k]
+        state, motion = self.scene.bodies[k]._deformation, self._motions[k]
+        return self._since_given(k, motion if state is None else motion + self._drift(k, state.ravel()))
+
+    def _since_given(self, k: int, motion: Array) -> RigidMotion:
+        """The motion of body k from its given pose, with a last part (6,)."""
+        body, frame = self.scene.bodies[k], self._loading.frames[k]
         if not self._originals:
             return RigidMotion(motion[:3], motion[3:], frame.point)
         start = self._originals[k].pose
@@ -391,7 +401,7 @@ class ContactResult(FormerNames):
         now = np.concatenate([c.gap[c._candidates] for c in self.contacts])
         gaps[: len(now)] = now
         for k, part in enumerate(self._condensed.parts):
-            motion, frame = self.rigid_motion(self._originals[k]), self._loading.frames[k]
+            motion, frame = self._since_given(k, self._state.motions[k]), self._loading.frames[k]
             whole = frame.modes(np.concatenate([motion.translation, motion.rotation])[:, None])[:, 0]
             deformed = self._state.displacements[k] - frame.modes(self._state.motions[k][:, None])[:, 0]
             if (state := part.body._deformation) is not None:

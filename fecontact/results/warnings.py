@@ -323,6 +323,7 @@ def _side(result: ContactResult, given: Body, name: str) -> _Side | None:
     k = next(k for k, b in enumerate(result.scene.bodies) if b is body)
     u, frame = result._state.displacements[k], result._loading.frames[k]
     rest = body._at_points(u - frame.modes(result._state.motions[k][:, None])[:, 0])
+    rest = rest if body._deformation is None else rest + body._deformation
     return _Side(body, surface, replace(surface, points=surface.points + body._at_points(u)), rest)
 
 

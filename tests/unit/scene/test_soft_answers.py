@@ -13,6 +13,7 @@ import pytest
 import fecontact as fc
 from fecontact.results.geometry_error import geometry_error
 from fecontact.results.pictures.solids import solids_of_result
+from fecontact.results.warnings import overlap_left
 from tests.refusals import refused
 
 SIDES = {"bottom": "z", "x_min": "x", "y_min": "y"}
@@ -239,3 +240,30 @@ def test_files_and_pictures_show_the_deformed_body(bulged, tmp_path) -> None:
     # the mean of the present points by their forces
     middle = contact.forces @ listed / contact.total_force
     assert np.abs(contact.centre_of_pressure - middle).max() < 1e-12
+
+
+def test_the_deflection_of_a_soft_body_is_no_overlap() -> None:
+    """A bulge touches a coarse linear face between its nodes, by 2 % of what the soft body yields."""
+
+    def bulge(x):
+        return x + np.outer(0.4 * x[:, 0] ** 2 * (1 - x[:, 2]), [0.0, 0.0, 1.0])
+
+    upper = fc.sections.rectangle((2.0, 1.0), (10, 4)).translated((-1, 0, 0)).mapped(bulge)
+    lower = fc.sections.rectangle((4.0, 1.0), (11, 3)).translated((-2.1, 0, -1))
+    soft = fc.PlaneBody(upper, fc.NeoHookean(E=1.0, nu=0.3), "bottom", {"top": "xz"}, name="soft")
+    base = fc.PlaneBody(lower, fc.Material(30.0, 0.3), "top", {"bottom": "xz"}, name="base")
+    result = fc.Scene([soft, base], [fc.Contact(soft, base)]).solve(motions={soft: {"z": -0.05}})
+    assert list(overlap_left(result)) == []
+
+
+def test_a_floating_soft_body_moves_by_its_mean() -> None:
+    law = fc.NeoHookean(E=1.0, nu=0.3)
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
+    body = fc.ElasticBody(mesh, law, contact=("top", "bottom"), supports={"x_min": "x", "y_min": "y"}, name="block")
+    upper = fc.RigidBody(fc.Plane(), name="upper").placed((0, 0, -1.0)).placed(rotation=np.diag([1.0, -1, -1]))
+    lower = fc.RigidBody(fc.Plane(), name="lower")
+    contacts = [fc.Contact(body, upper, ("top", "surface")), fc.Contact(body, lower, ("bottom", "surface"))]
+    result = fc.Scene([body, upper, lower], contacts).solve(motions={upper: {"z": -0.3}, lower: {"z": 0.1}})
+    assert result.rigid_motion(body).translation == pytest.approx([0, 0, -0.1], abs=1e-9)
+    assert result.displacement(body)[:, 2].mean() == pytest.approx(-0.1, abs=1e-9)
+    assert result.rigid_motion(lower).translation == pytest.approx([0, 0, 0.1])
