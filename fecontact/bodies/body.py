@@ -233,7 +233,7 @@ class Body(FormerNames):
         """Give a body at a state springs along rows, see `contact.hold`, in place of others; return their stiffness."""
         raise InputError(f"{self.name!r} has no law of finite strain.", code="finite-strain")
 
-    def _press(self, stiffness: sp.csr_matrix) -> None:
+    def _bend(self, stiffness: sp.csr_matrix) -> None:
         """Add a stiffness (n_dofs, n_dofs) of loads that turn with a surface to that of a body at a state."""
         raise InputError(f"{self.name!r} has no law of finite strain.", code="finite-strain")
 

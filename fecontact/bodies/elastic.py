@@ -155,7 +155,7 @@ class ElasticBody(Body):
         assert isinstance(self.model, AtState)
         return self.model.stiffen(rows)
 
-    def _press(self, stiffness: sp.csr_matrix) -> None:
+    def _bend(self, stiffness: sp.csr_matrix) -> None:
         """Add a stiffness (n_dofs, n_dofs) of loads that turn with a surface to that of a body at a state."""
         assert isinstance(self.model, AtState)
         self.model.add(stiffness)

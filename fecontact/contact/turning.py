@@ -80,15 +80,15 @@ def press(interface: Interface, forces: Array, share: float = 1.0) -> None:
         turn, each = pairing.rotation, np.arange(len(used) + 1)
         H = -pressing[used, None, None] * (turn.T @ _normal_gradients(interface, used) @ turn)
         wide = sp.kron(pairing.slave_weights[used], sp.eye_array(3), format="csr")
-        interface.slave._press(sp.csr_matrix(wide.T @ sp.bsr_matrix((H, each[:-1], each)) @ wide))
+        interface.slave._bend(sp.csr_matrix(wide.T @ sp.bsr_matrix((H, each[:-1], each)) @ wide))
     elif soft and share:
         points, facet, local = _on_slave(interface, used)
         parts = share * pressing[points] / np.bincount(points)[points]
-        interface.slave._press(turning_stiffness(interface.slave_surface, facet, local, parts))
+        interface.slave._bend(turning_stiffness(interface.slave_surface, facet, local, parts))
     projection = pairing.projection.chosen(used)
     if other and share and projection.facet is not None and projection.local is not None:
         surface = with_nodes(interface.master.surface(interface.surfaces[1]))
-        interface.master._press(turning_stiffness(surface, projection.facet, projection.local, share * pressing[used]))
+        interface.master._bend(turning_stiffness(surface, projection.facet, projection.local, share * pressing[used]))
 
 
 def _on_slave(interface: Interface, used: IntArray) -> tuple[IntArray, IntArray, Array]:

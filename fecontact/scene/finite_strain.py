@@ -371,7 +371,7 @@ class _Newton:
         for (body, name), pressure in self._end.pressures.items():
             for loaded in elastic_among([new[id(body)]]):
                 if loaded._inner_forces is not None and not callable(pressure) and np.ndim(pressure) == 0:
-                    loaded._press(following_stiffness(loaded._boundary_surface(name), float(cast(float, pressure))))
+                    loaded._bend(following_stiffness(loaded._boundary_surface(name), float(cast(float, pressure))))
         return with_bodies(self._model, self._bodies)
 
     def _loads(self, carried: CarriedScene, first: bool) -> Loading:
