@@ -9,10 +9,12 @@ parts of Heller et al. (2005, J. Biomech. 38, 1155): 54 % from medial, 33 % from
 Axes: x to the middle of the body, y forwards, z upwards; mm, N, MPa.
 
 Run: python examples/hip_joint.py                    (two meshes of each head)
+     python examples/hip_joint.py --finite           (cartilage of small strains and of finite ones)
      python examples/hip_joint.py --accuracy 0.05    (both divided until the pressure is within 5 %)
 """
 
 import argparse
+import time
 from itertools import pairwise
 from pathlib import Path
 
@@ -25,6 +27,8 @@ from fecontact.mesh.shapes import Level
 from fecontact.mesh.surface_mesh import SurfaceMesh
 
 CARTILAGE = fc.Material(E=12.0, nu=0.45)
+#: The kind of law of Anderson et al. (2008, J. Biomech. Eng. 130, 051008) for short loads, with the moduli above.
+LAW = fc.NeoHookean(CARTILAGE.E, CARTILAGE.nu)
 BODY_WEIGHT = 800.0
 LOAD = BODY_WEIGHT * np.array([0.54, 0.328, 2.292])  # by which the femur presses on the pelvis
 HEAD, SOCKET = 24.0, 24.5  # radii of the sliding surfaces
@@ -60,17 +64,17 @@ def socket_axis() -> np.ndarray:
     return np.array([np.sin(tilt) * np.cos(turn), -np.sin(turn), np.cos(tilt) * np.cos(turn)])
 
 
-def socket(n: int) -> fc.ElasticBody:
+def socket(n: int, material: fc.Material | fc.NeoHookean = CARTILAGE) -> fc.ElasticBody:
     """Cartilage of the socket on the pelvis, which is held."""
     layer = fc.extrude(dome(SOCKET + THICKNESS, SOCKET_EDGE, n).flipped(), THICKNESS, layers=2)
-    body = fc.ElasticBody(layer, CARTILAGE, contact="top", supports={"base": "xyz"}, name="socket")
+    body = fc.ElasticBody(layer, material, contact="top", supports={"base": "xyz"}, name="socket")
     return body.placed(rotation=towards(socket_axis()))
 
 
-def cartilage_head(n: int) -> fc.ElasticBody:
+def cartilage_head(n: int, material: fc.Material | fc.NeoHookean = CARTILAGE) -> fc.ElasticBody:
     """Cartilage of the head on the femur, its pole where the load presses."""
     layer = fc.extrude(dome(HEAD - THICKNESS, HEAD_EDGE, n), THICKNESS, layers=2)
-    body = fc.ElasticBody(layer, CARTILAGE, contact="top", supports={"base": "xyz"}, name="head")
+    body = fc.ElasticBody(layer, material, contact="top", supports={"base": "xyz"}, name="head")
     return body.placed(rotation=towards(LOAD))
 
 
@@ -99,6 +103,32 @@ def thin_layers(height: float) -> float:
         return float(size * (e * (1 - t**3) / 3 - gap * (1 - t**2) / 2) - np.linalg.norm(LOAD))
 
     return modulus / height * (scipy.optimize.brentq(missing, gap, 10 * gap) - gap)
+
+
+def side_by_side(n: int = 2, out: str | Path = "out") -> list[dict]:
+    """Linear cartilage and cartilage at finite strain, under a head of cartilage and one of metal."""
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    print(f"{'head':>10}{'law':>14}{'strain':>8}{'area mm2':>10}{'peak MPa':>10}{'iterations':>12}{'s':>6}")
+    rows = []
+    for kind in ("cartilage", "metal"):
+        for material in (CARTILAGE, LAW):
+            cup = socket(n, material)
+            began = time.process_time()
+            result = loaded(cup, cartilage_head(n, material) if kind == "cartilage" else metal_head())
+            seconds = time.process_time() - began
+            contact, strain = result.contacts[0], float(np.abs(result.strain(cup)).max())
+            name, steps = type(material).__name__, [step.iterations for step in result.finite_strain]
+            rows.append({"head": kind, "law": name, "area": contact.area, "peak": contact.max_pressure})
+            rows[-1] |= {"held": result.reaction(cup)[:3], "strain": strain, "seconds": seconds}
+            print(
+                f"{kind:>10}{name:>14}{strain:>8.1%}{contact.area:>10.1f}{contact.max_pressure:>10.3f}"
+                f"{steps or '-'!s:>12}{seconds:>6.1f}"
+            )
+        x, y, z = -socket_axis()  # into the opening
+        view = {"view": (np.degrees(np.arctan2(y, x)), np.degrees(np.arcsin(z))), "bodies": ["socket"], "scale": 1.0}
+        result.plot("contact_pressure", folder / f"hip_joint_{kind}_finite.png", **view)
+    return rows
 
 
 def main(sizes: tuple[int, ...] = (2, 3), out: str | Path = "out", accuracy: float | None = None) -> list[dict]:
@@ -141,8 +171,13 @@ def arguments() -> argparse.Namespace:
     """Options of the command line."""
     parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--accuracy", type=float, help="of the pressure, such as 0.05: divides the meshes")
+    parser.add_argument("--finite", action="store_true", help="linear cartilage and finite strain side by side")
     return parser.parse_args()
 
 
 if __name__ == "__main__":
-    main(accuracy=arguments().accuracy)
+    given = arguments()
+    if given.finite:
+        side_by_side()
+    else:
+        main(accuracy=given.accuracy)

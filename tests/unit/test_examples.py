@@ -215,6 +215,16 @@ def test_knee(tmp_path):
 
 
 @pytest.mark.full
+def test_knee_at_finite_strain(tmp_path):
+    linear, finite = load("knee").side_by_side(n=3, angles=(0.0,), out=tmp_path)
+    assert linear["strain"] > 0.3
+    # cartilage stiffens: a smaller area carries the same load, by a higher peak
+    assert finite["area"] < linear["area"]
+    assert finite["peak"] > 1.05 * linear["peak"]
+    assert finite["seconds"] < 10 * linear["seconds"]
+
+
+@pytest.mark.full
 def test_o_ring(tmp_path):
     *squeezed, one, two = load("o_ring").main(n=4, squeezes=(0.2,), out=tmp_path)
     # Lindley's rule is a fit through tests of free rings; a wall stiffens
@@ -283,6 +293,17 @@ def test_hip_joint(tmp_path):
         # bulging takes 6 to 8 percent off the thin-layer theory's peak at h/R = 1/12 and 1/6
         assert abs(row["peak"] / row["thin"] - 1) < 0.12
     assert rows[0]["peak"] < rows[1]["peak"]
+
+
+@pytest.mark.full
+def test_hip_joint_at_finite_strain(tmp_path):
+    example = load("hip_joint")
+    rows = example.side_by_side(out=tmp_path)
+    for linear, finite in zip(rows[::2], rows[1::2], strict=True):
+        assert np.abs(finite["held"] + example.LOAD).max() < 1e-6 * np.linalg.norm(example.LOAD)
+        # strains of 7 to 9 percent: peaks some percent higher
+        assert 1.0 < finite["peak"] / linear["peak"] < 1.1
+        assert finite["area"] < linear["area"]
 
 
 @pytest.mark.full
