@@ -211,7 +211,7 @@ def side_by_side(n: int = 5, angles: tuple[float, ...] = (0.0, 60.0), out: str |
             )
             file = f"knee_{angle:.0f}_{name}"
             result.plot("pressure", folder / f"{file}.png")
-            result.plot("contact_pressure", folder / f"{file}_tibia.png", bodies=["tibia"], view="z", scale=1.0)
+            result.plot("contact_pressure", folder / f"{file}_femur.png", bodies=["femur"], view="below", scale=1.0)
     return rows
 
 
