@@ -143,12 +143,6 @@ def test_rubber_is_at_finite_strain_with_another_bulk_energy(tmp_path, read):
     law = scene.scene.bodies[0].material
     assert law == fc.MooneyRivlin(2.5, 0.0, 2 / 0.6)
     assert any("(ln J)^2 / D in place of (J - 1)^2 / D" in note for note in scene.scene.warnings)
-    result = scene.solve()
-    # a uniaxial stress, the pressure on the present area
-    u = result.displacement(scene.scene.bodies[0])
-    across, along = 1 + u[:, 0].max(), 1 + u[:, 2].min()
-    assert np.abs(law.cauchy(np.diag([across, across, along])) - np.diag([0, 0, -0.5])).max() < 1e-8
-    assert abs(result.contacts[0].total_force - 0.5 * across**2) < 1e-8
     small = fc.read_scene(tmp_path / "blocks.inp", laws="small-strain").scene
     assert any("linear, with the moduli at rest: " in note for note in small.warnings)
 
