@@ -552,7 +552,10 @@ class HalfSpace(SurfaceBody):
         values = number_array("the creepages of a curve", creepages)
         values = np.stack([values, np.zeros(values.shape)], axis=1) if values.ndim == 1 else values
         if values.ndim != 2 or values.shape[1:] != (2,) or not values.size:
-            raise InputError(f"The creepages of a curve must be numbers (n,) or (n, 2); found shape {values.shape}.")
+            raise InputError(
+                f"The creepages of a curve must be numbers (n,) or (n, 2); found shape {values.shape}.",
+                code="wrong-shape",
+            )
         contacts: list[RollingContact] = []
         for spin in np.atleast_1d(number_array("the spins of a curve", spins)):
             for x, y in values:

@@ -36,7 +36,7 @@ SYMMETRIC_UNIT = np.diag([1.0, 1.0, 1.0, 0.5, 0.5, 0.5])
 #: Relative difference of two principal stretches below which the limit of their quotient is taken: the limit is off by
 #: its square, and the quotient by rounding over it.
 EQUAL = 1e-5
-#: Exponent of the largest number whose square is one.
+#: Largest exponent: its exponential, and that squared, are within the range of floating point.
 MAX_EXPONENT = 300.0
 #: Squared stretch, less one, from which a fibre counts as taut: at rest it does, however its direction is rounded.
 TAUT = -1e-12
@@ -387,6 +387,15 @@ class NeoHookean(_ByModuli):
         mu, b = self._lame[1], F @ np.swapaxes(F, -1, -2)
         energy = mu / 2 * (np.trace(b, axis1=-2, axis2=-1) - 3) - mu * np.log(J)
         return Response(energy, mu * (b - np.eye(3)), np.zeros_like(J), mu + np.zeros_like(J))
+
+    def pulled(self, F: Array, volume: float = 1.0, rest: float = 1.0) -> Response:
+        """Response in the initial shape: S = mu (1 - X) + lambda ln J X with X = C^-1 (Bonet & Wood, equation 6.28)."""
+        lame, mu, log = volume * self._lame[0], rest * self._lame[1], np.log(determinants(F))
+        C = np.swapaxes(F, -1, -2) @ F
+        X, pressure = inverse_3x3(C)[0], lame * log
+        energy = mu * ((np.trace(C, axis1=-2, axis2=-1) - 3) / 2 - log) + pressure * log / 2
+        stress = mu * np.eye(3) + (pressure - mu)[..., None, None] * X
+        return Response(energy, stress, np.asarray(lame), mu - pressure, None, X)
 
 
 class StVenantKirchhoff(_ByModuli):

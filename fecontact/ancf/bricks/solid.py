@@ -139,7 +139,7 @@ class AncfSolid:
 
     space: AncfSpace
     material: Material | Law | Mapping[str, Material | Law]
-    law: Callable[..., Law] | None = None
+    law: type[Law] | None = None
     points: int = 4
     volumetric: int | Literal["linear"] | None = None
     viscosity: Viscosity | None = None
@@ -154,7 +154,7 @@ class AncfSolid:
                 code="volumetric",
             )
         if self.law is not None:
-            if not callable(self.law):
+            if not (isinstance(self.law, type) and issubclass(self.law, Law)):
                 raise InputError(
                     f"A law takes the place of the material, as fecontact.NeoHookean(E=, nu=); found {self.law!r}.",
                     code="wrong-class",
@@ -270,7 +270,7 @@ class AncfSolid:
                 some = batch if own.all() else batch.some(own)
                 places = some.S @ self.space.spread(self.space.q0)[some.functions]
                 out.append((own, some, law.at(places)))
-        if self._kept:
+        if batch.dV.shape[1] in {points**3 for points in self._kept}:
             self._by_law[key] = out
         return out
 
@@ -513,8 +513,8 @@ class AncfSolid:
         for part in self.parts():
             F, response = respond(e, part)
             blocks = element_tangents(F, response, part.batch)
-            if coupled:
-                blocks = blocks + self._coupled(F, part.law.dilated(F).rate, part.batch)
+            if coupled and response.metric is not None:  # the rate of the dilatation, see `Law.dilated`
+                blocks = blocks + self._coupled(F, response.metric, part.batch)
             pattern.add(data, part.number, part.among_all(blocks))
         return pattern.matrix(data)
 

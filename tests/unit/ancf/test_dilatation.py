@@ -110,6 +110,20 @@ def test_laws_of_ones_own():
             AncfSolid(space, Plain(), volumetric=volumetric)
 
 
+def test_shape_functions_beyond_the_memory_are_not_kept_by_their_laws(monkeypatch):
+    """Of 64 and 8 points in a cell, the 8 alone are within it."""
+    space = wavy()
+    q = space.q0 + 0.05 * np.random.default_rng(0).standard_normal(space.n_dofs)
+    solid, other = (AncfSolid(space, fc.NeoHookean(1.0, 0.4), volumetric=2) for _ in range(2))
+    monkeypatch.setattr("fecontact.ancf.bricks.solid.KEPT_BYTES", len(space.corners) * 8 * 32 * 4 * 8)
+    solid.forces(q)  # the first finds none kept
+    forces = solid.forces(q)
+    assert {points for _, points in solid._by_law} == {8}
+    monkeypatch.undo()
+    assert np.array_equal(other.forces(q), forces)
+    assert {points for _, points in other._by_law} == {8, 64}
+
+
 def test_former_laws_without_constants_warn():
     space = wavy()
     q = space.q0 + 0.05 * np.random.default_rng(0).standard_normal(space.n_dofs)
@@ -122,8 +136,9 @@ def test_former_laws_without_constants_warn():
         new = AncfSolid(space, getattr(fc, name)(1.0, 0.3, density=2.0), points=3)
         assert np.array_equal(old.forces(q), new.forces(q))
         assert abs(old.mass - new.mass).max() == 0
-    with refused(fc.InputError, "wrong-class", "takes the place of the material"):
-        AncfSolid(space, fc.Material(1.0, 0.3), fc.NeoHookean(1.0, 0.3))
+    for given in (fc.NeoHookean(1.0, 0.3), lambda F, lame, shear, tangent=True: None):
+        with refused(fc.InputError, "wrong-class", "takes the place of the material"):
+            AncfSolid(space, fc.Material(1.0, 0.3), given)
     with pytest.raises(AttributeError, match="Hencky"):
         _ = ancf.Hencky
 

@@ -187,6 +187,24 @@ def test_units_scale_the_stress() -> None:
     assert np.abs(hard.cauchy(F) / 1e9 - soft.cauchy(F)).max() < 1e-12
 
 
+@pytest.mark.parametrize("name", ["neo-hooke", "st-venant"])
+@pytest.mark.parametrize("parts", [(1.0, 1.0), (0.0, 1.0), (1.0, 0.0)])
+def test_what_a_law_computes_in_the_initial_shape_is_what_is_pulled_back(name: str, parts: tuple[float, float]) -> None:
+    """Against differences: dW = S : dE and dS = D : dE, with dE = (F^T G + G^T F) / 2."""
+    law, F, h = LAWS[name], deformations(), 1e-5
+    G = np.random.default_rng(4).standard_normal(F.shape)
+    at, ahead, behind = (law.pulled(F + s * h * G, *parts) for s in (0, 1, -1))
+    dE = (np.swapaxes(F, 1, 2) @ G + np.swapaxes(G, 1, 2) @ F) / 2
+    X = at.metric
+    assert X is not None
+    work = (at.stress * dE).sum(axis=(1, 2))
+    own = (at.lame * (X * dE).sum(axis=(1, 2)))[:, None, None] * X + 2 * at.shear.reshape(-1, 1, 1) * (X @ dE @ X)
+    assert np.abs((ahead.energy - behind.energy) / (2 * h) - work).max() < 1e-7 * np.abs(work).max()
+    assert np.abs((ahead.stress - behind.stress) / (2 * h) - own).max() < 1e-7 * np.abs(own).max()
+    if name == "neo-hooke":
+        assert np.abs(at.stress - Law.pulled(law, F, *parts).stress).max() < 1e-13
+
+
 def along(stretch: float, angle: float) -> tuple[Array, Array]:
     """A stretch along z, and unit fibres at an angle from z towards x."""
     return np.diag([1.0, 1.0, stretch]), np.array([np.sin(angle), 0.0, np.cos(angle)])
