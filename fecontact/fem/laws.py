@@ -237,7 +237,19 @@ def at_rest(given: Any) -> Any:
 
 
 def law_of(given: Any, kind: Callable[..., Law]) -> Any:
-    """Laws of a kind in place of linear materials."""
+    """Laws of a kind in place of linear materials.
+
+    Raises
+    ------
+    InputError
+        If the kind is not a class of laws.
+    """
+    of_laws = isinstance(kind, type) and issubclass(kind, Law)
+    if not of_laws:
+        raise InputError(
+            f"A law takes the place of the material, as fecontact.NeoHookean(E=, nu=); found {kind!r}.",
+            code="wrong-class",
+        )
     if isinstance(given, Mapping):
         return {name: law_of(each, kind) for name, each in given.items()}
     return kind(given.E, given.nu, given.density) if isinstance(given, Material) else given

@@ -154,13 +154,9 @@ class AncfSolid:
                 code="volumetric",
             )
         if self.law is not None:
-            if not (isinstance(self.law, type) and issubclass(self.law, Law)):
-                raise InputError(
-                    f"A law takes the place of the material, as fecontact.NeoHookean(E=, nu=); found {self.law!r}.",
-                    code="wrong-class",
-                )
+            material = law_of(self.material, self.law)
             warn("AncfSolid(law=) is now the material, as fecontact.NeoHookean(E=, nu=); law= will be removed.", 4)
-            object.__setattr__(self, "material", law_of(self.material, self.law))
+            object.__setattr__(self, "material", material)
             object.__setattr__(self, "law", None)
         for law, rest in zip(self._laws, self.materials, strict=True):
             if self.volumetric is not None and rest.lame and not law.volumetric:
