@@ -46,23 +46,30 @@ def turning_stiffness(surface: FacetSurface, facet: IntArray, local: Array, forc
 
 
 def following_stiffness(surface: FacetSurface, pressure: float) -> sp.csr_matrix:
-    """Stiffness (n_dofs, n_dofs) of a pressure that follows a surface, without what its rim adds.
+    """Symmetric part of the stiffness (n_dofs, n_dofs) of a pressure that follows a surface.
 
-    Its force -p n da varies by -p [(div U) n - (n . U,a) a^a] da. With the tangential part of div U integrated by parts
-    that is the stiffness of pressing forces and p (div n)(n . U)(n . v), and what the rim adds, which planes of
-    symmetry do not (Simo, Taylor & Wriggers, Commun. Appl. Numer. Methods 7 (1991) 513).
+    Its force -p n da varies by -p [(div U) n - (n . U,a) a^a] da. What is not symmetric in that is of the rim alone,
+    and zero on planes of symmetry (Simo, Taylor & Wriggers, Commun. Appl. Numer. Methods 7 (1991) 513).
     """
     facet, local, weight = quadrature(surface)
     x, tangents, N = surface.evaluate(facet, local)
-    forces = pressure * weight * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1)
-    forces *= surface.extent(x)
-    normals, turned = field_derivative(surface, facet, local)
-    bend = np.einsum("nia,nai->n", turned, np.linalg.pinv(tangents))
+    across = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    area = np.linalg.norm(across, axis=1)
+    outward = np.sign((across * field_derivative(surface, facet, local)[0]).sum(axis=1))
+    normals = across * (outward / area)[:, None]
+    at, slopes = surface.rows_of(facet, N), surface.slopes(facet, local)
+    dual = np.asarray(np.linalg.pinv(tangents).swapaxes(1, 2), dtype=float)
+    radial = np.zeros_like(x)
     if surface.revolved:
-        bend += normals[:, 0] / x[:, 0]
-    across = components_along(surface.rows_of(facet, N), normals)
-    swelling = across.T @ sp.diags_array(forces * bend) @ across
-    return sp.csr_matrix(turning_stiffness(surface, facet, local, forces) + swelling)
+        radial[:, 0] = 1 / x[:, 0]
+    swelling, turns = components_along(at, radial), []
+    for a in range(2):
+        sloped = surface.rows_of(facet, slopes[..., a])
+        swelling = swelling + components_along(sloped, dual[..., a])
+        turns.append((components_along(at, dual[..., a]), components_along(sloped, normals)))
+    forces = sp.diags_array(pressure * weight * area * surface.extent(x) / 2)
+    half = components_along(at, normals).T @ forces @ swelling - sum(b.T @ forces @ t for b, t in turns)
+    return sp.csr_matrix(half + half.T)
 
 
 def press(interface: Interface, forces: Array, share: float = 1.0) -> None:

@@ -342,9 +342,13 @@ class AtState(Model):
         """Add a symmetric stiffness (n_dofs, n_dofs) to the tangent, before it is factorised."""
         self.inner = replace(self.inner, stiffness=self.stiffness + sp.triu(stiffness, format="csr"))
 
-    def at_rest(self) -> Model:
-        """The model at the state without strain."""
-        return at_state(self.finite, self.finite.rest)
+    def unstressed(self) -> Model:
+        """The linear model of the present shape, of the materials at rest."""
+        rest = self.finite.model
+        out = object.__new__(type(rest))
+        own = {name: getattr(rest, name) for name in KEPT if hasattr(rest, name)}
+        vars(out).update(own, mesh=self.mesh, elements=self.elements)
+        return out
 
     def stiffen(self, rows: sp.csr_matrix) -> float:
         """Take springs along rows (n, n_dofs), see `contact.hold`, in place of others; return their stiffness."""

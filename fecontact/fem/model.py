@@ -242,7 +242,7 @@ class Model:
         """Whether the stiffness is the sum of isotropic solid cells over the nodes of the mesh."""
         return type(self).stiffness is Model.stiffness and self.n_dofs == 3 * len(self.mesh.points)
 
-    def at_rest(self) -> Model:
+    def unstressed(self) -> Model:
         """The model without strain: itself, unless it is at a state of finite strain."""
         return self
 

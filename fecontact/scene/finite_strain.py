@@ -62,7 +62,7 @@ MAX_ITERATIONS = 25
 RUNS_AWAY, SETTLING = 5.0, 6
 #: Stiffness of the weakest motion, over that at rest, up to which a step that finds no equilibrium ends at an unstable
 #: one.
-CRITICAL = 0.25
+CRITICAL = 0.5
 #: Displacement over that of a linear step from which bodies have jumped: at least 1.9 over snaps, below 1 elsewhere.
 JUMP = 1.5
 #: Least share of a step of Newton's method that keeps all cells upright.
@@ -184,7 +184,14 @@ def next_reached(
     newton = _Newton(settings, timer, start, end, known)
     smallest = part[1] - part[0] <= 1 / 2**HALVINGS
     try:
-        reached = newton.converged()
+        try:
+            reached = newton.converged()
+        except SolverError:
+            if known is not None or not end.pressures:
+                raise
+            # what the rims of pressures that follow leave out of the tangent may lead away
+            newton = _Newton(settings, timer, start, end, following=False)
+            reached = newton.converged()
         if newton.jumped and (not smallest or _critical(start)):
             raise SolverError("The bodies jump to another equilibrium.", code="jump")
     except SolverError as error:
@@ -259,9 +266,15 @@ class _Newton:
     """One load step."""
 
     def __init__(
-        self, settings: Settings, timer: Stopwatch, start: Reached, end: LoadStep, known: Mapping[str, Any] | None
+        self,
+        settings: Settings,
+        timer: Stopwatch,
+        start: Reached,
+        end: LoadStep,
+        known: Mapping[str, Any] | None = None,
+        following: bool = True,
     ) -> None:
-        self._model, self._settings, self._timer = start.model, settings, timer
+        self._model, self._settings, self._timer, self._following = start.model, settings, timer, following
         self._start, self._end, self._known = start, end, known
         self._states, self._hold, self._bodies = list(start.states), start.hold, list(start.model.bodies)
         # rotations are finite; shifts are part of the linear scene, so that nothing overlaps at first
@@ -370,7 +383,8 @@ class _Newton:
         new = dict(zip(map(id, self._model.bodies), self._bodies, strict=True))
         for (body, name), pressure in self._end.pressures.items():
             for loaded in elastic_among([new[id(body)]]):
-                if loaded._inner_forces is not None and not callable(pressure) and np.ndim(pressure) == 0:
+                constant = not callable(pressure) and np.ndim(pressure) == 0
+                if self._following and constant and loaded._inner_forces is not None:
                     loaded._bend(following_stiffness(loaded._boundary_surface(name), float(cast(float, pressure))))
         return with_bodies(self._model, self._bodies)
 

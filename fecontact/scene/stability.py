@@ -2,7 +2,8 @@
 
 It is stable where the tangent K of all bodies is positive definite on the motions v that keep closed gaps closed and
 sticking points in place, G v = 0: where H = K + w G^T G is, with stiff springs w (Nocedal & Wright, Numerical
-Optimization, 2nd ed. 2006, section 17.3). The weakest motion is the lowest v of H v = s H0 v, H0 being H without load.
+Optimization, 2nd ed. 2006, section 17.3). The weakest motion is the lowest v of H v = s H0 v, H0 being H of the present
+shape without stress, with the moduli at rest, so that s does not tell how far a material is from incompressible.
 Its stiffness s is 1 at rest and 0 at a critical point (Wriggers, Nonlinear Finite Element Methods, 2008, chapter 7).
 
 How normals turn under the pressure of a contact is in K as in Newton's method; points that slide are free to.
@@ -47,7 +48,7 @@ def is_stable(result: ContactResult) -> bool:
 def weakest(result: ContactResult) -> Weakest | None:
     """The weakest motion at an equilibrium; None where its stiffness is below -1, far beyond a critical point."""
     tangents, springs = _tangents(result)
-    H, H0 = _with(tangents, springs), _with(_tangents(result, at_rest=True)[0], springs)
+    H, H0 = _with(tangents, springs), _with(_tangents(result, unstressed=True)[0], springs)
     try:
         factor = factorise(sp.csr_matrix(H + H0))
     except FecontactError:
@@ -94,7 +95,7 @@ def not_stable(before: Weakest | None, now: Weakest | None, part: tuple[float, f
     )
 
 
-def _tangents(result: ContactResult, at_rest: bool = False) -> tuple[list[sp.csr_matrix], sp.csr_matrix]:
+def _tangents(result: ContactResult, unstressed: bool = False) -> tuple[list[sp.csr_matrix], sp.csr_matrix]:
     """Tangents of the bodies with a mesh, and w G^T G over these and free motions that closed gaps resist."""
     bare, closed = result._condensed.bare, result._condensed.closed
     assert bare is not None
@@ -104,7 +105,7 @@ def _tangents(result: ContactResult, at_rest: bool = False) -> tuple[list[sp.csr
     tangents, rows, compliance = [], [], np.zeros(len(used))
     for part in bare.parts:
         for body in elastic_among([part.body]):
-            model = body.model.at_rest() if at_rest else body.model
+            model = body.model.unstressed() if unstressed else body.model
             K, own = model.solved_stiffness(), sp.eye_array(len(closed), format="csc")[:, part.index]
             rows.append(sp.csr_matrix(own @ model.solved_rows(part.rows))[used])
             tangents.append(K)
