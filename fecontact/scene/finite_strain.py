@@ -54,6 +54,8 @@ from fecontact.surfaces.normals import normals_of
 TOLERANCE = 1e-8
 #: Residual up to which the change alone decides: near nu = 1/2 a change by rounding has large forces.
 BALANCED = 1e-6
+#: Ratio of residuals above the tolerance, each to the last one, up to which iterations go on: rounding falls less.
+FALLS = 0.5
 #: Change of two iterations up to which the residual alone decides: where a tangent is nearly singular, changes are
 #: rounding before they are small.
 NEARLY = 1e-5
@@ -71,6 +73,8 @@ MIN_SHARE = 1e-3
 MAX_HOLDS = 12
 #: Codes of errors of tangents that are not stable, even where closed gaps hold them.
 UNSTABLE = ("singular", "not-semidefinite", "indefinite")
+#: Code of errors of bodies of which no surfaces face each other any more.
+APART = "not-facing"
 #: Change of unit normals since rest from which on the tangent knows of it.
 TURNED = 1e-2
 #: Acceleration: earlier iterations that it uses, the change below which it begins, and the ratio of changes above
@@ -124,6 +128,11 @@ class Reached:
         """Its result, for the bodies as they were given."""
         assert self.result is not None
         return replace(self.result, _originals=tuple(bodies), finite_strain=self.equilibria)
+
+    @property
+    def residual(self) -> float:
+        """Of the last step: largest unbalanced force on a node, relative to the largest force inside."""
+        return self.equilibria[-1].residual
 
     @property
     def kept(self) -> dict[str, Any]:
@@ -197,9 +206,9 @@ def next_reached(
     except SolverError as error:
         if not smallest:
             raise
-        last = None if error.code == InvertedError.code else _critical(start)
+        last = None if error.code in (InvertedError.code, APART) else _critical(start)
         if last is None:
-            raise SolverError(str(error), code="no-equilibrium") from error
+            raise SolverError(str(error), code=APART if error.code == APART else "no-equilibrium") from error
         raise SolverError(not_found_beyond(last, part[0]), code="unstable") from error
     assert reached.result is not None
     if is_stable(reached.result):
@@ -303,29 +312,44 @@ class _Newton:
         SolverError
             If it was not found.
         """
+        best: Reached | None = None
         for k in range(MAX_ITERATIONS):
-            set_part(f"iteration {k + 1}" + (f", change {self._changes[-1]:.1e}" if self._changes else ""))
             try:
-                found = self._iteration(first=k == 0)
-            except SupportError as error:
-                if k == 0:
+                found = self._attempted(first=k == 0)
+            except FecontactError:
+                if best is None:
                     raise
-                raise SolverError(str(error), code="no-equilibrium") from error
-            except (InvertedError, np.linalg.LinAlgError) as error:
-                raise SolverError(str(error), code=getattr(error, "code", "singular")) from error
-            except FecontactError as error:
-                if error.code not in ("singular", "not-semidefinite", "no-gap"):  # no-gap: no surface faces another
-                    raise
-                raise SolverError(str(error), code="no-equilibrium") from error
-            if found is not None:
+                return best
+            if best is not None and (found is None or found.residual > FALLS * best.residual):
+                return best
+            if found is not None and (found.residual <= TOLERANCE or self._known is not None):
                 return found
-            if k + 1 >= SETTLING and self._changes[-1] > RUNS_AWAY:
+            best = found
+            if best is None and k + 1 >= SETTLING and self._changes[-1] > RUNS_AWAY:
                 break
+        if best is not None:
+            return best
         raise SolverError(
             f"Newton's method found no equilibrium in {len(self._changes)} iterations (last change of displacements "
             f"{self._changes[-1]:.1e} of the size); the smallest load step was too large, or the body is not stable.",
             code="no-equilibrium",
         )
+
+    def _attempted(self, first: bool) -> Reached | None:
+        """An iteration, whose errors say whether smaller steps may help."""
+        set_part(f"iteration {len(self._changes) + 1}" + (f", change {self._changes[-1]:.1e}" if self._changes else ""))
+        try:
+            return self._iteration(first)
+        except SupportError as error:
+            if first:
+                raise
+            raise SolverError(str(error), code="no-equilibrium") from error
+        except (InvertedError, np.linalg.LinAlgError) as error:
+            raise SolverError(str(error), code=getattr(error, "code", "singular")) from error
+        except FecontactError as error:
+            if error.code not in ("singular", "not-semidefinite"):
+                raise
+            raise SolverError(str(error), code="no-equilibrium") from error
 
     @property
     def jumped(self) -> bool:
@@ -418,7 +442,10 @@ class _Newton:
         """Solution of the linear scene; where it needs held points, with those that stay closed."""
         past = self._slip_since(scene, loading) if scene.has_friction else None
         hold = self._hold
-        for k, interface in enumerate(scene.interfaces(loading)):
+        interfaces = scene.interfaces(loading)
+        if not (scene.springs or any(len(each.gap) for each in interfaces)):
+            raise SolverError(_not_facing(interfaces), code=APART)
+        for k, interface in enumerate(interfaces):
             share = turning if self._turned(k, scene, interface) else 0.0
             press(interface, hold.pressing(k, interface.pairing.nodes), share)
         for _ in range(MAX_HOLDS):
@@ -551,6 +578,18 @@ class _Newton:
             self._model, self._end, tuple(states), tuple(self._poses), self._hold, tuple(self._elastic),
             result, equilibria,
         )  # fmt: skip
+
+
+def _not_facing(interfaces: Sequence[Interface]) -> str:
+    """Why a scene has no point that may touch."""
+    pairs = [
+        f"{each.surfaces[0]!r} of {each.slave.name!r} and {each.surfaces[1]!r} of {each.master.name!r}"
+        for each in interfaces
+    ]
+    return (
+        f"No surfaces face each other any more: {', '.join(pairs)} slid off each other or turned away. Move the bodies "
+        "less, make the surface of one larger, or hold the bodies together by a spring."
+    )
 
 
 def _turned(body: Body, pose: Pose, motions: Mapping[Body, Mapping[str, float]]) -> Pose:
