@@ -89,6 +89,11 @@ def read_feb(path: Path, laws: str = FINITE) -> DeckContent:
         wanted = {n for p in contacts for n in (p.slave, p.master)}
         stiff = [m for m in root.iterfind("Material/material") if m.get("type") == RIGID]
         walls = [wall_of(c, mesh) for c in root.iter("constraint") if c.get("type") == WALL]
+        if len({w.name for w in walls}) < len(walls):
+            raise InputError(
+                f"{path.name}: a surface has several <constraint type={WALL!r}>; give each one a <Surface> of its own.",
+                code="not-supported",
+            )
         rigid = [_rigid(m, parts, raw, mesh, wanted, _glued(_name(m), root, names, mesh, remarks)) for m in stiff]
         rigid += walls
         curves, segments = Curves.of(root), segments_of(root)
@@ -184,10 +189,11 @@ def _material(material: Element, laws: str, remarks: Remarks) -> Material | Law:
         except ValueError:
             continue
     if laws == FINITE:
-        known = "" if outer or values.get("pressure_model") else kind
+        model = (where.findtext("pressure_model") or "default").strip()
+        known = "" if outer or model not in ("0", "default") else kind
         if (law := law_of_febio(known, values)) is not None:
             return law
-        what = f"{outer or 'the law '}{kind!r}" + ", with its <pressure_model>" * ("pressure_model" in values)
+        what = f"{outer or 'the law '}{kind!r}" + ", with its <pressure_model>" * (model not in ("0", "default"))
         rest = f" {REMEDY}" if kind in AT_REST else ""
         raise InputError(
             f"{line}: {what}, is not offered at finite strain; there are: {', '.join(LAWS)}.{rest}", code="unknown-law"

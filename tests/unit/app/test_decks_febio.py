@@ -364,6 +364,11 @@ def test_body_loads_are_weights_with_the_sign_turned_over(load, deck):
 def test_walls_and_weights_that_cannot_be_used(deck):
     with refused(fc.InputError, "numbers", "plane"):
         fc.read_scene(walled(deck, scale="up", curve=1, offset=0.1))
+    twice = walled(deck, scale=1.0, curve=1, offset=0.1)
+    wall = WALL.format(scale=1.0, curve=1, offset=0.2)
+    twice.write_text(twice.read_text().replace("<LoadData>", f"{wall}<LoadData>"))
+    with refused(fc.InputError, "not-supported", "rigid_wall", "of its own"):
+        fc.read_scene(twice)
     pull = "<Loads><body_load type='const'><z>1</z></body_load></Loads>"
     drive = '<rigid_load type="rigid_force"><rb>1</rb><dof>Rz</dof><value lc="1">0.1</value></rigid_load>'
     with refused(fc.InputError, "not-supported", "free to move"):
@@ -429,6 +434,7 @@ def test_laws_that_are_not_offered_are_refused_by_name(deck):
         ("neo-Hookean", "isotropic Hencky", ("'isotropic Hencky'", "small-strain", "Holmes-Mow")),
         ("neo-Hookean", muscle, (muscle,)),
         ("</E><v>0</v><density>", f"</E><v>0</v>{pressure}<density>", ("pressure_model",)),
+        ("</E><v>0</v><density>", "</E><v>0</v><pressure_model>Abaqus</pressure_model><density>", ("pressure_model",)),
     ):
         path = deck()
         path.write_text(path.read_text().replace(old, new, 1))
