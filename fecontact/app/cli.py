@@ -150,6 +150,35 @@ def _friction(parser: argparse.ArgumentParser) -> None:
     _outputs(parser, pictures, "one row per step", units=True)
 
 
+def _roll(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--radius", type=float, default=10.0, help="of the body along x, on a plane")
+    parser.add_argument("--radius-y", type=float, help="along y; the same unless given")
+    parser.add_argument("--E", type=float, default=210e3, help="Young's modulus of both bodies")
+    parser.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio of both bodies")
+    parser.add_argument("--force", type=float, default=100.0, help="normal force")
+    parser.add_argument("--friction", type=float, default=0.3, help="Coulomb's mu; inf: what touches sticks")
+    parser.add_argument(
+        "--creepage",
+        nargs=2,
+        type=float,
+        action="append",
+        metavar=("ALONG", "LEFT"),
+        help="as 0.001 or -0.001, repeated: a creep curve",
+    )
+    parser.add_argument(
+        "--tangential", nargs=2, type=float, metavar=("ALONG", "LEFT"), help="force in place of creepage; 0 0: free"
+    )
+    parser.add_argument("--spin", nargs="+", type=float, default=[0.0], help="several: a family of creep curves")
+    parser.add_argument(
+        "--towards", nargs=2, type=float, default=(1.0, 0.0), metavar=("X", "Y"), help="direction of rolling"
+    )
+    parser.add_argument(
+        "--rule", default="blended", choices=("blended", "contact"), help="difference along the rolling"
+    )
+    parser.add_argument("--cells", type=int, default=64, metavar="N", help="along a side")
+    _outputs(parser, "stick, slip and tractions, or curves", "one row per creepage and spin", units=True)
+
+
 def _ancf(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("problem", choices=PROBLEMS, help="; ".join(f"{n}: {what}" for n, what in PROBLEMS.items()))
     parser.add_argument("--elements", type=int, metavar="N", help="10; pendulum: 12; fourbar: 2 each bar")
@@ -260,6 +289,12 @@ COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] 
         "Drag a ball or a roller on a half-space of its own material, or a block on a rigid plane, with Coulomb "
         "friction, and compare with the closed form. Any consistent units.",
         _friction,
+    ),
+    "roll": (
+        "a ball or an ellipsoid that rolls steadily, with creepage and spin, and creep curves",
+        "Roll a curved body on a plane of the same material: tractions, slip, forces and work of friction of Kalker's "
+        "problem, with their errors. Any consistent units.",
+        _roll,
     ),
     "ancf": (
         "slender beams at large rotations: elastica, full circle, falling pendulum",

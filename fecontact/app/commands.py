@@ -114,6 +114,13 @@ def friction(options: argparse.Namespace) -> int:
     return _study(options, lambda: run(options.study, vars(options)))
 
 
+def roll(options: argparse.Namespace) -> int:
+    """Roll a curved body on a plane."""
+    from fecontact.app.studies.rolling import run
+
+    return _study(options, lambda: run(vars(options)))
+
+
 def ancf(options: argparse.Namespace) -> int:
     """Solve a problem of slender beams."""
     from fecontact.app.studies.slender import run
@@ -287,5 +294,5 @@ def examples(options: argparse.Namespace) -> int:
 
 #: The commands by name.
 RUN: dict[str, Callable[[argparse.Namespace], int]] = {
-    run.__name__: run for run in (hertz, halfspace, friction, ancf, solve, explain, view, compare, examples)
+    run.__name__: run for run in (hertz, halfspace, friction, roll, ancf, solve, explain, view, compare, examples)
 }

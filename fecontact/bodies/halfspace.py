@@ -556,11 +556,17 @@ class HalfSpace(SurfaceBody):
                 f"The creepages of a curve must be numbers (n,) or (n, 2); found shape {values.shape}.",
                 code="wrong-shape",
             )
+        turns = np.atleast_1d(number_array("the spins of a curve", spins))
+        if turns.ndim != 1 or not turns.size:
+            raise InputError(
+                f"The spins of a curve must be a number or numbers (m,); found shape {turns.shape}.", code="wrong-shape"
+            )
         contacts: list[RollingContact] = []
-        for spin in np.atleast_1d(number_array("the spins of a curve", spins)):
-            for x, y in values:
-                last, more = contacts[-1] if contacts else start, {"creepage": (float(x), float(y)), **options}
-                contacts.append(self.roll(surface, friction=friction, spin=float(spin), start=last, **more))
+        for spin in turns.tolist():
+            for x, y in values.tolist():
+                last = contacts[-1] if contacts else start
+                point = self.roll(surface, friction=friction, creepage=(x, y), spin=spin, start=last, **options)
+                contacts.append(point)
         return CreepCurve(tuple(contacts), (1,) * len(contacts))
 
     def creep_coefficients(

@@ -154,7 +154,7 @@ def friction(value: float, infinite: bool = False) -> float:
     Raises
     ------
     InputError
-        If it is negative, NaN, no number, or infinite where that is not accepted.
+        If it is negative, NaN, no number, infinite where that is not accepted, or depends on direction or velocity.
 
     Examples
     --------
@@ -162,9 +162,16 @@ def friction(value: float, infinite: bool = False) -> float:
     (0.3, inf)
     """
     found = number(value)
-    if (pair := array_of(value)) is not None and pair.shape == (2,):
+    if callable(value):
         raise InputError(
-            f"Friction is the same in all directions here: give one coefficient; found {shown(value)}.",
+            "Friction does not depend on the velocity of slip here: give one coefficient. Where friction falls with "
+            "velocity there may be several answers; those of its largest and its smallest value show the range.",
+            code="friction-velocity",
+        )
+    if (several := array_of(value)) is not None and several.ndim:
+        raise InputError(
+            "Friction is the same in all directions and places here: give one coefficient, or solve with the largest "
+            f"and the smallest for the range; found {shown(value)}.",
             code="friction-isotropic",
         )
     if not 0 <= found <= math.inf or (math.isinf(found) and not infinite):

@@ -248,9 +248,8 @@ def staggered(
     tractions_of: Callable[[HalfSpaceContact], Tractions[Any, C]],
     start: tuple[Array, Array | None] | None,
     symmetry: bool = True,
-    normal: HalfSpaceContact | None = None,
 ) -> C:
-    """Pressures and tractions in turn, from tractions (2, nx, ny) and motions, and from pressures nearby.
+    """Pressures and tractions in turn, from tractions (2, nx, ny) and motions nearby.
 
     Raises
     ------
@@ -263,7 +262,7 @@ def staggered(
     by_traction, rounds, newton, nit = np.zeros(heights.shape), 0, 0, 0
     several = friction.coupled and friction.mu > 0
     tolerance = max(FIRST_TOLERANCE, friction.tolerance) if several else friction.tolerance
-    left, sharper = math.inf, 1.0
+    normal, left, sharper = None, math.inf, 1.0
     while True:
         normal = press(friction.body, heights + by_traction, load, tolerance, symmetry, friction.workers, start=normal)
         if not normal.active.any():

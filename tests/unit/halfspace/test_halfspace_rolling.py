@@ -221,8 +221,13 @@ def test_what_is_wrong_is_refused():
         body.roll(BALL, friction=MU)
     with refused(InputError, "slides-as-a-whole", "creepage"):
         rolled(tangential=(1.1 * MU * FORCE, 0.0))
-    with refused(InputError, "friction-isotropic"):
-        rolled(friction=(0.3, 0.2))
+    for friction in ((0.3, 0.2), np.full((20, 16), 0.3)):
+        with refused(InputError, "friction-isotropic"):
+            rolled(friction=friction)
+    with refused(InputError, "friction-velocity"):
+        rolled(friction=lambda slip: 0.3 / (1 + slip))
+    with refused(InputError, "other-grid"):
+        rolled(half(n=24), start=rolled())
     with refused(InputError, "rolling-periodic"):
         rolled(fc.HalfSpace(STEEL, (1.0, 1.0), (8, 8), periodic=True))
     with pytest.raises(InputError, match="direction of rolling"):
@@ -233,6 +238,8 @@ def test_what_is_wrong_is_refused():
         rolled(creepage=1e-3)
     with pytest.raises(InputError, match="axis of the grid"):
         _ = rolled(towards=(1, 1)).heat_per_area
+    along = rolled(towards=(np.cos(np.pi / 2), 1.0), creepage=(6e-3, 0.0))  # 6e-17 of an axis is rounding
+    assert along.heat_per_area.shape == (20,)
     assert rolled(friction=0.0).rolling_error.traction == 0
 
 
@@ -275,5 +282,27 @@ def test_a_creep_curve_is_its_points(tmp_path):
     assert curve.plot(tmp_path / "curve.png") is not None
     lateral = half().creep_curve(BALL, [(0.0, 2e-3)], force=FORCE, friction=MU, towards=(0, 1))
     assert lateral.tangential[0, 1] > 0
+    for given in ({"creepage": (1e-3, 0.0)}, {"spin": 0.1}):
+        with pytest.raises(TypeError, match="multiple values"):
+            half().creep_curve(BALL, [2e-3], force=FORCE, friction=MU, **given)
+    with refused(InputError, "wrong-shape", "spins of a curve"):
+        half().creep_curve(BALL, [2e-3], spins=[[0.1, 0.2]], force=FORCE, friction=MU)
     with refused(InputError, "wrong-shape", "creepages of a curve"):
         half().creep_curve(BALL, np.ones((2, 3)), force=FORCE, friction=MU)
+
+
+def test_pictures_of_creep_curves_have_the_side_of_the_creepage():
+    across = [(c, -c) for c in (-6e-3, -2e-3, 2e-3, 6e-3)]
+    curve = half().creep_curve(BALL, across, force=FORCE, friction=MU)
+    x = curve.plot().axes[0].lines[0].get_xdata()
+    np.testing.assert_allclose(x, np.sqrt(2) * np.array([-6e-3, -2e-3, 2e-3, 6e-3]), atol=1e-12)
+    sticking = half().creep_curve(BALL, [2e-3], force=FORCE, friction=np.inf).plot().axes[0]
+    assert sticking.lines[0].get_ydata()[0] > 0  # infinite friction has no limit to be drawn over
+
+
+def test_a_start_from_another_load_changes_nothing():
+    """Neither the answer nor its errors, though its pressures are others."""
+    one, far = rolled(creepage=(3e-3, -6e-3)), rolled(force=2 * FORCE, creepage=(6e-3, 0.0))
+    other = rolled(creepage=(3e-3, -6e-3), start=far)
+    np.testing.assert_allclose(other.traction, one.traction, atol=1e-7 * one.max_pressure)
+    assert other.rolling_error.traction == pytest.approx(one.rolling_error.traction, rel=1e-3)
