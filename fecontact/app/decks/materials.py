@@ -162,6 +162,7 @@ def _terms(v: Mapping[str, float]) -> tuple[list[float], list[float]]:
 AT_REST: dict[str, _Maker[Material]] = {
     **dict.fromkeys(BY_E_AND_V, lambda v, rho: Material(v["E"], v["v"], rho)),
     "Mooney-Rivlin": lambda v, rho: from_moduli(2 * (v["c1"] + v.get("c2", 0.0)), v["k"], rho),
+    "incomp neo-Hookean": lambda v, rho: from_moduli(v["G"], v["k"], rho),
     # c1 c2 (I1 - 3) - c1 c2 / 2 (I2 - 3)
     "Veronda-Westmann": lambda v, rho: from_moduli(v["c1"] * v["c2"], v["k"], rho),
     "Ogden": lambda v, rho: from_moduli(sum(_terms(v)[0]), v["k"], rho),
