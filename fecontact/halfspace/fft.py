@@ -15,7 +15,8 @@ Transforms in the arrays of another library, of the Python array API standard, o
 need of its module `asarray`, `stack` and the extension `fft`, and arrays that give their memory by DLPack.
 https://data-apis.org/array-api/latest/
 
-Added to convolutions: a smooth term of low rank, and what slopes of a curved surface add.
+Added to convolutions: a smooth term of low rank, what slopes of a curved surface add, and compliances of cells by
+themselves.
 """
 
 from __future__ import annotations
@@ -530,8 +531,51 @@ class SmoothTerm:
         return self
 
 
+@dataclass(frozen=True, eq=False)
+class DiagonalTerm:
+    """Displacements c p of cells under their own pressure p alone: springs on a surface, or what wears off in a step.
+
+    Attributes
+    ----------
+    own : (nx, ny) array
+        Compliances c, not negative.
+    area : float
+        Area of a cell.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> DiagonalTerm(np.array([[2.0, 3.0]]), 1.0).apply(np.array([[1.0, 2.0]])).tolist()
+    [[2.0, 6.0]]
+    """
+
+    own: Array
+    area: float
+
+    def apply(self, p: Array) -> Array:
+        """Displacements (nx, ny) by pressures (nx, ny)."""
+        return self.own * p
+
+    def among(self, cells: IntArray) -> Array:
+        """Displacements (n, n) of cells (n,), numbered row by row, by unit forces on them."""
+        return np.diag(self.own.ravel()[cells]) / self.area
+
+    def part(self, part: tuple[slice, slice]) -> DiagonalTerm:
+        """The same among the cells of a part."""
+        return replace(self, own=self.own[part])
+
+    def coarser(self) -> DiagonalTerm:
+        """The same on cells twice as large."""
+        return replace(self, own=block_means(self.own), area=4 * self.area)
+
+    @property
+    def rough(self) -> DiagonalTerm:
+        """Itself: its products take little time."""
+        return self
+
+
 #: What is added to a convolution.
-Term = SmoothTerm | InclinedTerm
+Term = SmoothTerm | InclinedTerm | DiagonalTerm
 
 
 @dataclass(frozen=True, eq=False)
@@ -562,3 +606,35 @@ class Corrected:
 
 #: What gives the displacements of cells by pressures on them.
 Product = Convolution | Corrected
+
+
+@dataclass(frozen=True, eq=False)
+class DampedInverse:
+    """Approximate inverse of a convolution and compliances c of cells by themselves, symmetric and positive definite.
+
+    w K^-1 w + (1 - w^2)/(k + c) with w^2 = k/(k + c) and the compliance k of a cell: K^-1 where c is small, 1/c where
+    it is large.
+
+    Attributes
+    ----------
+    inverse : Convolution
+        K^-1.
+    share, rest : (nx, ny) arrays
+        w, and (1 - w^2)/(k + c).
+    """
+
+    inverse: Convolution
+    share: Array
+    rest: Array
+
+    @property
+    def rough(self) -> DampedInverse:
+        """The same with a convolution in single precision."""
+        return replace(self, inverse=self.inverse.rough)
+
+    def apply(self, values: Array, out: Array | None = None) -> Array:
+        """Pressures (nx, ny) of displacements (nx, ny), in `out` if it is given."""
+        out = self.inverse.apply(self.share * values, out)
+        out *= self.share
+        out += self.rest * values
+        return out

@@ -35,6 +35,8 @@ from fecontact.halfspace.fft import (
     ROUGHNESS,
     Convolution,
     Corrected,
+    DampedInverse,
+    DiagonalTerm,
     Product,
     Tally,
     Term,
@@ -70,7 +72,7 @@ class GridProblem:
         A: displacement due to pressure.
     rough : Convolution or Corrected
         The same in single precision, for corrections.
-    preconditioner : Convolution
+    preconditioner : Convolution or DampedInverse
         Approximate inverse of A, positive definite.
     g : (nx, ny) array
         Gap without pressure.
@@ -86,7 +88,7 @@ class GridProblem:
 
     compliance: Product
     rough: Product
-    preconditioner: Convolution
+    preconditioner: Convolution | DampedInverse
     g: Array
     allowed: Mask
     B: Array
@@ -493,8 +495,10 @@ def compliance(level: GridLevel, part: tuple[slice, slice], tally: Tally, worker
     return Corrected(convolution, tuple(term.part(part) for term in level.smooth)) if level.smooth else convolution
 
 
-def preconditioner(level: GridLevel, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Convolution:
-    """Inverse symbol of the compliance of a part, as if periodic, without padding."""
+def preconditioner(
+    level: GridLevel, part: tuple[slice, slice], tally: Tally, workers: int | None
+) -> Convolution | DampedInverse:
+    """Inverse symbol of the compliance of a part, as if periodic, without padding; with that of cells by themselves."""
     shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
     spectrum = level.kernel
     if not level.periodic:
@@ -503,7 +507,14 @@ def preconditioner(level: GridLevel, part: tuple[slice, slice], tally: Tally, wo
         spectrum = kernel_spectrum(level.kernel[: cells[0], : cells[1]], (halves[0], halves[1]))
     largest = float(spectrum.max())
     inverse = 1 / np.where(spectrum > 1e-9 * largest, spectrum, largest)
-    return Convolution.even(inverse, shape, level.symmetric, tally, product=False, workers=workers, arrays=level.arrays)
+    options = {"product": False, "workers": workers, "arrays": level.arrays}
+    bodies = Convolution.even(inverse, shape, level.symmetric, tally, **options)
+    alone = [term.own[part] for term in level.smooth if isinstance(term, DiagonalTerm)]
+    if not alone:
+        return bodies
+    own = float(spectrum.mean())
+    both = own + np.sum(alone, axis=0)
+    return DampedInverse(bodies, np.sqrt(own / both), (1 - own / both) / both)
 
 
 def _cells(shape: tuple[int, int], symmetric: Even) -> tuple[int, int]:

@@ -17,7 +17,7 @@ from fecontact.common.errors import InputError, SolverError
 from fecontact.common.threads import each
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import HalfSpaceContact, SolverReport
-from fecontact.halfspace.fft import Product, Tally, padded, strips
+from fecontact.halfspace.fft import DiagonalTerm, Product, Tally, padded, strips
 from fecontact.halfspace.grid import Even, Grid, even_axes, part_of, unfold
 from fecontact.halfspace.nested import GridLevel, compliance, solve_level, solve_nested
 from fecontact.solvers import ContactProblem, Residuals
@@ -115,14 +115,16 @@ def press(
     workers: int | None,
     boxed: bool = True,
     start: HalfSpaceContact | None = None,
+    own: Array | None = None,
 ) -> HalfSpaceContact:
     """Solve one contact, see `HalfSpace.press`; without `boxed` contact may reach the border of a free grid.
 
-    It starts from coarser grids, or from a contact nearby of the same symmetry.
+    It starts from coarser grids, or from a contact nearby of the same symmetry. Compliances `own` (nx, ny) of the cells
+    by themselves are beside that of the bodies: own p is part of the gap, and none of the displacement.
     """
     began = time.perf_counter()
     z, allowed = checked_heights(heights, body.grid)
-    level = _level(body, z, allowed, load, symmetry)
+    level = _level(body, z, allowed, load, symmetry, own)
     if not level.is_bounded:
         most, lowest = float(z.mean()), float(z.min())
         raise InputError(
@@ -154,6 +156,7 @@ def press(
         raise SolverError(_failure(at.rounds, residuals, tolerance, load))
     gap = _gap(level, u, at.q, workers)
     approach, tilt = _motion(body.grid, at.q, load, symmetric)
+    u = u if own is None else u - level.smooth[0].apply(p)
     report = SolverReport(
         at.nit,
         at.rounds,
@@ -183,7 +186,9 @@ def press(
     )
 
 
-def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetry: bool) -> GridLevel:
+def _level(
+    body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetry: bool, own: Array | None = None
+) -> GridLevel:
     """The finest level: unknowns are pressures, loads are in units of pressure times cells.
 
     The moment rows are about the load point, in units of half the grid's size. Along an axis of symmetry there is no
@@ -191,7 +196,8 @@ def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetr
     """
     grid = body.grid
     point = load.point
-    even = even_axes(z, allowed, np.empty((0, *grid.shape))) if symmetry and body.arrays is None else (False, False)
+    fields = np.empty((0, *grid.shape)) if own is None else own[None]
+    even = even_axes(z, allowed, fields) if symmetry and body.arrays is None else (False, False)
     symmetric = (even[0] and not (point and point[0]), even[1] and not (point and point[1]))
     part = part_of(grid.shape, symmetric)
     rows = []
@@ -214,6 +220,7 @@ def _level(body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetr
         B=rows[0][None, *part] if len(rows) == 1 else np.array([row[part] for row in rows]).reshape(-1, *z[part].shape),
         F=F,
         symmetric=symmetric,
+        smooth=() if own is None else (DiagonalTerm(own[part], grid.area),),
         arrays=body.arrays,
     )
 
