@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     )
     from fecontact.common.material import Material
     from fecontact.common.region import Region
+    from fecontact.common.viscoelastic import Viscoelastic
     from fecontact.contact.contact import Contact
     from fecontact.contact.springs import Spring
     from fecontact.fem.laws import Fibres, HolmesMow, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
@@ -139,6 +140,7 @@ __all__ = [
     "StVenantKirchhoff",
     "SupportError",
     "SurfaceMesh",
+    "Viscoelastic",
     "WindowedBody",
     "available_solvers",
     "extrude",
@@ -174,6 +176,7 @@ _MODULES = {
     "SupportError",
     "common.material": "Material",
     "common.region": "Region",
+    "common.viscoelastic": "Viscoelastic",
     "contact.contact": "Contact",
     "contact.springs": "Spring",
     "fem.laws": "Fibres HolmesMow MooneyRivlin NeoHookean Ogden StVenantKirchhoff",

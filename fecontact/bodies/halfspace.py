@@ -26,6 +26,7 @@ from fecontact.common.material import Material
 from fecontact.common.path import follow
 from fecontact.common.renamed import renamed_argument
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.common.viscoelastic import Viscoelastic
 from fecontact.halfspace import kernels
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
@@ -47,6 +48,7 @@ from fecontact.halfspace.rolling import (
     roll,
 )
 from fecontact.halfspace.validity import overlap_between_cells
+from fecontact.halfspace.viscoelastic import elastic, memory_of
 from fecontact.solvers import ContactProblem
 from fecontact.surfaces.rigid.heightmap import HeightMap
 from fecontact.surfaces.rigid.shapes import heights_of
@@ -68,8 +70,9 @@ class HalfSpace(SurfaceBody):
 
     Parameters
     ----------
-    material : Material or None
-        None with layers: a rigid base.
+    material : Material, Viscoelastic or None
+        None with layers: a rigid base. A visco-elastic one is served by `press_path`, whose steps have times; the
+        attribute is its material at once.
     size : (float, float)
         Sides of the grid along x and y.
     cells : (int, int)
@@ -78,7 +81,7 @@ class HalfSpace(SurfaceBody):
         Whether the surface repeats beyond the grid. Its approach is then relative to the mean plane of the surface.
     layers : sequence of Layer
         Layers from the surface downwards.
-    against : Material, optional
+    against : Material or Viscoelastic, optional
         Material of a counter-body that is elastic too: its compliance as a half-space is added, which is exact for two
         smooth frictionless half-spaces. Without it the counter-body is rigid.
     pressure : {'uniform', 'bilinear', 'point'}
@@ -132,13 +135,13 @@ class HalfSpace(SurfaceBody):
 
     def __init__(
         self,
-        material: Material | None,
+        material: Material | Viscoelastic | None,
         size: tuple[float, float] = (4.0, 4.0),
         cells: tuple[int, int] = (256, 256),
         periodic: bool = False,
         *,
         layers: Sequence[Layer] = (),
-        against: Material | None = None,
+        against: Material | Viscoelastic | None = None,
         pressure: str = "uniform",
         self_ratio: float = kernels.SELF_TERM_RATIO,
         arrays: str | None = None,
@@ -146,18 +149,25 @@ class HalfSpace(SurfaceBody):
         shape: tuple[int, int] | None = None,
     ) -> None:
         for what, given in (("material", material), ("counter-body's material", against)):
-            instance(f"the {what} of a half-space", given, (Material, type(None)))
+            instance(f"the {what} of a half-space", elastic(given), (Material, type(None)))
+        memory = memory_of((material, against))
+        if memory and layers:
+            raise InputError(
+                "Layers on or under a visco-elastic half-space are not offered: its displacements would not creep as "
+                "one. Leave out the layers, or take Materials.",
+                code="viscoelastic",
+            )
         for layer in items("the layers of a half-space", layers, "Layer objects"):
             instance("each of the layers of a half-space", layer, Layer)
         if arrays is not None:
             array_module(text("arrays, the name of a module,", arrays))
         fields = {
             "arrays": arrays,
-            "material": material,
+            "material": elastic(material),
             "grid": Grid(size, renamed_argument("HalfSpace", "shape", "cells", shape, cells)),
             "periodic": flag("periodic", periodic),
             "layers": tuple(layers),
-            "against": against,
+            "against": elastic(against),
             "pressure": pressure,
             "self_ratio": positive("self_ratio", self_ratio),
             "name": text("the name of a half-space", name),
@@ -169,7 +179,15 @@ class HalfSpace(SurfaceBody):
             self,
             "compliance",
             SurfaceCompliance(
-                self.grid, material, self.layers, against, pressure, self_ratio, self.periodic, arrays=arrays
+                self.grid,
+                self.material,
+                self.layers,
+                self.against,
+                pressure,
+                self_ratio,
+                self.periodic,
+                arrays=arrays,
+                memory=memory,
             ),
         )
 
@@ -278,6 +296,7 @@ class HalfSpace(SurfaceBody):
             step = PressStep(force, approach, tangential, shift, load_point=load_point)
             within = CERTIFIED if tolerance is None else tolerance
             return self.press_path(surface, [step], friction, within, symmetry, workers, progress=False).last
+        self._refuse_memory("a press without time")
         if tangential is not None or shift is not None:
             raise InputError("A tangential force or a shift needs friction: give friction=, Coulomb's mu.")
         tolerance = 1e-8 if tolerance is None else tolerance
@@ -344,6 +363,7 @@ class HalfSpace(SurfaceBody):
         >>> bool(np.abs(np.diff(np.log(curve.approach)) / np.diff(np.log(curve.force)) - 2 / 3).max() < 2e-3)
         True
         """
+        self._refuse_memory("a curve over the force")
         values = number_array("the forces of a curve", forces)
         if values.ndim != 1 or not values.size:
             raise InputError(f"The forces of a curve must be numbers (n,), one or more; found shape {values.shape}.")
@@ -370,7 +390,8 @@ class HalfSpace(SurfaceBody):
     ) -> FrictionPath:
         """Press and drag a rigid surface with friction along a path of loads, from the unloaded state.
 
-        With friction the answer depends on the order of the loads. In a step they change together; slip is counted
+        With friction the answer depends on the order of the loads, on a visco-elastic half-space also on their times.
+        In a step they change together; slip is counted
         from the end of the step before. A step without certified solution is cut in halves, unless its position
         changes; `FrictionPath.cuts` has the number of parts.
 
@@ -609,6 +630,7 @@ class HalfSpace(SurfaceBody):
 
     def _rolling(self, step: RollingStep, mu: float, tolerance: float, workers: int | None) -> RollingFriction:
         """Friction of rolling on it."""
+        self._refuse_memory("rolling with friction")
         if self.periodic:
             raise InputError(
                 "A periodic half-space does not roll: the slip of a period would be that of a train of surfaces. Use "
@@ -617,6 +639,15 @@ class HalfSpace(SurfaceBody):
             )
         mu = friction_coefficient(mu, infinite=True)
         return RollingFriction(self.compliance, mu, tolerance, workers, axes=step.axes, rule=step.rule)
+
+    def _refuse_memory(self, what: str) -> None:
+        """Refuse what does not know of time, if the half-space is visco-elastic."""
+        if self.compliance.memory:
+            raise InputError(
+                f"A visco-elastic half-space does not serve {what}: use press_path with PressStep(time=), or an "
+                "elastic half-space of its material at once (`.material`) or after a long time (`.relaxed`).",
+                code="viscoelastic",
+            )
 
     def _heights_at(self, surface: HeightSurface | ArrayLike) -> Callable[[tuple[float, float]], Array]:
         """Heights (nx, ny) of a surface by its position."""
@@ -702,6 +733,7 @@ class HalfSpace(SurfaceBody):
     @cached_property
     def facets(self) -> GridSurface:  # type: ignore[override]
         """Its surface: cell centres and quadrilaterals between them."""
+        self._refuse_memory("a scene")
         return grid_surface(self.grid, "surface", self.periodic, self.compliance.pressure == "point")
 
     def reduce(self, rows: sp.csr_matrix, loads: Array | None, timer: Stopwatch) -> Reduced:

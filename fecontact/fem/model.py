@@ -18,6 +18,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
+from fecontact.common.viscoelastic import Viscoelastic
 from fecontact.fem.amg import AmgFactor, corner_space
 from fecontact.fem.condensation import (
     SEPARATED,
@@ -478,6 +479,12 @@ def materials_of_cells(
     """Index of each cell's material and the list of materials."""
     if isinstance(given, Material):
         return np.zeros(len(mesh.cells), dtype=np.int64), [given]
+    if any(isinstance(m, Viscoelastic) for m in (given.values() if isinstance(given, Mapping) else [given])):
+        raise InputError(
+            "Visco-elastic materials are for half-spaces (HalfSpace) and solids of bricks (AncfSolid); this body is "
+            "elastic: take its Material at once (`.material`) or after a long time (`.relaxed`).",
+            code="viscoelastic",
+        )
     if not isinstance(given, Mapping) or not all(isinstance(m, Material) for m in given.values()):
         raise InputError(f"A body takes one Material or a mapping of element sets to Materials; found {shown(given)}.")
     index = np.full(len(mesh.cells), -1, dtype=np.int64)

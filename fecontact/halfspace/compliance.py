@@ -22,7 +22,7 @@ from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.halfspace import kernels, layered
-from fecontact.halfspace.fft import Convolution, Kernels, padded
+from fecontact.halfspace.fft import Convolution, Kernels, kernel_spectrum, padded
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.kernels import cerruti
 from fecontact.halfspace.layered import check_interfaces, tangential_difference, thin_layers, waves_difference
@@ -45,6 +45,23 @@ class Bend:
     curvature: tuple[float, float]
 
 
+@dataclass(frozen=True)
+class Memory:
+    """Creep of a surface: displacements by a constant force grow as 1 + sum s (1 - exp(-t/theta)), over those at once.
+
+    Attributes
+    ----------
+    shares, times : tuples of float
+        s and theta.
+    alike : bool
+        Whether displacements by tractions creep in the same way: one body, or two of one material.
+    """
+
+    shares: tuple[float, ...]
+    times: tuple[float, ...]
+    alike: bool
+
+
 @dataclass(frozen=True, eq=False)
 class SurfaceCompliance:
     """Displacement of the cells of a grid by pressure on them, also for coarser grids.
@@ -65,6 +82,8 @@ class SurfaceCompliance:
         Curvatures of the surfaces of the bodies that it represents, whose first effect is added; for free ones.
     arrays : str, optional
         Module whose arrays are transformed, see `array_module`.
+    memory : Memory, optional
+        Creep of visco-elastic bodies, whose materials are those at once; the kernels are without it.
     """
 
     grid: Grid
@@ -76,6 +95,7 @@ class SurfaceCompliance:
     periodic: bool
     bent: tuple[Bend, ...] = ()
     arrays: str | None = None
+    memory: Memory | None = None
 
     def __post_init__(self) -> None:
         among("pressure", self.pressure, PRESSURES)
@@ -139,6 +159,13 @@ class SurfaceCompliance:
             table = make(self.grid.shape, self.grid.cell)
         table /= self.modulus
         return table
+
+    def product(self) -> Convolution:
+        """Displacements of all cells by pressures on them."""
+        spectrum, shape = self.kernel(), self.grid.shape
+        if not self.periodic:
+            spectrum = kernel_spectrum(spectrum, (padded(shape[0]), padded(shape[1])))
+        return Convolution.even(spectrum, shape, arrays=self.arrays)
 
     def _symbol(self, level: int) -> Array:
         halves = [n // 2 ** (level + 1) for n in self.grid.shape]

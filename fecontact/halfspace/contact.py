@@ -691,11 +691,17 @@ class FrictionContact(TractionContact):
     parts : tuple of FrictionContact
         Of a step that was cut: the ends of its parts before the last, to which slip and solver belong. Work and sliding
         are of all.
+    time : float
+        At the end of the step; zero unless steps have times.
+    retarded : (n, 3, nx, ny) array or None
+        Of a visco-elastic half-space: what each term of its creep remembers of tractions and pressures.
     """
 
     shift: tuple[float, float]
     twist: float
     parts: tuple[FrictionContact, ...] = field(default=(), repr=False)
+    time: float = 0.0
+    retarded: Array | None = field(default=None, repr=False)
 
     dissipated, work = renamed("dissipated", "friction_work"), renamed("work", "work_density")
     friction_residuals = renamed("friction_residuals", "residuals")

@@ -40,6 +40,7 @@ from fecontact.halfspace.fft import Convolution
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.pressing import Load, normal_residuals, press
 from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
+from fecontact.halfspace.viscoelastic import creep_of
 from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit
 
 #: Staggered iterations; each reduces the error by about the product of mu and Dundurs' beta.
@@ -85,6 +86,9 @@ class PressStep:
     load_point : (float, float), optional
         Point of action (x, y) of the normal force on a counter-surface that may tilt; without it, it does not tilt.
         Tangential forces act in the surface.
+    time : float, optional
+        Time at the end of the step, for visco-elastic half-spaces: loads change evenly with it, and at the same time as
+        the step before at once. The unloaded state is at time 0.
 
     Raises
     ------
@@ -105,9 +109,12 @@ class PressStep:
     twist: float | None = None
     position: tuple[float, float] = (0.0, 0.0)
     load_point: tuple[float, float] | None = None
+    time: float | None = None
 
     def __post_init__(self) -> None:
         Load(self.force, self.approach, self.load_point)
+        if self.time is not None and checks.finite("the time of a step", self.time) < 0:
+            raise InputError(f"The time of a step must not be negative; found {self.time!r}.", code="time-backwards")
         for one, other in (("tangential", "shift"), ("torque", "twist")):
             if getattr(self, one) is not None and getattr(self, other) is not None:
                 raise InputError(f"Give one of {one} and {other}; found both. The other one follows from it.")
@@ -236,9 +243,12 @@ def press_step(
     """
     start = None if last is None else (last.traction, None)
     load = Load(step.force, step.approach, step.load_point)
-    return staggered(
-        friction, heights, load, lambda normal: DraggedTractions(friction, normal, step, last), start, symmetry
-    )
+    creep = creep_of(friction, step.time, last)
+
+    def tractions_of(normal: HalfSpaceContact) -> DraggedTractions:
+        return DraggedTractions(creep.friction, normal, step, last, creep.slip)
+
+    return creep.remembered(staggered(creep.friction, creep.below(heights), load, tractions_of, start, symmetry))
 
 
 def staggered(
@@ -315,16 +325,17 @@ def certified(
         grid=body.grid, periodic=body.periodic, material=body.material, layers=tuple(body.layers),
         pressure_kind=body.pressure, residuals=unknown, friction=friction.mu, **given,
     )  # fmt: skip
-    tractions = DraggedTractions(friction, contact, step, last)
+    creep = creep_of(friction, step.time, last)
+    tractions = DraggedTractions(creep.friction, contact, step, last, creep.slip)
     q = contact.traction[:, *tractions.box]
     motion = np.array([*contact.shift, contact.twist]) - tractions.before
     slip = tractions.slip(q, motion[tractions.free])
-    load = Load(step.force, step.approach, step.load_point)
-    pressed = replace(contact, residuals=normal_residuals(body, heights + tractions.lift(q), load, contact))
+    load, heights = Load(step.force, step.approach, step.load_point), creep.below(heights) + tractions.lift(q)
+    pressed = replace(contact, residuals=normal_residuals(creep.friction.body, heights, load, contact))
     found = replace(contact, slip=tractions.spread(slip), residuals=_residuals(pressed, tractions.problem, q, slip))
     if not found.residuals.within(friction.tolerance):
         raise SolverError(f"What the file has of this step is no solution: {found.residuals}. Choose another file.")
-    return found
+    return creep.memorised(found)
 
 
 def _check_holds(friction: Friction, normal: HalfSpaceContact, step: Driven) -> None:
@@ -481,9 +492,13 @@ class Tractions(Generic[S, C]):
 
 @dataclass(frozen=True, eq=False)
 class DraggedTractions(Tractions[PressStep, FrictionContact]):
-    """Tractions at the end of a step, whose slip is counted from the last contact."""
+    """Tractions at the end of a step, whose slip is counted from the last contact.
+
+    Of visco-elastic bodies, with the slip (2, nx, ny) by what was before.
+    """
 
     last: FrictionContact | None
+    crept: Array | None = None
 
     @cached_property
     def box(self) -> Box:
@@ -498,7 +513,9 @@ class DraggedTractions(Tractions[PressStep, FrictionContact]):
 
     def _given_slip(self, p: Array) -> Array:
         c = self.compliance.of_pressure(p)
-        if self.last is not None:
+        if self.crept is not None:
+            c += self.crept[:, *self.box]
+        elif self.last is not None:
             c -= self.compliance.of_pressure(self.last.pressure[self.box])
             c -= self.compliance.apply(self.last.traction[:, *self.box])
         return c

@@ -76,6 +76,7 @@ class FrictionPath(Path[FrictionContact]):
     shift = each_step("shift", "Displacement (n, 2) of the counter-surface since the unloaded state.")
     twist = each_step("twist", "Rotation (n,) of the counter-surface since the unloaded state.")
     friction_work = each_step("friction_work", "Work of friction (n,) in each step, not negative.")
+    time = each_step("time", "Times (n,) at the ends of the steps; zeros unless they have times.")
 
     @cached_property
     def work_density(self) -> Array:
@@ -301,8 +302,8 @@ def _start(z: Array, step: PressStep, last: FrictionContact | None, load_point: 
     if last is None:
         touch = {"force": 0.0, "approach": float(z.min(initial=np.inf)), "load_point": step.load_point}
         still = {"tangential": (0.0, 0.0), "shift": (0.0, 0.0), "torque": 0.0, "twist": 0.0}
-        return {**touch, **still, "position": step.position}
-    names = ("force", "approach", "tangential", "shift", "torque", "twist", "position")
+        return {**touch, **still, "position": step.position, "time": 0.0}
+    names = ("force", "approach", "tangential", "shift", "torque", "twist", "position", "time")
     return {**{name: getattr(last, name) for name in names}, "load_point": load_point or step.load_point}
 
 

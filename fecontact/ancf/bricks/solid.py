@@ -25,9 +25,9 @@ lambda P(v_0 + v_1)/2 (v_1 - v_0), as P is self-adjoint; the derivative of v is 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import scipy.sparse as sp
@@ -37,12 +37,13 @@ from fecontact.ancf.bricks.faces import Faces
 from fecontact.ancf.bricks.hexahedron import gauss
 from fecontact.ancf.bricks.space import AncfSpace, GradientBatch, deformation_gradients
 from fecontact.ancf.bricks.tangents import PAIRS, Pattern, element_tangents
-from fecontact.ancf.bricks.viscosity import Viscosity, viscous_response
+from fecontact.ancf.bricks.viscosity import Viscosity, relaxing, viscous_response
 from fecontact.ancf.system.member import Drawing
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.renamed import warn
+from fecontact.common.viscoelastic import Viscoelastic
 from fecontact.fem.element_stiffness import determinant_3x3, element_stiffness
 from fecontact.fem.laws import InvertedError, Law, Response, StVenantKirchhoff, at_rest, law_of, laws_of
 from fecontact.fem.model import materials_of_cells
@@ -113,8 +114,9 @@ class AncfSolid:
     Parameters
     ----------
     space : AncfSpace
-    material : Material or Law, or mapping of element set to one
+    material : Material, Law or Viscoelastic, or mapping of element set to one
         A law of finite strain, such as ``fc.NeoHookean(E=, nu=)``; that of St. Venant and Kirchhoff for a Material.
+        Visco-elastic ones relax in motion; statics has their moduli after a long time.
     law : optional
         Former way to choose the law of Materials; it warns.
     points : {2, 3, 4, 5}
@@ -126,7 +128,7 @@ class AncfSolid:
         or ln J, is projected on 1, x, y, z in each cell, which keeps pressures accurate at any deformation (J. C. Simo,
         R. L. Taylor & K. S. Pister, Comput. Methods Appl. Mech. Engrg. 51, 1985, with more functions than the mean).
     viscosity : Viscosity, optional
-        For motion in time; statics has the elastic law only.
+        A damper, for motion in time; statics has the elastic law only.
 
     Examples
     --------
@@ -138,11 +140,12 @@ class AncfSolid:
     """
 
     space: AncfSpace
-    material: Material | Law | Mapping[str, Material | Law]
+    material: Material | Law | Viscoelastic | Mapping[str, Material | Law | Viscoelastic]
     law: type[Law] | None = None
     points: int = 4
     volumetric: int | Literal["linear"] | None = None
     viscosity: Viscosity | None = None
+    _relaxing: tuple[Any, Viscosity | None] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if self.points not in (2, 3, 4, 5):
@@ -158,6 +161,7 @@ class AncfSolid:
             warn("AncfSolid(law=) is now the material, as fecontact.NeoHookean(E=, nu=); law= will be removed.", 4)
             object.__setattr__(self, "material", material)
             object.__setattr__(self, "law", None)
+        object.__setattr__(self, "_relaxing", relaxing(self.material, self.viscosity))
         for law, rest in zip(self._laws, self.materials, strict=True):
             if self.volumetric is not None and rest.lame and not law.volumetric:
                 raise InputError(
@@ -168,12 +172,17 @@ class AncfSolid:
 
     @cached_property
     def _materials(self) -> tuple[IntArray, list[Material]]:
-        return materials_of_cells(self.space.mesh, at_rest(self.material))
+        return materials_of_cells(self.space.mesh, at_rest(self._relaxing[0]))
 
     @cached_property
     def _laws(self) -> list[Law]:
         """A law for each of the materials."""
-        return list(laws_of(law_of(self.material, StVenantKirchhoff)))
+        return list(laws_of(law_of(self._relaxing[0], StVenantKirchhoff)))
+
+    @property
+    def viscous(self) -> Viscosity | None:
+        """Damper, and branches beside the moduli after a long time; None if it is elastic."""
+        return self._relaxing[1]
 
     def side(self, boundary: str) -> Faces:
         """A boundary as a side of a `Contact`.

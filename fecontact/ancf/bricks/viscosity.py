@@ -12,21 +12,25 @@ integrated by the mid-point rule,
 
 and as F_m^T (F_1 - F_0) has the symmetric part E_1 - E_0, the work of the forces is exactly the change of the branches'
 energy (E - A):g D:(E - A)/2 and what is dissipated, (E_1 - E_0):t_r D:(E_1 - E_0)/h + h/t_i (E_m - A_m):g D:(E_m - A_m)
->= 0. At rest the branches relax, so that statics knows the elastic law only.
+>= 0. At rest the branches relax, so that statics knows the elastic law only. D and g_i are beside the law after a long
+time: those of a `Viscoelastic` are over the moduli at t = 0, from which these follow, D (1 - sum g) and g_i / (1 - sum
+g).
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.ancf.bricks.space import deformation_gradients
 from fecontact.common.arrays import Array
-from fecontact.common.checks import array_of
 from fecontact.common.errors import InputError
+from fecontact.common.renamed import warn
+from fecontact.common.viscoelastic import Viscoelastic, prony_pairs
 from fecontact.fem.laws import Response
 
 if TYPE_CHECKING:
@@ -42,7 +46,8 @@ class Viscosity:
     retardation : float
         Time t_r of Kelvin and Voigt: creep under a constant force approaches its end as exp(-t/t_r).
     prony : sequence of (float, float)
-        Branches (g, t): share of the elastic moduli, beside them, and time of relaxation.
+        Former way to give branches (g, t), as shares beside the moduli after a long time; a solid that takes them
+        warns. Now they are of its material, ``fc.Viscoelastic(material, prony=)``, as shares of the moduli at t = 0.
 
     Raises
     ------
@@ -59,10 +64,7 @@ class Viscosity:
     prony: ArrayLike = ()
 
     def __post_init__(self) -> None:
-        found = array_of(self.prony)
-        if found is None or not (found.size == 0 or (found.ndim == 2 and found.shape[1] == 2)):
-            raise InputError(f"A Prony series is a list of (share, time); found {self.prony!r}.", code="prony-series")
-        times = np.array([self.retardation, *found.ravel()], dtype=float)
+        times = np.array([self.retardation, *prony_pairs(self.prony).ravel()], dtype=float)
         if not (np.isfinite(times).all() and (times >= 0).all() and (times[1:] > 0).all() and times.any()):
             raise InputError(
                 "Viscosity needs a retardation time or a Prony series of positive shares and times, all finite; found "
@@ -74,6 +76,38 @@ class Viscosity:
     def branches(self) -> Array:
         """Shares and times (n, 2)."""
         return np.asarray(self.prony, dtype=float).reshape(-1, 2)
+
+
+def relaxing(material: Any, viscosity: Viscosity | None) -> tuple[Any, Viscosity | None]:
+    """The materials after a long time, and all that is viscous beside them.
+
+    Raises
+    ------
+    InputError
+        For branches given twice, or several materials of which not all relax alike.
+    """
+    sets = material if isinstance(material, Mapping) else {"": material}
+    series = {m.prony if isinstance(m, Viscoelastic) else () for m in sets.values()}
+    former = viscosity is not None and len(viscosity.branches) > 0
+    if len(series) > 1 or (former and series != {()}):
+        raise InputError(
+            "The materials of a solid relax by one Prony series, which Viscoelastic(material, prony=) gives: give the "
+            "same to all element sets, or make solids of their own, and none to Viscosity.",
+            code="prony-series",
+        )
+    if former:
+        warn(
+            "Viscosity(prony=) is now that of the material: Viscoelastic(material, prony=), with E times 1 + sum g and "
+            "each g over 1 + sum g; prony= will be removed.",
+            stacklevel=5,
+        )
+    if series == {()}:
+        return material, viscosity
+    pairs = np.array(series.pop())
+    pairs[:, 0] /= 1 - pairs[:, 0].sum()
+    relaxed = {name: m.relaxed for name, m in sets.items()}
+    own = Viscosity(0.0 if viscosity is None else viscosity.retardation, pairs)
+    return relaxed if isinstance(material, Mapping) else relaxed[""], own
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +132,8 @@ class ViscousStep:
 
 def relaxed(solid: AncfSolid, q: Array) -> Array:
     """Internal strains (n,) of a state in which all branches are relaxed: A_i = E."""
-    assert solid.viscosity is not None
-    e, n = solid.space.spread(q), len(solid.viscosity.branches)
+    assert solid.viscous is not None
+    e, n = solid.space.spread(q), len(solid.viscous.branches)
     each = [
         np.broadcast_to(_strain(deformation_gradients(e, part.batch)), (n, *part.batch.dV.shape, 3, 3)).ravel()
         for part in solid.parts()
@@ -120,8 +154,8 @@ def viscous_step(solid: AncfSolid, q0: Array, q1: Array, h: float, memory: Array
     >>> round(step.viscous_work / 1e-6, 2)  # E t_r (0.001)^2 / h
     6.01
     """
-    assert solid.viscosity is not None
-    e0, e1, branches = solid.space.spread(q0), solid.space.spread(q1), solid.viscosity.branches
+    assert solid.viscous is not None
+    e0, e1, branches = solid.space.spread(q0), solid.space.spread(q1), solid.viscous.branches
     total, kept, lost, stored, start = np.zeros_like(e0), [np.zeros(0)], 0.0, 0.0, 0
     g, t = (c[:, None, None, None, None] for c in branches.T)
     for part in solid.parts():
@@ -133,7 +167,7 @@ def viscous_step(solid: AncfSolid, q0: Array, q1: Array, h: float, memory: Array
         start += size
         away = ((E0 + E1) / 2 - A0) / (1 + h / (2 * t))
         A1 = A0 + h / t * away
-        rate = solid.viscosity.retardation / h * (E1 - E0)
+        rate = solid.viscous.retardation / h * (E1 - E0)
         stress = [_hooke(x, lame, shear) for x in (rate, (g * away).sum(axis=0))]
         lost += float(((stress[0] * (E1 - E0)).sum(axis=(2, 3)) * batch.dV).sum())
         for share, time, x, y in zip(branches[:, 0], branches[:, 1], away, E1 - A1, strict=True):
@@ -152,8 +186,8 @@ def stiffening(viscosity: Viscosity, h: float) -> float:
 
 def viscous_response(solid: AncfSolid, h: float, part: Part) -> Response:
     """Moduli of some cells for the tangent of a step, without the stress."""
-    assert solid.viscosity is not None
-    shape, share = part.batch.dV.shape, stiffening(solid.viscosity, h)
+    assert solid.viscous is not None
+    shape, share = part.batch.dV.shape, stiffening(solid.viscous, h)
     lame, shear = solid.moduli(part.batch.cells[:, None], part.volume, part.rest)
     unit = np.broadcast_to(np.eye(3), (*shape, 3, 3))
     return Response(np.zeros(shape), np.zeros((*shape, 3, 3)), share * lame, share * shear, None, unit)

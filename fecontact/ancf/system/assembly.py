@@ -364,7 +364,7 @@ class Assembly:
     @cached_property
     def _viscous(self) -> list[tuple[int, Any]]:
         """Numbers and solids that are viscous."""
-        return [(k, s) for k, s in enumerate(self.solids) if getattr(s, "viscosity", None) is not None]
+        return [(k, s) for k, s in enumerate(self.solids) if getattr(s, "viscous", None) is not None]
 
     def relaxed(self, q: Array) -> Array:
         """Internal strains (n,) of all viscous solids, relaxed at coordinates q."""

@@ -20,13 +20,18 @@ from fecontact.ancf import (
 from fecontact.ancf.bricks.viscosity import relaxed, viscous_step
 
 SMALL, E = 1e-4, 10.0
-SERIES = Viscosity(prony=[(0.5, 0.3), (0.25, 2.0)])
+#: Shares beside the modulus after a long time, and what they are of that at t = 0.
+BESIDE = np.array([(0.5, 0.3), (0.25, 2.0)])
+PRONY = BESIDE / [1 + BESIDE[:, 0].sum(), 1.0]
 
 
-def bar(viscosity, density=1e-6, law=fc.Material, volumetric=None, supports=None):
-    """One brick of side one, so light that its inertia does not matter."""
+def bar(viscosity, density=1e-6, law=fc.Material, volumetric=None, supports=None, prony=None):
+    """One brick of side one, so light that its inertia does not matter; E is the modulus after a long time."""
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
-    material = law(E, 0.0 if volumetric is None else 0.3, density=density)
+    nu = 0.0 if volumetric is None else 0.3
+    material = law(E, nu, density=density)
+    if prony is not None:
+        material = fc.Viscoelastic(law(E / (1 - sum(g for g, _ in prony)), nu, density=density), prony)
     solid = AncfSolid(AncfSpace(mesh), material, points=3, volumetric=volumetric, viscosity=viscosity)
     return Assembly.of([solid], [supports or {}])
 
@@ -40,7 +45,7 @@ def end_force(a, stresses):
 
 def test_relaxation():
     """Pulled at a constant rate to a strain e in the time T, then held: E e (1 + sum g t/T (1 - exp(-T/t)) exp(..))."""
-    a, T, h = bar(SERIES, supports={"x_min": "xyz", "x_max": "xyz"}), 0.1, 0.05
+    a, T, h = bar(None, supports={"x_min": "xyz", "x_max": "xyz"}, prony=PRONY), 0.1, 0.05
     stretch = a.solids[0].space.affine(np.diag([SMALL, 0.0, 0.0]))
     for until in (0.5, 1.5):
         motion = move(
@@ -50,7 +55,7 @@ def test_relaxation():
         assert motion.viscous_work[-1] > 0
         assert np.ptp(motion.energy - motion.work + motion.viscous_work) < 1e-9 * motion.work.max()
         # loads and supports are those of the middle of the last step
-        g, t = SERIES.branches.T
+        g, t = BESIDE.T
         fade = g * t / T * (1 - np.exp(-T / t)) * np.exp(-(until - h / 2 - T) / t)
         force = end_force(a, motion.now.applied)
         assert abs(force / (E * SMALL * (1 + fade.sum())) - 1) < 3e-3  # (h/t)^2 / 12 of the fastest branch
@@ -74,7 +79,7 @@ def test_creep(scheme):
 
 @pytest.mark.parametrize("volumetric", [None, 2])
 def test_rigid_motions_are_not_resisted_and_forces_are_derivatives(volumetric):
-    solid = bar(Viscosity(0.7, [(0.5, 0.3)]), volumetric=volumetric).solids[0]
+    solid = bar(Viscosity(0.7), volumetric=volumetric, prony=[(1 / 3, 0.3)]).solids[0]
     rng, space, h = np.random.default_rng(0), solid.space, 0.1
     q = space.q0 + 0.05 * rng.standard_normal(space.n_dofs)
     turn = fc.rotation_about((1, 2, 3), 1.1)
@@ -99,8 +104,7 @@ def test_rigid_motions_are_not_resisted_and_forces_are_derivatives(volumetric):
 
 @pytest.mark.full
 def test_a_blow_fades_and_the_energy_is_accounted_for(tmp_path):
-    viscosity = Viscosity(0.01, [(1.0, 0.2)])
-    a = bar(viscosity, density=1.0, law=fc.NeoHookean, supports={"x_min": "xyz"})
+    a = bar(Viscosity(0.01), density=1.0, law=fc.NeoHookean, supports={"x_min": "xyz"}, prony=[(0.5, 0.2)])
     blow = a.solids[0].space.affine(np.diag([0.3, 0.0, 0.0]))
     run = {"step": 0.05, "scheme": EnergyMomentum(), "velocity": blow, "every": 10}
     motion = move(a, until=1.5, **run)
@@ -133,3 +137,21 @@ def test_a_blow_fades_and_the_energy_is_accounted_for(tmp_path):
 def test_refused(given, match):
     with refused(fc.InputError, *match):
         Viscosity(**given)
+
+
+def test_former_branches_warn_and_are_the_same():
+    with pytest.warns(DeprecationWarning, match="Viscoelastic"):
+        former = bar(Viscosity(0.7, prony=BESIDE)).solids[0]
+    now = bar(Viscosity(0.7), prony=PRONY).solids[0]
+    assert abs(now.materials[0].E / former.materials[0].E - 1) < 1e-14
+    assert now.viscous.retardation == former.viscous.retardation
+    assert np.abs(now.viscous.branches - former.viscous.branches).max() < 1e-14
+
+
+def test_one_series_for_all_materials():
+    space = AncfSpace(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8"))
+    soft = fc.Viscoelastic(fc.Material(E, 0.3), PRONY)
+    with refused(fc.InputError, "prony-series", "Viscosity"):
+        AncfSolid(space, soft, viscosity=Viscosity(prony=BESIDE))
+    with refused(fc.InputError, "prony-series", "element sets"):
+        AncfSolid(space, {"one": soft, "two": fc.Material(E, 0.3)})
