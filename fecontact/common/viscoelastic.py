@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -121,3 +121,32 @@ def prony_pairs(given: ArrayLike) -> Array:
     if found is None or not (found.size == 0 or (found.ndim == 2 and found.shape[1] == 2)):
         raise InputError(f"A Prony series is a list of (share, time); found {given!r}.", code="prony-series")
     return found.reshape(-1, 2)
+
+
+def beside(given: Any) -> tuple[Any, Array]:
+    """Materials, one or a mapping, after a long time, and their series (n, 2), its shares beside and over those moduli.
+
+    Raises
+    ------
+    InputError
+        If there are several materials of which not all relax alike.
+
+    Examples
+    --------
+    >>> beside(Viscoelastic(Material(E=2.0, nu=0.3), prony=[(0.5, 1.0)]))
+    (Material(E=1.0, nu=0.3, density=None), array([[1., 1.]]))
+    """
+    sets = given if isinstance(given, Mapping) else {"": given}
+    series = {m.prony if isinstance(m, Viscoelastic) else () for m in sets.values()}
+    if series == {()}:
+        return given, np.zeros((0, 2))
+    if len(series) > 1:
+        raise InputError(
+            "The materials of a body relax by one Prony series: give the same to all element sets, or make bodies of "
+            "their own.",
+            code="prony-series",
+        )
+    pairs = np.array(series.pop())
+    pairs[:, 0] /= 1 - pairs[:, 0].sum()
+    relaxed = {name: m.relaxed for name, m in sets.items()}
+    return relaxed if isinstance(given, Mapping) else relaxed[""], pairs

@@ -19,7 +19,6 @@ g).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +29,7 @@ from fecontact.ancf.bricks.space import deformation_gradients
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.renamed import warn
-from fecontact.common.viscoelastic import Viscoelastic, prony_pairs
+from fecontact.common.viscoelastic import beside, prony_pairs
 from fecontact.fem.laws import Response
 
 if TYPE_CHECKING:
@@ -84,30 +83,22 @@ def relaxing(material: Any, viscosity: Viscosity | None) -> tuple[Any, Viscosity
     Raises
     ------
     InputError
-        For branches given twice, or several materials of which not all relax alike.
+        For branches given twice, and see `beside`.
     """
-    sets = material if isinstance(material, Mapping) else {"": material}
-    series = {m.prony if isinstance(m, Viscoelastic) else () for m in sets.values()}
-    former = viscosity is not None and len(viscosity.branches) > 0
-    if len(series) > 1 or (former and series != {()}):
-        raise InputError(
-            "The materials of a solid relax by one Prony series, which Viscoelastic(material, prony=) gives: give the "
-            "same to all element sets, or make solids of their own, and none to Viscosity.",
-            code="prony-series",
-        )
-    if former:
+    relaxed, pairs = beside(material)
+    if viscosity is not None and len(viscosity.branches):
+        if len(pairs):
+            raise InputError(
+                "A Prony series is given twice: leave it to Viscoelastic(material, prony=), without Viscosity(prony=).",
+                code="prony-series",
+            )
         warn(
             "Viscosity(prony=) is now that of the material: Viscoelastic(material, prony=), with E times 1 + sum g and "
             "each g over 1 + sum g; prony= will be removed.",
             stacklevel=5,
         )
-    if series == {()}:
         return material, viscosity
-    pairs = np.array(series.pop())
-    pairs[:, 0] /= 1 - pairs[:, 0].sum()
-    relaxed = {name: m.relaxed for name, m in sets.items()}
-    own = Viscosity(0.0 if viscosity is None else viscosity.retardation, pairs)
-    return relaxed if isinstance(material, Mapping) else relaxed[""], own
+    return relaxed, Viscosity(viscosity.retardation if viscosity else 0.0, pairs) if len(pairs) else viscosity
 
 
 @dataclass(frozen=True, eq=False)
