@@ -290,7 +290,8 @@ def friction_problem(
     rows = np.concatenate(tangents)
     if not condensed.is_dense:  # an operator that solves problems of friction itself
         return replace(condensed, points=np.concatenate(points), tangents=rows, mu=np.concatenate(mu))
-    S = with_held_directions(condensed.matrix, rows, condensed.B)
+    known = None if any(each.lay for each in friction) else np.concatenate(points)
+    S = with_held_directions(condensed.matrix, rows, condensed.B, known)
     for each, pairs in zip(friction, tangents, strict=True):
         if each.lay is not None:
             _check_mirrored(each.lay, S[pairs[:, :, None], pairs[:, None]])

@@ -71,17 +71,36 @@ def natural_map(t: Array, s: Array, limit: Array, stiffness: float) -> Array:
     return projected(t - stiffness * s, limit) - t
 
 
-def with_held_directions(S: Array, tangents: IntArray, B: Array | None = None) -> Array:
+NEARLY_HELD, TILT = 1e-9, 1e-2
+"""Compliance of a point in one direction, over that in others, that is rounding of its mesh; the largest part of that
+direction along the normal."""
+
+
+def with_held_directions(
+    S: Array, tangents: IntArray, B: Array | None = None, points: IntArray | None = None
+) -> Array:
     """A copy of a compliance (N, N) with its mean diagonal entry where a tangential row is held on both sides.
 
     As on a plane of symmetry: such a direction has no compliance and no motion by the rows of B, and no force as long
-    as nothing drags along it.
+    as nothing drags along it. Tangents (n, k) at normals of a mesh with few digits are not quite along it: the rows of
+    a point, with `points` (n,) of their normals, then depend on each other, and forces on them are not unique.
     """
     S, rows = np.array(S), np.ravel(tangents)
     held = S[rows, rows] == 0
     if B is not None:
         held &= ~B[:, rows].any(axis=0)
-    S[rows[held], rows[held]] = S.diagonal().mean()
+    mean = S.diagonal().mean()
+    S[rows[held], rows[held]] = mean
+    if points is not None and len(points):
+        own = np.concatenate([points[:, None], tangents], axis=1)
+        size, axes = np.linalg.eigh(S[own[:, :, None], own[:, None, :]])
+        along = axes[:, 1:, 0]
+        near = (size[:, 0] < NEARLY_HELD * size[:, -1]) & (np.abs(axes[:, 0, 0]) < TILT)
+        if B is not None:
+            moved = np.abs(np.einsum("mnk,nk->mn", B[:, tangents], along)).max(axis=0, initial=0.0)
+            near &= moved <= TILT * np.abs(B).max(initial=0.0)
+        t, along = tangents[near], along[near]
+        S[t[:, :, None], t[:, None, :]] += mean * along[:, :, None] * along[:, None, :]
     return S
 
 

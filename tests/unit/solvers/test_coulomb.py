@@ -98,6 +98,28 @@ def test_a_direction_held_on_both_sides_bears_nothing() -> None:
     assert solve_friction(held).forces.round(12).tolist() == [1.0, 1.0, 0.0, 0.0]
 
 
+@pytest.mark.parametrize(("compliance", "held"), [(0.0, True), (1e-6, False)])
+def test_a_held_direction_that_a_tilted_tangent_misses_bears_no_force(compliance: float, held: bool) -> None:
+    # two points on a body held along y; a belt is a millionth as soft along y, but not held
+    C = np.kron([[1.0, 0.2], [0.2, 1.0]], np.diag([0.5, compliance, 1.0]))
+    points, tangents = np.array([0, 3]), np.array([[1, 2], [4, 5]])
+    moved = np.tile([0.4, 0.0, -1.0], 2)  # dragged along x, pressed along z
+
+    def forces(tilt: float) -> np.ndarray:
+        across = np.array([0.0, np.cos(tilt), np.sin(tilt)])
+        normal = np.array([0.0, -np.sin(tilt), np.cos(tilt)])
+        rows = np.kron(np.eye(2), np.stack([normal, across, [1.0, 0.0, 0.0]]))
+        S = with_held_directions(rows @ C @ rows.T, tangents, None, points)
+        assert (np.abs(S - rows @ C @ rows.T).max() > 0.1) == held
+        if not held:
+            return np.zeros(6)
+        problem = ContactProblem(S, rows @ moved, points=points, tangents=tangents, mu=np.full(2, 0.5))
+        return solve_friction(problem).forces
+
+    assert np.abs(forces(1e-3) - forces(0.0)).max() < 2e-3
+    assert np.abs(forces(1e-3) - forces(0.0))[[0, 2, 3, 5]].max() < 1e-5
+
+
 def test_without_friction_there_are_four_residuals() -> None:
     assert set(CERTIFIED.as_dict()) == {"penetration", "tension", "complementarity", "equilibrium"}
     assert "cone" not in str(CERTIFIED)
