@@ -76,9 +76,7 @@ NEARLY_HELD, TILT = 1e-9, 1e-2
 direction along the normal."""
 
 
-def with_held_directions(
-    S: Array, tangents: IntArray, B: Array | None = None, points: IntArray | None = None
-) -> Array:
+def with_held_directions(S: Array, tangents: IntArray, B: Array | None = None, points: IntArray | None = None) -> Array:
     """A copy of a compliance (N, N) with its mean diagonal entry where a tangential row is held on both sides.
 
     As on a plane of symmetry: such a direction has no compliance and no motion by the rows of B, and no force as long
