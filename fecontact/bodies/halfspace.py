@@ -33,6 +33,7 @@ from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.fft import array_module
 from fecontact.halfspace.friction import CERTIFIED, Friction, PressStep
 from fecontact.halfspace.grid import Grid, GridSurface, grid_surface
+from fecontact.halfspace.hardness import hardness_field
 from fecontact.halfspace.layered import Layer
 from fecontact.halfspace.operator import CellModel, Part, coarse_pressure
 from fecontact.halfspace.path import CurveSteps, FrictionPath, FrictionSteps, LoadCurve
@@ -200,6 +201,7 @@ class HalfSpace(SurfaceBody):
         approach: float | None = None,
         load_point: tuple[float, float] | None = None,
         friction: None = None,
+        hardness: ArrayLike | None = None,
         tolerance: float = 1e-8,
         symmetry: bool = True,
         workers: int | None = None,
@@ -215,6 +217,7 @@ class HalfSpace(SurfaceBody):
         friction: float,
         tangential: tuple[float, float] | None = None,
         shift: tuple[float, float] | None = None,
+        hardness: ArrayLike | None = None,
         tolerance: float = CERTIFIED,
         symmetry: bool = True,
         workers: int | None = None,
@@ -230,6 +233,7 @@ class HalfSpace(SurfaceBody):
         friction: float | None = None,
         tangential: tuple[float, float] | None = None,
         shift: tuple[float, float] | None = None,
+        hardness: ArrayLike | None = None,
         tolerance: float | None = None,
         symmetry: bool = True,
         workers: int | None = None,
@@ -255,6 +259,9 @@ class HalfSpace(SurfaceBody):
             With friction: force on the surface along x and y; zero unless this or the shift is given.
         shift : (float, float), optional
             With friction: displacement of the surface along x and y.
+        hardness : float or (nx, ny) array_like, optional
+            Largest pressure, at which the surface yields and keeps a `dent`, see `halfspace.hardness`; at least 1e-4
+            of the contact modulus. Without it the half-space is elastic.
         tolerance : float
             Relative tolerance of the certificate, see `solvers.Residuals`; 1e-8 unless given, with friction 1e-10.
         symmetry : bool
@@ -295,15 +302,18 @@ class HalfSpace(SurfaceBody):
         if friction is not None:
             step = PressStep(force, approach, tangential, shift, load_point=load_point)
             within = CERTIFIED if tolerance is None else tolerance
-            return self.press_path(surface, [step], friction, within, symmetry, workers, progress=False).last
+            return self.press_path(
+                surface, [step], friction, within, symmetry, workers, progress=False, hardness=hardness
+            ).last
         self._refuse_memory("a press without time")
         if tangential is not None or shift is not None:
             raise InputError("A tangential force or a shift needs friction: give friction=, Coulomb's mu.")
         tolerance = 1e-8 if tolerance is None else tolerance
         check_settings(tolerance, symmetry, workers)
         load = Load(force, approach, load_point)
-        z = self.heights_of(surface)
-        return self._between_cells(press(self.compliance, z, load, tolerance, symmetry, workers), surface)
+        z, hard = self.heights_of(surface), hardness_field(hardness, self.compliance)
+        pressed = press(self.compliance, z, load, tolerance, symmetry, workers, hardness=hard)
+        return self._between_cells(pressed, surface)
 
     def _between_cells(
         self, contact: C, surface: HeightSurface | ArrayLike, position: tuple[float, float] = (0.0, 0.0)
@@ -322,6 +332,7 @@ class HalfSpace(SurfaceBody):
         forces: ArrayLike,
         *,
         load_point: tuple[float, float] | None = None,
+        hardness: ArrayLike | None = None,
         tolerance: float = 1e-8,
         symmetry: bool = True,
         workers: int | None = None,
@@ -339,8 +350,9 @@ class HalfSpace(SurfaceBody):
             As in `press`.
         forces : (n,) array_like
             Positive, in any order.
-        load_point, tolerance, symmetry, workers
-            As in `press`.
+        load_point, hardness, tolerance, symmetry, workers
+            As in `press`. With a hardness each load meets the dents of those before: forces that grow and fall again
+            are loading and unloading, and `steps` have the dents.
         path : str or Path, optional
             File of JSON lines, a row per load, written as loads are done; an interrupted curve goes on from there. A
             row of another half-space, surface or load, or after other loads, is refused.
@@ -368,13 +380,13 @@ class HalfSpace(SurfaceBody):
         if values.ndim != 1 or not values.size:
             raise InputError(f"The forces of a curve must be numbers (n,), one or more; found shape {values.shape}.")
         check_settings(tolerance, symmetry, workers)
-        z = self.heights_of(surface)
+        z, hard = self.heights_of(surface), hardness_field(hardness, self.compliance)
         loads = [Load(float(force), None, load_point) for force in values]
 
-        def pressed(load: Load) -> HalfSpaceContact:
-            return press(self.compliance, z, load, tolerance, symmetry, workers)
+        def pressed(heights: Array, load: Load) -> HalfSpaceContact:
+            return press(self.compliance, heights, load, tolerance, symmetry, workers, hardness=hard)
 
-        steps = CurveSteps(self.compliance, z, loads, pressed, tolerance)
+        steps = CurveSteps(self.compliance, z, loads, pressed, tolerance, hard)
         return LoadCurve(*follow(steps, len(loads), path, progress, "curve", "load"))
 
     def press_path(
@@ -387,6 +399,8 @@ class HalfSpace(SurfaceBody):
         workers: int | None = None,
         path: str | Path | None = None,
         progress: bool | None = None,
+        *,
+        hardness: ArrayLike | None = None,
     ) -> FrictionPath:
         """Press and drag a rigid surface with friction along a path of loads, from the unloaded state.
 
@@ -411,6 +425,8 @@ class HalfSpace(SurfaceBody):
             half-space, surface, step or history is refused.
         progress : bool, optional
             Whether to show the steps on standard error; by default where that is a terminal.
+        hardness : float or (nx, ny) array_like, optional
+            As in `press`. Dents stay from step to step, where they are on the half-space.
 
         Returns
         -------
@@ -435,7 +451,8 @@ class HalfSpace(SurfaceBody):
         array([ 0.   ,  0.229, -0.229,  0.229])
         """
         check_settings(tolerance, symmetry, workers)
-        setting = Friction(self.compliance, friction_coefficient(friction, infinite=True), tolerance, workers)
+        mu, hard = friction_coefficient(friction, infinite=True), hardness_field(hardness, self.compliance)
+        setting = Friction(self.compliance, mu, tolerance, workers, hard)
         each = FrictionSteps(setting, self._heights_at(surface), steps, symmetry)
         contacts, cuts = follow(each, len(steps), path, progress)
         return FrictionPath(tuple(self._between_cells(c, surface, c.position) for c in contacts), cuts)

@@ -115,6 +115,12 @@ class HalfSpaceContact(Drawn):
         Warning of an overlap between the middles of the cells, see `validity`; empty without one.
     given : {'force', 'approach'}
         Which of the two was prescribed.
+    hardness : (nx, ny) array or None
+        Largest pressures, see `hardness`; None without.
+    dent : (nx, ny) array or None
+        With a hardness, depth by which the surface has yielded, beside the elastic `displacement`; it stays.
+    plastic : (nx, ny) bool array or None
+        With a hardness, cells that yield under this load.
     """
 
     grid: Grid
@@ -133,6 +139,9 @@ class HalfSpaceContact(Drawn):
     coarse: Array | None
     between: str = field(default="", kw_only=True, repr=False)
     given: str = field(default="force", kw_only=True, repr=False)
+    hardness: Array | None = field(default=None, kw_only=True, repr=False)
+    dent: Array | None = field(default=None, kw_only=True, repr=False)
+    plastic: Mask | None = field(default=None, kw_only=True, repr=False)
 
     @property
     def active(self) -> Mask:
@@ -169,6 +178,7 @@ class HalfSpaceContact(Drawn):
             "max_pressure": self.max_pressure,
             "mean_pressure": self.force / area if area > 0 else 0.0,
             "mean_gap": self.mean_gap,
+            **({} if self.dent is None else {"plastic_area": self.plastic_area, "max_dent": float(self.dent.max())}),
         }
 
     def _redefined(self, name: str, meaning: str, former: str) -> float:
@@ -176,6 +186,11 @@ class HalfSpaceContact(Drawn):
         if abs(self.figures["area"] - self.point_area) > SAME * self.point_area:
             redefined(name, meaning, former)
         return self.figures[name]
+
+    @property
+    def plastic_area(self) -> float:
+        """Area that yields under this load; zero without a hardness."""
+        return 0.0 if self.plastic is None else int(self.plastic.sum()) * self.grid.area
 
     @cached_property
     def _edge(self) -> EdgeCells:
@@ -402,7 +417,8 @@ class HalfSpaceContact(Drawn):
 
     def columns(self) -> dict[str, Array]:
         """Fields (nx, ny) on the cells by name."""
-        return {"pressure": self.pressure, "gap": self.gap, "displacement": self.displacement}
+        dents = {} if self.dent is None else {"dent": self.dent}
+        return {"pressure": self.pressure, "gap": self.gap, "displacement": self.displacement, **dents}
 
     def save(self, path: str | Path) -> Path:
         """Write the contact; the suffix decides: .json (summary), .csv (a row per cell), .npz (arrays for numpy).
@@ -439,6 +455,7 @@ class HalfSpaceContact(Drawn):
             "mean pressure": f["mean_pressure"],
             "mean gap": f["mean_gap"],
             "regions": self.n_regions,
+            **({} if self.dent is None else {"plastic area": f["plastic_area"], "largest dent": f["max_dent"]}),
         }
 
     def __str__(self) -> str:

@@ -38,6 +38,7 @@ from fecontact.halfspace.contact import (
 )
 from fecontact.halfspace.fft import Convolution
 from fecontact.halfspace.grid import Grid
+from fecontact.halfspace.hardness import dented, with_own_dent
 from fecontact.halfspace.pressing import Load, normal_residuals, press
 from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
 from fecontact.halfspace.viscoelastic import creep_of
@@ -178,12 +179,15 @@ class Friction:
     mu : float
     tolerance : float
     workers : int, optional
+    hardness : (nx, ny) array, optional
+        Largest pressures, see `halfspace.hardness`.
     """
 
     body: SurfaceCompliance
     mu: float
     tolerance: float
     workers: int | None = None
+    hardness: Array | None = None
     _made: dict[tuple[int, tuple[int, int]], TangentialCompliance] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -236,19 +240,22 @@ def press_step(
 ) -> FrictionContact:
     """Press and drag a surface of heights (nx, ny), from the state at the end of the last step or unloaded.
 
+    Dents stay from step to step.
+
     Raises
     ------
     InputError, SolverError
         As from `staggered`.
     """
     start = None if last is None else (last.traction, None)
-    load = Load(step.force, step.approach, step.load_point)
+    load, z = Load(step.force, step.approach, step.load_point), dented(heights, last)
     creep = creep_of(friction, step.time, last)
 
     def tractions_of(normal: HalfSpaceContact) -> DraggedTractions:
         return DraggedTractions(creep.friction, normal, step, last, creep.slip)
 
-    return creep.remembered(staggered(creep.friction, creep.below(heights), load, tractions_of, start, symmetry))
+    found = staggered(creep.friction, creep.below(z), load, tractions_of, start, symmetry)
+    return creep.remembered(found if found.dent is None else replace(found, dent=dented(found.dent, last)))
 
 
 def staggered(
@@ -274,7 +281,10 @@ def staggered(
     tolerance = max(FIRST_TOLERANCE, friction.tolerance) if several else friction.tolerance
     normal, left, sharper = None, math.inf, 1.0
     while True:
-        normal = press(friction.body, heights + by_traction, load, tolerance, symmetry, friction.workers, start=normal)
+        normal = press(
+            friction.body, heights + by_traction, load, tolerance, symmetry, friction.workers,
+            start=normal, hardness=friction.hardness,
+        )  # fmt: skip
         if not normal.active.any():
             raise InputError(
                 "Nothing is pressed: no middle of a cell touches at this approach. Increase it, or take smaller cells.",
@@ -323,15 +333,16 @@ def certified(
     unknown = Residuals(math.inf, math.inf, math.inf, math.inf)
     contact = FrictionContact(
         grid=body.grid, periodic=body.periodic, material=body.material, layers=tuple(body.layers),
-        pressure_kind=body.pressure, residuals=unknown, friction=friction.mu, **given,
+        pressure_kind=body.pressure, residuals=unknown, friction=friction.mu, hardness=friction.hardness, **given,
     )  # fmt: skip
     creep = creep_of(friction, step.time, last)
     tractions = DraggedTractions(creep.friction, contact, step, last, creep.slip)
     q = contact.traction[:, *tractions.box]
     motion = np.array([*contact.shift, contact.twist]) - tractions.before
     slip = tractions.slip(q, motion[tractions.free])
-    load, heights = Load(step.force, step.approach, step.load_point), creep.below(heights) + tractions.lift(q)
-    pressed = replace(contact, residuals=normal_residuals(creep.friction.body, heights, load, contact))
+    load, z = Load(step.force, step.approach, step.load_point), creep.below(dented(heights, last)) + tractions.lift(q)
+    own = normal_residuals(creep.friction.body, z, load, with_own_dent(contact, last))
+    pressed = replace(contact, residuals=own)
     found = replace(contact, slip=tractions.spread(slip), residuals=_residuals(pressed, tractions.problem, q, slip))
     if not found.residuals.within(friction.tolerance):
         raise SolverError(f"What the file has of this step is no solution: {found.residuals}. Choose another file.")
@@ -546,7 +557,8 @@ class DraggedTractions(Tractions[PressStep, FrictionContact]):
         else:
             rest = self.normal.approach - size / (mu * softer)
             inner = Load(None, rest, None)
-        less = press(self.friction.body, heights, inner, self.friction.tolerance, True, self.friction.workers)
+        z = dented(heights, self.normal)
+        less = press(self.friction.body, z, inner, self.friction.tolerance, True, self.friction.workers)
         q = mu * (p - less.pressure[self.box])
         if driven:
             m[:2] = mu * softer * (self.normal.approach - less.approach) * along / size

@@ -66,6 +66,8 @@ SMALLEST = 1e-300
 class GridProblem:
     """Frictionless contact on a grid: gap = A p + g + B^T q >= 0, p >= 0, p . gap = 0, B p = F.
 
+    With bounds p <= H, gap <= 0 is allowed where p = H: there the surface yields by -gap.
+
     Attributes
     ----------
     compliance : Convolution or Corrected
@@ -84,6 +86,8 @@ class GridProblem:
         Loads.
     workers : int, optional
         Threads, see `common.threads`.
+    bound : (nx, ny) array, optional
+        H, positive or infinite; none without it.
     """
 
     compliance: Product
@@ -94,6 +98,7 @@ class GridProblem:
     B: Array
     F: Array
     workers: int | None = None
+    bound: Array | None = None
 
     def each(self, work: Callable[[slice], Any]) -> list[Any]:
         """Results of a function of strips of the cells, which it may change."""
@@ -106,6 +111,16 @@ class GridProblem:
     def loads(self, p: Array, strip: slice) -> Array:
         """B p of a strip (m,)."""
         return np.asarray(np.einsum("kij,ij->k", self.B[:, strip], p[strip]))
+
+    def at_bound(self, p: Array, strip: slice = slice(None)) -> Mask:
+        """Cells of a strip whose pressure is at its bound or above."""
+        return np.zeros(p[strip].shape, bool) if self.bound is None else p[strip] >= self.bound[strip]
+
+    def cut(self, p: Array, strip: slice) -> None:
+        """Cut pressures of a strip at zero and at their bounds."""
+        np.maximum(p[strip], 0.0, out=p[strip])
+        if self.bound is not None:
+            np.minimum(p[strip], self.bound[strip], out=p[strip])
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +146,8 @@ class GridIterate:
         Bound of the error of u due to single precision.
     recomputed : bool
         Whether u has been computed anew by p on the whole grid.
+    full : (nx, ny) bool array, optional
+        Active cells that are held at their bound; none without bounds.
     """
 
     p: Array
@@ -143,6 +160,12 @@ class GridIterate:
     history: tuple[float, ...]
     drift: float = 0.0
     recomputed: bool = False
+    full: Mask | None = None
+
+    @property
+    def free(self) -> Mask:
+        """Active cells whose gaps are closed."""
+        return self.active if self.full is None else np.asarray(self.active & ~self.full)
 
 
 def solve_on_grid(problem: GridProblem, start: Array, active: Mask, tolerance: float) -> GridIterate:
@@ -169,9 +192,11 @@ def solve_on_grid(problem: GridProblem, start: Array, active: Mask, tolerance: f
     (1999) 271; I. A. Polonsky, L. M. Keer, Wear 231 (1999) 206.
     """
     active, work = active & problem.allowed, _Work.of(problem.g.shape, len(problem.F))
-    p = carry(problem, np.where(active, np.maximum(start, 0.0), 0.0))
+    p = np.where(active, np.maximum(start, 0.0), 0.0)
+    p = carry(problem, p if problem.bound is None else np.minimum(p, problem.bound))
+    full = None if problem.bound is None else active & problem.at_bound(p)
     u = problem.compliance.apply(p)
-    at = GridIterate(p, u, np.zeros(len(problem.F)), active, 0, 0, False, ())
+    at = _with_free(problem, GridIterate(p, u, np.zeros(len(problem.F)), active, 0, 0, False, (), full=full))
     changed = True
     while at.rounds < MAX_ROUNDS:
         at = _equalise(problem, at, tolerance, PER_ROUND if changed else 0.0, work)
@@ -186,14 +211,18 @@ def solve_on_grid(problem: GridProblem, start: Array, active: Mask, tolerance: f
         changed = found.pulling or found.entering
         if found.pulling:
             at = _without_tension(problem, at, tolerance * found.scale, work)
-        at = replace(at, active=found.active)
+        at = _with_free(problem, replace(at, active=found.active, full=found.full))
     return at
 
 
 class _Judged(NamedTuple):
-    """Judgement of an iterate: the next set, whether cells leave or enter it, and the largest displacement."""
+    """Judgement of an iterate: the next sets, whether pressures leave their bounds, gaps open or close, and scales.
+
+    `left` is the largest gap on the set or penetration over the `scale`, the largest displacement.
+    """
 
     active: Mask
+    full: Mask | None
     pulling: bool
     entering: bool
     left: float
@@ -207,6 +236,7 @@ class _Judged(NamedTuple):
 def _judged(problem: GridProblem, at: GridIterate, tolerance: float) -> _Judged:
     scale = _largest(problem, at.u)
     following = np.empty(at.active.shape, bool)
+    held = None if at.full is None else at.full.copy()
 
     def judge(strip: slice) -> tuple[bool, bool, float]:
         active, allowed = at.active[strip], problem.allowed[strip]
@@ -215,10 +245,35 @@ def _judged(problem: GridProblem, at: GridIterate, tolerance: float) -> _Judged:
         entering = allowed & ~active & (gap < -tolerance * scale)
         following[strip] = (active & ~pulling) | entering
         left = np.abs(np.where(active, gap, np.minimum(gap, 0.0)))
+        if held is not None and problem.bound is not None:
+            full = held[strip].copy()
+            over, back = active & (at.p[strip] > problem.bound[strip]), full & (gap > tolerance * scale)
+            held[strip] = (full & ~back) | over
+            left[full] = np.maximum(gap[full], 0.0)
+            pulling, entering = pulling | over, entering | back
         return bool(pulling.any()), bool(entering.any()), float(left.max(where=allowed, initial=0.0))
 
     pulling, entering, left = zip(*problem.each(judge), strict=True)
-    return _Judged(following, any(pulling), any(entering), max(left) / scale, scale)
+    return _Judged(following, held, any(pulling), any(entering), max(left) / scale, scale)
+
+
+def _with_free(problem: GridProblem, at: GridIterate) -> GridIterate:
+    """The iterate with free cells where all are at their bounds and do not bear the force.
+
+    Those with the smallest gaps enter, or those with the smallest dents come back, as many as bear the difference.
+    """
+    if at.full is None or problem.bound is None or not len(problem.F) or at.free.any():
+        return at
+    lack = float(problem.F[0] - np.vdot(problem.B[0], at.p))
+    candidates = np.flatnonzero(problem.allowed & ~at.active if lack > 0 else at.full)
+    if abs(lack) <= CARRIED * problem.F[0] or not len(candidates):
+        return at
+    gap = (at.u + problem.g + problem.motion(at.q, slice(None))).ravel()[candidates]
+    order = candidates[np.argsort(gap if lack > 0 else -gap, kind="stable")]
+    bears = np.cumsum(problem.B[0].ravel()[order] * problem.bound.ravel()[order])
+    some, active, full = order[: 1 + int(np.searchsorted(bears, abs(lack)))], at.active.copy(), at.full.copy()
+    active.ravel()[some], full.ravel()[some] = True, False
+    return replace(at, active=active, full=full)
 
 
 def _largest(problem: GridProblem, u: Array) -> float:
@@ -238,7 +293,7 @@ def _without_tension(problem: GridProblem, at: GridIterate, most_drift: float, w
 
     def clip(strip: slice) -> None:
         change[strip] = p[strip]
-        np.maximum(p[strip], 0.0, out=p[strip])
+        problem.cut(p, strip)
 
     problem.each(clip)
     carry(problem, p)
@@ -258,20 +313,31 @@ def _without_tension(problem: GridProblem, at: GridIterate, most_drift: float, w
 
 
 def carry(problem: GridProblem, p: Array) -> Array:
-    """Pressures scaled by a factor linear in the rows until they balance the loads; p is lost."""
+    """Pressures scaled by a factor linear in the rows until they balance the loads; p is lost.
+
+    Those at their bound stay there, and none is scaled beyond it.
+    """
     if len(problem.F) == 0:
         return p
 
     def moments(strip: slice) -> tuple[Array, Array]:
         rows = problem.B[:, strip]
         weighed = rows * p[strip]
-        return weighed.sum(axis=(1, 2)), np.einsum("kij,lij->kl", weighed, rows)
+        carried = weighed.sum(axis=(1, 2))
+        if problem.bound is not None:
+            weighed *= ~problem.at_bound(p, strip)
+        return carried, np.einsum("kij,lij->kl", weighed, rows)
 
     carried, gram = (sum(parts) for parts in zip(*problem.each(moments), strict=True))
     factors = np.linalg.lstsq(gram, problem.F - carried, rcond=1e-12)[0]
 
     def scale(strip: slice) -> None:
-        p[strip] *= 1 + problem.motion(factors, strip)
+        factor = 1 + problem.motion(factors, strip)
+        if problem.bound is not None:
+            factor[problem.at_bound(p, strip)] = 1.0
+        p[strip] *= factor
+        if problem.bound is not None:
+            np.minimum(p[strip], problem.bound[strip], out=p[strip])
 
     problem.each(scale)
     return p
@@ -365,7 +431,8 @@ def _balance(problem: GridProblem, active: Mask, work: _Work) -> _Balance:
 
 def _equalise(problem: GridProblem, at: GridIterate, tolerance: float, factor: float, work: _Work) -> GridIterate:
     """Conjugate gradients on the set until the gaps have shrunk by a factor or are closed, in the iterate's arrays."""
-    balance = _balance(problem, at.active, work)
+    free = at.free
+    balance = _balance(problem, free, work)
     p, u, q, drift = at.p, at.u, at.q, at.drift
     missing = balance.missing(p)
     if sum(abs(f) * _size(image) for f, image in zip(missing, work.images, strict=True)) > CARRIED * _size(p):
@@ -383,7 +450,7 @@ def _equalise(problem: GridProblem, at: GridIterate, tolerance: float, factor: f
         curvature = sum(problem.each(lambda strip: float(np.vdot(work.d[strip], work.image[strip]))))
         if curvature <= 0:
             break
-        drift += ROUGHNESS * _advance(problem, at, rho / curvature, work)
+        drift += ROUGHNESS * _advance(problem, at, free, rho / curvature, work)
         before, steps = rho, steps + 1
         dq, rho, largest = balance.precondition()
         q = q + dq
@@ -391,14 +458,14 @@ def _equalise(problem: GridProblem, at: GridIterate, tolerance: float, factor: f
     return replace(at, q=q, nit=at.nit + steps, rounds=at.rounds + 1, drift=drift)
 
 
-def _advance(problem: GridProblem, at: GridIterate, length: float, work: _Work) -> float:
+def _advance(problem: GridProblem, at: GridIterate, free: Mask, length: float, work: _Work) -> float:
     """Go a length back along the direction: pressures, displacements and gaps; the largest change of displacement."""
 
     def advance(strip: slice) -> float:
         moved = length * work.image[strip]
         at.p[strip] -= length * work.d[strip]
         at.u[strip] -= moved
-        work.gap[strip] -= moved * at.active[strip]
+        work.gap[strip] -= moved * free[strip]
         return _size(moved)
 
     return float(max(problem.each(advance)))
@@ -459,6 +526,8 @@ class GridLevel:
         Additions to the compliance, over the modelled part.
     arrays : str, optional
         Module whose arrays are transformed, see `array_module`.
+    bound : (nx, ny) array, optional
+        Largest pressures, see `GridProblem`.
     """
 
     kernel: Array
@@ -470,6 +539,7 @@ class GridLevel:
     symmetric: Even
     smooth: tuple[Term, ...] = ()
     arrays: str | None = None
+    bound: Array | None = None
 
     @property
     def whole(self) -> tuple[slice, slice]:
@@ -524,14 +594,18 @@ def _cells(shape: tuple[int, int], symmetric: Even) -> tuple[int, int]:
 def coarser(level: GridLevel, kernel: Array) -> GridLevel:
     """The level on cells twice as large; a row that extends beyond the grid has no counter-surface.
 
-    Gaps are means, rows are sums over the cells that have a counter-surface.
+    Gaps and bounds are means, rows are sums over the cells that have a counter-surface.
     """
     count = block_sums(level.allowed.astype(np.int8))
     everywhere = bool(level.allowed.all())
     g = block_sums(level.g if everywhere else level.g * level.allowed) / np.maximum(count, 1)
     B = block_sums(level.B if everywhere else level.B * level.allowed)
     smooth = tuple(term.coarser() for term in level.smooth)
-    return replace(level, kernel=kernel, g=g, allowed=count > 0, B=B, smooth=smooth)
+    bound = level.bound
+    if bound is not None:
+        bound = block_sums(bound if everywhere else np.where(level.allowed, bound, 0.0)) / np.maximum(count, 1)
+        bound = np.where(count > 0, bound, np.inf)
+    return replace(level, kernel=kernel, g=g, allowed=count > 0, B=B, smooth=smooth, bound=bound)
 
 
 def finer(values: Array, shape: tuple[int, int], symmetric: Even, periodic: bool) -> Array:
@@ -622,6 +696,7 @@ def solve_level(
             level.allowed[part],
             level.B[:, *part],
             level.F,
+            bound=None if level.bound is None else level.bound[part],
         )
         at = solve_on_grid(problem, start[part], active[part], tolerance)
         if part == level.whole:

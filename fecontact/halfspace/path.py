@@ -48,10 +48,12 @@ OF_STEPS: Mapping[str, Callable[[FrictionContact], float]] = {
 }
 #: Figures of a load of a curve.
 OF_LOADS = ("force", "approach", "area", "max_pressure", "mean_pressure", "mean_gap", "regions", "pressure_error")
+#: More of both with a hardness.
+OF_HARDNESS = ("plastic_area", "max_dent")
 #: Fields of a contact that a file keeps.
 KEPT = (
     "pressure", "displacement", "gap", "traction", "slip", "coarse", "approach", "tilt", "shift", "twist", "position",
-    "status", "given", "solver", "tangential_solver",
+    "status", "given", "solver", "tangential_solver", "dent", "plastic",
 )  # fmt: skip
 
 
@@ -121,7 +123,13 @@ class FrictionPath(Path[FrictionContact]):
 
     def rows(self) -> list[dict[str, float]]:
         """Figures of each step by name."""
-        return [RenamedKeys({name: read(contact) for name, read in OF_STEPS.items()}) for contact in self.steps]
+        hard = OF_HARDNESS if self.last.hardness is not None else ()
+        return [
+            RenamedKeys(
+                {**{name: read(c) for name, read in OF_STEPS.items()}, **{name: c.figures[name] for name in hard}}
+            )
+            for c in self.steps
+        ]
 
     def as_dict(self) -> dict[str, Any]:
         """All figures for scripts."""
@@ -154,7 +162,8 @@ class LoadCurve(Path[Mapping[str, Any]], Drawn):
     ----------
     steps : tuple of dict
         Of each load in the order given: force, approach, area, max_pressure, mean_pressure, mean_gap, regions (their
-        number), pressure_error (estimated, relative) and warnings.
+        number), pressure_error (estimated, relative) and warnings. With a hardness also plastic_area, max_dent and the
+        dent (nx, ny), from which the next load starts.
     """
 
     @property
@@ -181,7 +190,7 @@ class LoadCurve(Path[Mapping[str, Any]], Drawn):
 
     def rows(self) -> list[dict[str, float]]:
         """Figures of each load by name."""
-        return [{name: row[name] for name in OF_LOADS} for row in self.steps]
+        return [{name: row[name] for name in (*OF_LOADS, *OF_HARDNESS) if name in row} for row in self.steps]
 
     def _drawn(self, path: str | FilePath | None, units: Units) -> Any:
         panels = {
@@ -193,9 +202,8 @@ class LoadCurve(Path[Mapping[str, Any]], Drawn):
         return plot_over_force(self.force, panels, f"{len(self)} loads", units, path)
 
     def __str__(self) -> str:
-        return str(
-            Table(OF_LOADS, [list(row.values()) for row in self.rows()], [f"Warning: {t}" for t in self.warnings])
-        )
+        rows = self.rows()
+        return str(Table(list(rows[0]), [list(row.values()) for row in rows], [f"Warning: {t}" for t in self.warnings]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,21 +266,26 @@ class FrictionSteps(Steps[FrictionContact]):
     def prints(self) -> Mapping[str, Mapping[str, str]]:
         """Fingerprints by part of each step by its number."""
         steps = [{**vars(step), "heights": self.heights(step.position)} for step in self.steps]
-        return _prints(self.friction.body, steps, friction=self.friction.mu, tolerance=self.friction.tolerance)
+        own = self.friction
+        return _prints(own.body, steps, friction=own.mu, tolerance=own.tolerance, hardness=own.hardness)
 
 
 @dataclass(frozen=True, eq=False)
 class CurveSteps(Steps[Mapping[str, Any]]):
-    """Loads of a curve, which do not depend on each other, and how they are pressed, see `HalfSpace.curve`."""
+    """Loads of a curve and how heights are pressed by them, see `HalfSpace.curve`.
+
+    They do not depend on each other, but by the dents that they leave.
+    """
 
     body: SurfaceCompliance
     heights: Array
     loads: Sequence[Load]
-    pressed: Callable[[Load], HalfSpaceContact]
+    pressed: Callable[[Array, Load], HalfSpaceContact]
     tolerance: float
+    hardness: Array | None = None
 
     def halvings(self, k: int, before: Loads | None) -> int:
-        """None: a load does not depend on others."""
+        """None: a load does not depend on those before, or by their dents alone."""
         return 0
 
     def part(
@@ -281,19 +294,25 @@ class CurveSteps(Steps[Mapping[str, Any]]):
         """Figures and warnings of load k."""
         if known is not None:
             return cast(Loads, known)
-        contact = self.pressed(self.loads[k])
+        dent = 0.0 if last is None or self.hardness is None else last["dent"]
+        contact = self.pressed(self.heights + dent if self.hardness is not None else self.heights, self.loads[k])
         more = {"regions": float(contact.n_regions), "pressure_error": contact.error_estimate.pressure}
         found = {**contact.figures, **more}
-        return {**{name: found[name] for name in OF_LOADS}, "warnings": contact.warnings}
+        figures: dict[str, Any] = {name: found[name] for name in (*OF_LOADS, *OF_HARDNESS) if name in found}
+        if contact.dent is not None:
+            figures["dent"] = contact.dent + dent
+        return {**figures, "warnings": contact.warnings}
 
     def prints(self) -> Mapping[str, Mapping[str, str]]:
         """Fingerprints by part of each load by its number."""
-        return _prints(self.body, [vars(load) for load in self.loads], heights=self.heights, tolerance=self.tolerance)
+        settings = {"heights": self.heights, "tolerance": self.tolerance, "hardness": self.hardness}
+        return _prints(self.body, [vars(load) for load in self.loads], **settings)
 
 
 def _prints(body: SurfaceCompliance, steps: Sequence[Loads], **settings: Any) -> dict[str, dict[str, str]]:
     """Fingerprints by part of each step by its number."""
-    same = {"fecontact": VERSION, "half-space": fingerprint(body), **{n: fingerprint(v) for n, v in settings.items()}}
+    given = {name: fingerprint(value) for name, value in settings.items() if value is not None}
+    same = {"fecontact": VERSION, "half-space": fingerprint(body), **given}
     return {str(k): {**same, **{name: fingerprint(v) for name, v in step.items()}} for k, step in enumerate(steps, 1)}
 
 

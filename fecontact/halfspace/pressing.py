@@ -19,6 +19,7 @@ from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import HalfSpaceContact, SolverReport
 from fecontact.halfspace.fft import DiagonalTerm, Product, Tally, padded, strips
 from fecontact.halfspace.grid import Even, Grid, even_axes, part_of, unfold
+from fecontact.halfspace.hardness import check_bearing, with_hardness, within_bounds, yielded
 from fecontact.halfspace.nested import GridLevel, compliance, solve_level, solve_nested
 from fecontact.solvers import ContactProblem, Residuals
 
@@ -116,15 +117,17 @@ def press(
     boxed: bool = True,
     start: HalfSpaceContact | None = None,
     own: Array | None = None,
+    hardness: Array | None = None,
 ) -> HalfSpaceContact:
     """Solve one contact, see `HalfSpace.press`; without `boxed` contact may reach the border of a free grid.
 
     It starts from coarser grids, or from a contact nearby of the same symmetry. Compliances `own` (nx, ny) of the cells
-    by themselves are beside that of the bodies: own p is part of the gap, and none of the displacement.
+    by themselves are beside that of the bodies: own p is part of the gap, and none of the displacement. The dent is
+    that by this load.
     """
     began = time.perf_counter()
     z, allowed = checked_heights(heights, body.grid)
-    level = _level(body, z, allowed, load, symmetry, own)
+    level = _level(body, z, allowed, load, symmetry, own, hardness)
     if not level.is_bounded:
         most, lowest = float(z.mean()), float(z.min())
         raise InputError(
@@ -139,6 +142,7 @@ def press(
         tally = Tally(body.grid.n_cells)
     if len(level.F):
         _check_load_point(body.grid, allowed, load.point)
+    check_bearing(level, body.grid)
     if start is not None and start.solver.symmetric == symmetric:
         part = part_of(body.grid.shape, symmetric)
         at = solve_level(level, start.pressure[part], start.active[part], tolerance, tally, workers)
@@ -148,13 +152,14 @@ def press(
     if not body.periodic and boxed:
         _check_box(body.grid, at.active, at.p, symmetric)
     operator = compliance(level, level.whole, tally, workers)
-    recomputed = at.recomputed and bool((at.p >= 0).all())
-    p = np.maximum(at.p, 0.0, out=at.p)
+    recomputed = at.recomputed and within_bounds(at.p, level.bound)
+    p = np.clip(at.p, 0.0, level.bound, out=at.p)
     u = at.u if recomputed else operator.apply(p, at.u)
-    residuals = _residuals(level, operator, u, p, at.q)
+    dent, plastic = (None, None) if level.bound is None else yielded(level, u, p, at.q, tolerance)
+    residuals = _residuals(level, operator, u, p, at.q, dent)
     if not (at.converged and residuals.within(tolerance)):
         raise SolverError(_failure(at.rounds, residuals, tolerance, load))
-    gap = _gap(level, u, at.q, workers)
+    gap = _gap(level, u if dent is None else u + dent, at.q, workers)
     approach, tilt = _motion(body.grid, at.q, load, symmetric)
     u = u if own is None else u - level.smooth[0].apply(p)
     report = SolverReport(
@@ -183,11 +188,20 @@ def press(
         solver=report,
         coarse=coarse,
         given="approach" if load.force is None else "force",
+        hardness=hardness,
+        dent=None if dent is None else unfold(dent, symmetric),
+        plastic=None if plastic is None else unfold(plastic, symmetric),
     )
 
 
 def _level(
-    body: SurfaceCompliance, z: Array, allowed: Mask, load: Load, symmetry: bool, own: Array | None = None
+    body: SurfaceCompliance,
+    z: Array,
+    allowed: Mask,
+    load: Load,
+    symmetry: bool,
+    own: Array | None = None,
+    hardness: Array | None = None,
 ) -> GridLevel:
     """The finest level: unknowns are pressures, loads are in units of pressure times cells.
 
@@ -196,7 +210,8 @@ def _level(
     """
     grid = body.grid
     point = load.point
-    fields = np.empty((0, *grid.shape)) if own is None else own[None]
+    finite = None if hardness is None else np.where(np.isinf(hardness), 0.0, hardness)
+    fields = np.array([field for field in (own, finite) if field is not None]).reshape(-1, *grid.shape)
     even = even_axes(z, allowed, fields) if symmetry and body.arrays is None else (False, False)
     symmetric = (even[0] and not (point and point[0]), even[1] and not (point and point[1]))
     part = part_of(grid.shape, symmetric)
@@ -222,6 +237,7 @@ def _level(
         symmetric=symmetric,
         smooth=() if own is None else (DiagonalTerm(own[part], grid.area),),
         arrays=body.arrays,
+        bound=None if hardness is None else np.ascontiguousarray(hardness[part]),
     )
 
 
@@ -252,10 +268,16 @@ def _gap(level: GridLevel, u: Array, q: Array, workers: int | None) -> Array:
     return gap
 
 
-def _residuals(level: GridLevel, operator: Product, u: Array, p: Array, q: Array) -> Residuals:
-    """Residuals of the complementarity problem of all cells with a counter-surface, recomputed; u = A p."""
+def _residuals(
+    level: GridLevel, operator: Product, u: Array, p: Array, q: Array, dent: Array | None = None
+) -> Residuals:
+    """Residuals of the complementarity problem of all cells with a counter-surface, recomputed; u = A p.
+
+    With a hardness those of gaps and pressures, under the dent, and those of dents and what pressures lack of it.
+    """
     cells = slice(None) if level.allowed.all() else np.flatnonzero(level.allowed.ravel())
-    g, deflection, forces = (field.ravel()[cells] for field in (level.g, u, p))
+    g = level.g if dent is None else level.g + dent
+    g, deflection, forces = (field.ravel()[cells] for field in (g, u, p))
 
     def product(x: Array) -> Array:
         full = np.zeros(level.g.size)
@@ -264,18 +286,22 @@ def _residuals(level: GridLevel, operator: Product, u: Array, p: Array, q: Array
 
     S = LinearOperator((len(g), len(g)), matvec=product, dtype=float)
     B = level.B.reshape(len(level.F), level.g.size)[:, cells]
-    return ContactProblem(S, g, B, level.F).residuals(forces, q, deflection=deflection)
+    problem = ContactProblem(S, g, B, level.F)
+    found = problem.residuals(forces, q, deflection=deflection)
+    if dent is None or level.bound is None:
+        return found
+    return with_hardness(found, p, dent, level.bound, problem.residual_scales(forces, q))
 
 
 def normal_residuals(body: SurfaceCompliance, heights: ArrayLike, load: Load, contact: HalfSpaceContact) -> Residuals:
-    """Residuals of a contact's pressures, approach and tilt, recomputed on the whole grid for given heights."""
+    """Residuals of a contact's pressures, approach, tilt and dent, recomputed on the whole grid for given heights."""
     z, allowed = checked_heights(heights, body.grid)
-    level = _level(body, z, allowed, load, symmetry=False)
+    level = _level(body, z, allowed, load, symmetry=False, hardness=contact.hardness)
     operator = compliance(level, level.whole, Tally(body.grid.n_cells), None)
     lift = float(np.dot(contact.tilt, load.point or (0.0, 0.0))) - contact.approach
     turns = [slope * side / 2 for slope, side in zip(contact.tilt, body.grid.size, strict=True)]
     p = contact.pressure
-    return _residuals(level, operator, operator.apply(p), p, np.array([lift, *turns])[: len(level.F)])
+    return _residuals(level, operator, operator.apply(p), p, np.array([lift, *turns])[: len(level.F)], contact.dent)
 
 
 def _check_load_point(grid: Grid, allowed: Mask, point: tuple[float, float] | None) -> None:
