@@ -29,10 +29,13 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import SolverError
 from fecontact.contact.interface import UnilateralConstraints
 
-#: Springs over the median stiffness of the rows that they hold.
-STRENGTH = 1e4
+#: Springs over the median stiffness of the rows that they hold: far above that of bodies as a whole, and low enough to
+#: lose few digits of what the springs leave of the compliance.
+STRENGTH = 100.0
 #: Shift, relative to the largest compliance, by which one with rounding is positive definite.
 ROUNDING = 1e-10
+#: Largest gap without compliance, relative to the largest one, that is rounding of the springs.
+NO_GAP = 1e-8
 
 
 class IndefiniteError(SolverError):
@@ -134,9 +137,7 @@ def held_inside(T: Array, g: Array, response: Array, B: Array, F: Array, springs
 def _without_motions(S1: Array, g1: Array, B1: Array, Bw: Array, F: Array) -> Held:
     """The held problem S', g', B' without its free motions; Bw is B with springs."""
     if not len(F):
-        if not semidefinite(S1):
-            raise _indefinite()
-        return Held(S1, g1, B1, F, lambda forces: np.zeros(0))
+        return Held(*_without_rounding(S1, g1), B1, F, lambda forces: np.zeros(0))
     D = Bw @ B1.T
     load = F + Bw @ g1
     try:
@@ -144,11 +145,40 @@ def _without_motions(S1: Array, g1: Array, B1: Array, Bw: Array, F: Array) -> He
     except np.linalg.LinAlgError as error:
         raise _indefinite() from error
     S2 = S1 + B1.T @ scipy.linalg.cho_solve(factor, B1)
-    if not semidefinite(S2):
-        raise _indefinite()
     g2 = g1 - B1.T @ scipy.linalg.cho_solve(factor, load)
     none = np.zeros((0, len(g1))), np.zeros(0)
-    return Held((S2 + S2.T) / 2, g2, *none, lambda forces: scipy.linalg.cho_solve(factor, B1 @ forces - load))
+    S2, g2 = _without_rounding((S2 + S2.T) / 2, g2)
+    return Held(S2, g2, *none, lambda forces: scipy.linalg.cho_solve(factor, B1 @ forces - load))
+
+
+def _without_rounding(S: Array, g: Array) -> tuple[Array, Array]:
+    """S and g without their rounding along forces that move nothing.
+
+    Such are forces along a row of points of which supports leave one motion, as across a body one cell thick. Springs
+    leave them a compliance and gaps by rounding, of the size of what they have taken away, which no force closes.
+
+    Raises
+    ------
+    IndefiniteError
+        If S is not positive semidefinite.
+    """
+    if not semidefinite(S):
+        raise _indefinite()
+    rows = np.flatnonzero(S.diagonal() > 0)
+    root = np.sqrt(S.diagonal()[rows])
+    scaled = S[np.ix_(rows, rows)] / root / root[:, None]
+    if scipy.linalg.lapack.dpotrf(scaled - ROUNDING * np.eye(len(rows)))[1] == 0:
+        return S, g
+    values, axes = np.linalg.eigh(scaled)
+    none = axes[:, values <= ROUNDING * values[-1]]
+    gaps = none.T @ (g[rows] / root)
+    gaps[np.abs(gaps) > NO_GAP * np.abs(g[rows] / root).max()] = 0.0
+    S, g = S.copy(), g.copy()
+    moving = axes * np.where(values <= ROUNDING * values[-1], 0.0, values)
+    kept = moving @ axes.T * root * root[:, None]
+    S[np.ix_(rows, rows)] = (kept + kept.T) / 2
+    g[rows] -= (none @ gaps) * root
+    return S, g
 
 
 def semidefinite(S: Array) -> bool:

@@ -448,8 +448,15 @@ class _Newton:
         for k, interface in enumerate(interfaces):
             share = turning if self._turned(k, scene, interface) else 0.0
             press(interface, hold.pressing(k, interface.pairing.nodes), share)
+        settings = self._settings
         for _ in range(MAX_HOLDS):
-            result = solved(scene, loading, None, self._settings, self._timer, (), past, hold)
+            try:
+                result = solved(scene, loading, None, settings, self._timer, (), past, hold)
+            except SolverError as error:
+                if error.code != "not-certified" or settings.tolerance >= TOLERANCE:
+                    raise
+                settings = replace(settings, tolerance=TOLERANCE)
+                continue
             found = _touching(result)
             needed = result._condensed.held_motions is not None
             if not needed or hold.within(found):

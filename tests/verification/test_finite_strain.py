@@ -16,6 +16,7 @@ from fecontact.mesh import pick
 from fecontact.mesh.element import FACES
 from fecontact.mesh.grading import Level
 from fecontact.mesh.kinds import KINDS
+from fecontact.results.finite_strain import Equilibrium
 
 SIDES = {"bottom": "z", "x_min": "x", "y_min": "y"}
 
@@ -273,6 +274,22 @@ def test_the_roller_is_solved_to_an_accuracy(accuracy: dict[str, float], fine_ro
 @pytest.mark.full
 @pytest.mark.parametrize(("element", "force"), [("hex20", 331.77), ("hex27", 331.61), ("hex8", 349.28)])
 def test_roller_on_a_slab_of_its_rubber_in_one_step(element: str, force: float) -> None:
+    (step,), found = on_a_slab(element)
+    assert step.iterations <= 10
+    assert found == pytest.approx(force, rel=1e-4)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("element", ["hex8", "hex20", "hex27"])
+def test_roller_on_a_slab_of_its_rubber_with_friction(element: str) -> None:
+    """As a section of quadrilaterals of 8 nodes on the same cells; twice as many each way give 329.63."""
+    steps, found = on_a_slab(element, 0.3)
+    assert len(steps) <= 3
+    assert max(each.residual for each in steps) < 1e-8
+    assert found == pytest.approx(331.64, rel=0.06 if element == "hex8" else 1e-3)
+
+
+def on_a_slab(element: str, mu: float = 0.0) -> tuple[tuple[Equilibrium, ...], float]:
     """14 of 17.5 + 20 of rubber; in 32 x 6 cells of 20 nodes the force is 330.39."""
     (soft, _), slab = roller(element, 16, 4)[0].bodies, fc.shapes.block((20.0, 50.0, 28.0), (6, 12, 1), element=element)
     supports = {"x_min": "xyz", "y_min": "y", "bottom": "z", "top": "z"}
@@ -280,10 +297,9 @@ def test_roller_on_a_slab_of_its_rubber_in_one_step(element: str, force: float) 
     below = fc.ElasticBody(
         slab.translated((-55.0, 0, 0)), law, contact="x_max", supports=supports, name="slab", geometry="plain"
     )
-    result = fc.Scene([soft, below], [fc.Contact(soft, below, coupling="mortar")]).solve(motions={soft: {"x": -14.0}})
-    (step,) = result.finite_strain
-    assert step.iterations <= 10
-    assert 2 * abs(result.contacts[0].force[0]) == pytest.approx(force, rel=1e-4)
+    contact = fc.Contact(soft, below, friction=mu, coupling="mortar")
+    result = fc.Scene([soft, below], [contact]).solve(motions={soft: {"x": -14.0}})
+    return result.finite_strain, 2 * abs(result.contacts[0].force[0])
 
 
 @pytest.mark.full
