@@ -15,7 +15,7 @@ NONE = np.zeros((0, 6)), np.zeros(0)
 def test_points_that_move_together_have_the_compliance_of_one() -> None:
     """Springs w on three points in a row of compliance s: their compliance is 1 / (1/s + 3 w), exactly of rank 1."""
     g = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
-    noise = 1e-12 * np.random.default_rng(0).normal(size=(6, 6))
+    noise = 1e-13 * np.random.default_rng(0).normal(size=(6, 6))
     found = held(TOGETHER + noise + noise.T, g + noise[0], *NONE, np.ones(6, bool))
     w = 100.0 / 1.5
     expected = np.kron(np.diag([1 / (1 + 3 * w), 1 / (-1 / 2 + 3 * w)]), np.ones((3, 3)))
