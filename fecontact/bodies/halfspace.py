@@ -50,6 +50,7 @@ from fecontact.halfspace.rolling import (
 )
 from fecontact.halfspace.validity import overlap_between_cells
 from fecontact.halfspace.viscoelastic import elastic, memory_of
+from fecontact.halfspace.wear import WornSteps
 from fecontact.solvers import ContactProblem
 from fecontact.surfaces.rigid.heightmap import HeightMap
 from fecontact.surfaces.rigid.shapes import heights_of
@@ -401,6 +402,7 @@ class HalfSpace(SurfaceBody):
         progress: bool | None = None,
         *,
         hardness: ArrayLike | None = None,
+        wear: float | None = None,
     ) -> FrictionPath:
         """Press and drag a rigid surface with friction along a path of loads, from the unloaded state.
 
@@ -427,6 +429,11 @@ class HalfSpace(SurfaceBody):
             Whether to show the steps on standard error; by default where that is a terminal.
         hardness : float or (nx, ny) array_like, optional
             As in `press`. Dents stay from step to step, where they are on the half-space.
+        wear : float, optional
+            Archard's coefficient k, volume per force and length of slip: what slips wears by k p |ds|, the contact
+            changes with it, and the next step begins with the worn shape, see `halfspace.wear`. Depths stay where the
+            contact is: on both bodies where they slip a little, on the surface that slides along where it slides far.
+            Steps are cut until the error of the worn depth is 1 %. Not together with a file.
 
         Returns
         -------
@@ -449,13 +456,28 @@ class HalfSpace(SurfaceBody):
         >>> path = half.press_path(fc.surfaces.Paraboloid(1.0), pull, friction=0.5)
         >>> path.shift[:, 0].round(3)
         array([ 0.   ,  0.229, -0.229,  0.229])
+
+        A ball that slides by 2 under a force of 0.1, without friction, wears:
+
+        >>> slides = [fc.PressStep(force=0.1, shift=(x, 0.0)) for x in (0.0, 2.0)]
+        >>> path = half.press_path(fc.surfaces.Paraboloid(1.0), slides, friction=0.0, wear=0.5)
+        >>> path.worn_volume.round(9), path.last.max_pressure < path[0].max_pressure / 2
+        (array([0. , 0.1]), True)
         """
         check_settings(tolerance, symmetry, workers)
         mu, hard = friction_coefficient(friction, infinite=True), hardness_field(hardness, self.compliance)
         setting = Friction(self.compliance, mu, tolerance, workers, hard)
-        each = FrictionSteps(setting, self._heights_at(surface), steps, symmetry)
+        given = setting, self._heights_at(surface), steps, symmetry
+        if wear is not None:
+            self._refuse_memory("wear")
+            for name, other in (("hardness", hardness), ("path", path)):
+                if other is not None:
+                    raise InputError(f"Wear is not offered together with {name}=: leave it out.", code="wear-alone")
+        each = FrictionSteps(*given) if wear is None else WornSteps(*given, wear)
         contacts, cuts = follow(each, len(steps), path, progress)
-        return FrictionPath(tuple(self._between_cells(c, surface, c.position) for c in contacts), cuts)
+        if wear is None:  # between the cells a worn shape is not known
+            contacts = tuple(self._between_cells(c, surface, c.position) for c in contacts)
+        return FrictionPath(contacts, cuts)
 
     def roll(
         self,

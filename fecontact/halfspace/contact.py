@@ -34,6 +34,9 @@ from fecontact.solvers.coulomb import friction_limit, sticks
 #: Difference of both areas, relative, up to which they are the same.
 SAME = 1e-9
 
+#: Error of the worn depth from which it is warned of.
+MAX_WEAR_ERROR = 0.05
+
 #: Cells that share a side or a corner belong to one region.
 TOUCHING = np.ones((3, 3), int)
 
@@ -712,6 +715,12 @@ class FrictionContact(TractionContact):
         At the end of the step; zero unless steps have times.
     retarded : (n, 3, nx, ny) array or None
         Of a visco-elastic half-space: what each term of its creep remembers of tractions and pressures.
+    worn : (nx, ny) array, optional
+        Worn depth of both surfaces together since the path began; None without wear.
+    wear_change : (nx, ny) array, optional
+        Estimated change of the worn depth by smaller steps.
+    cycles : float, optional
+        How often the step was passed; work and sliding are of one passage, the last.
     """
 
     shift: tuple[float, float]
@@ -719,6 +728,9 @@ class FrictionContact(TractionContact):
     parts: tuple[FrictionContact, ...] = field(default=(), repr=False)
     time: float = 0.0
     retarded: Array | None = field(default=None, repr=False)
+    worn: Array | None = field(default=None, kw_only=True, repr=False)
+    wear_change: Array | None = field(default=None, kw_only=True, repr=False)
+    cycles: float | None = field(default=None, kw_only=True, repr=False)
 
     dissipated, work = renamed("dissipated", "friction_work"), renamed("work", "work_density")
     friction_residuals = renamed("friction_residuals", "residuals")
@@ -727,9 +739,41 @@ class FrictionContact(TractionContact):
     def _parts(self) -> tuple[TractionContact, ...]:
         return self.parts
 
+    @property
+    def worn_volume(self) -> float:
+        """Volume worn off since the path began; zero without wear."""
+        return 0.0 if self.worn is None else float(self.worn.sum()) * self.grid.area
+
+    @cached_property
+    def figures(self) -> dict[str, float]:
+        """Figures by name, with worn volume and largest worn depth where it wears."""
+        if self.worn is None:
+            return super().figures
+        return {**super().figures, "worn_volume": self.worn_volume, "worn_depth": float(self.worn.max())}
+
+    @property
+    def wear_error(self) -> float:
+        """Estimated error of the worn depth by the size of the steps, over the largest depth; zero without wear."""
+        if self.worn is None or self.wear_change is None or not self.worn.any():
+            return 0.0
+        return float(np.abs(self.wear_change).max() / self.worn.max())
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """As of a contact without friction, and of steps that are large for their wear."""
+        if not self.wear_error > MAX_WEAR_ERROR:
+            return super().warnings
+        off = f"The worn depth may be off by {self.wear_error:.1%} of its largest, by the size of the steps."
+        return *super().warnings, f"{off} Give more steps, growing from small ones."
+
+    def columns(self) -> dict[str, Array]:
+        """Fields (nx, ny) on the cells by name."""
+        return {**super().columns(), **({} if self.worn is None else {"worn": self.worn})}
+
     def summary(self) -> dict[str, Any]:
         """Figures for scripts, ready for JSON."""
-        return RenamedKeys(super().summary(), shift=list(self.shift))
+        wear = {} if self.worn is None else {"wear_error": self.wear_error}
+        return RenamedKeys(super().summary(), shift=list(self.shift), **wear)
 
     @property
     def _motions(self) -> dict[str, float]:
@@ -738,4 +782,9 @@ class FrictionContact(TractionContact):
     @property
     def _printed(self) -> dict[str, float]:
         turned = {"torque": self.torque, "twist": self.twist} if self.twist or self.torque else {}
-        return {**super()._printed, **turned}
+        wear = {
+            name.replace("_", " "): self.figures[name]
+            for name in ("worn_volume", "worn_depth")
+            if self.worn is not None
+        }
+        return {**super()._printed, **turned, **wear}

@@ -90,6 +90,9 @@ class PressStep:
     time : float, optional
         Time at the end of the step, for visco-elastic half-spaces: loads change evenly with it, and at the same time as
         the step before at once. The unloaded state is at time 0.
+    cycles : float, optional
+        With wear: how often the step is passed, in a load cycle that goes on, from the end of the step before. A
+        passage is one way; the way back is a step of its own.
 
     Raises
     ------
@@ -111,8 +114,11 @@ class PressStep:
     position: tuple[float, float] = (0.0, 0.0)
     load_point: tuple[float, float] | None = None
     time: float | None = None
+    cycles: float | None = None
 
     def __post_init__(self) -> None:
+        if self.cycles is not None:
+            checks.positive("the number of cycles", self.cycles)
         Load(self.force, self.approach, self.load_point)
         if self.time is not None and checks.finite("the time of a step", self.time) < 0:
             raise InputError(f"The time of a step must not be negative; found {self.time!r}.", code="time-backwards")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path as FilePath
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
@@ -77,6 +77,7 @@ class FrictionPath(Path[FrictionContact]):
     torque = each_step("torque", "Torque (n,) about the normal.")
     shift = each_step("shift", "Displacement (n, 2) of the counter-surface since the unloaded state.")
     twist = each_step("twist", "Rotation (n,) of the counter-surface since the unloaded state.")
+    worn_volume = each_step("worn_volume", "Volume (n,) worn off by the ends of the steps.")
     friction_work = each_step("friction_work", "Work of friction (n,) in each step, not negative.")
     time = each_step("time", "Times (n,) at the ends of the steps; zeros unless they have times.")
 
@@ -97,13 +98,15 @@ class FrictionPath(Path[FrictionContact]):
         Raises
         ------
         InputError
-            If the coefficient is not positive, or friction is infinite.
+            If the coefficient is not positive, friction is infinite, or the shape has worn already.
 
         References
         ----------
         J. F. Archard, J. Appl. Phys. 24 (1953) 981.
         """
         k = checks.positive("the coefficient of wear", coefficient)
+        if self.last.worn is not None:
+            raise InputError("The surface of this path has worn: its depth is last.worn.", code="worn-already")
         return np.asarray(sum(k * contact.sliding_integral for contact in self.steps))
 
     def wear(self, coefficient: float) -> Array:
@@ -123,10 +126,11 @@ class FrictionPath(Path[FrictionContact]):
 
     def rows(self) -> list[dict[str, float]]:
         """Figures of each step by name."""
-        hard = OF_HARDNESS if self.last.hardness is not None else ()
+        worn = ("worn_volume", "worn_depth") if self.last.worn is not None else ()
+        more = (*(OF_HARDNESS if self.last.hardness is not None else ()), *worn)
         return [
             RenamedKeys(
-                {**{name: read(c) for name, read in OF_STEPS.items()}, **{name: c.figures[name] for name in hard}}
+                {**{name: read(c) for name, read in OF_STEPS.items()}, **{name: c.figures[name] for name in more}}
             )
             for c in self.steps
         ]
@@ -220,11 +224,17 @@ class FrictionSteps(Steps[FrictionContact]):
     heights: Callable[[tuple[float, float]], Array]
     steps: Sequence[PressStep]
     symmetry: bool
+    wears: ClassVar = False
 
     def __post_init__(self) -> None:
         check_thickness(self.friction.body)
         for k, step in enumerate(items("the steps of a path", self.steps, "PressStep objects"), 1):
             instance(f"step {k} of the path", step, PressStep)
+            if step.cycles is not None and not self.wears:
+                raise InputError(
+                    f"Step {k} has {step.cycles:g} cycles, which count with wear only: give wear=, or leave them out.",
+                    code="cycles-without-wear",
+                )
             if self.friction.body.periodic and (step.torque or step.twist):
                 raise InputError(
                     f"Step {k} twists the surface, which then would not repeat: leave out torque and twist, or make "
@@ -243,13 +253,16 @@ class FrictionSteps(Steps[FrictionContact]):
         known: Any = None,
     ) -> FrictionContact:  # fmt: skip
         """Contact at the end of a part of step k."""
-        step = self.steps[k]
-        z = self.heights(step.position)
-        begin = _start(z, step, before, self.steps[k - 1].load_point if k else None)
-        loads = PressStep(**_between(begin, _end(step), end))
+        z, loads = self.heights(self.steps[k].position), self.loads(k, before, end)
         if known is not None:
             return certified(self.friction, z, loads, last, known)
         return press_step(self.friction, z, loads, last, self.symmetry)
+
+    def loads(self, k: int, before: FrictionContact | None, share: float) -> PressStep:
+        """Loads a share of the way through step k."""
+        step = self.steps[k]
+        begin = _start(self.heights(step.position), step, before, self.steps[k - 1].load_point if k else None)
+        return PressStep(**_between(begin, _end(step), share))
 
     def joined(self, parts: Sequence[FrictionContact]) -> FrictionContact:
         """The last part, with those before it."""
@@ -328,7 +341,7 @@ def _start(z: Array, step: PressStep, last: FrictionContact | None, load_point: 
 
 def _end(step: PressStep) -> Loads:
     """Loads and motions at the end of a step: zero where nothing is given."""
-    end = {**vars(step), "tangential": step.tangential or ((0.0, 0.0) if step.shift is None else None)}
+    end = {**vars(step), "tangential": step.tangential or ((0.0, 0.0) if step.shift is None else None), "cycles": None}
     return {**end, "twist": step.twist or (0.0 if step.torque is None else None)}
 
 
