@@ -4,6 +4,7 @@ Pressures are positive in compression, stresses in tension; z points into the bo
 """
 
 from fecontact.analytic import (
+    adhesion,
     axisymmetric,
     boussinesq,
     curvature_field,
@@ -22,6 +23,7 @@ from fecontact.analytic import (
 from fecontact.common.renamed import renamed_names
 
 __all__ = [
+    "adhesion",
     "axisymmetric",
     "boussinesq",
     "curvature_field",

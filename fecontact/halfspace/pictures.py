@@ -348,3 +348,27 @@ def save_fields(path: str | Path, grid: Grid, fields: Mapping[str, Array], summa
             table = np.column_stack([x.ravel(), y.ravel(), *(values.ravel() for values in fields.values())])
             np.savetxt(file, table, "%.17g", ",", header=",".join(["x", "y", *fields]), comments="")
     return path
+
+
+def plot_adhesion(curve: Any, path: str | Path | None, units: Units) -> Figure:
+    """Force over approach of an `AdhesionCurve`: coming on, off, jumps between, and the pull-off."""
+    figure = Figure(figsize=(8.0, 5.6), layout="constrained")
+    axes = figure.subplots()
+    jumps = [(jump.approach, jump.before) for jump in curve.jumps]
+    x, f = curve.approach, curve.force
+    for colour, label, sign in (("tab:blue", "coming on", 1), ("tab:red", "coming off", -1)):
+        shown = np.flatnonzero(np.diff(x) * sign > 0)
+        for k in shown:
+            jumped = (x[k + 1], f[k]) in jumps
+            axes.plot(x[k : k + 2], f[k : k + 2], color=colour, linestyle=":" if jumped else "-")
+        ends = np.union1d(shown, shown + 1)
+        axes.plot(x[ends], f[ends], ".", color=colour, label=label)
+    if curve.pull_off:
+        label = f"pull-off {units.number(curve.pull_off, 'force')}"
+        axes.plot(curve.pull_off_approach, -curve.pull_off, "kv", fillstyle="none", markersize=9, label=label)
+    axes.axhline(0.0, color="black", linewidth=0.6)
+    axes.set_xlabel(units.axis_label("approach", "length"))
+    axes.set_ylabel(units.axis_label("force", "force"))
+    axes.legend()
+    axes.grid(alpha=0.3)
+    return save_figure(figure, path)
