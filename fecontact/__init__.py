@@ -55,8 +55,11 @@ if TYPE_CHECKING:
     from fecontact.contact.springs import Spring
     from fecontact.fem.laws import Fibres, HolmesMow, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
     from fecontact.halfspace import (
+        AdhesionCurve,
+        AdhesiveContact,
         CreepCoefficients,
         CreepCurve,
+        Dugdale,
         FrictionContact,
         FrictionPath,
         HalfSpaceContact,
@@ -86,6 +89,8 @@ if TYPE_CHECKING:
     from fecontact.surfaces.solid import mesh_solid
 
 __all__ = [
+    "AdhesionCurve",
+    "AdhesiveContact",
     "AncfBody",
     "AssembledBody",
     "AxisymmetricBody",
@@ -98,6 +103,7 @@ __all__ = [
     "CreepCoefficients",
     "CreepCurve",
     "DividingPlane",
+    "Dugdale",
     "ElasticBody",
     "ElasticLayer",
     "ErrorEstimate",
@@ -180,8 +186,8 @@ _MODULES = {
     "contact.contact": "Contact",
     "contact.springs": "Spring",
     "fem.laws": "Fibres HolmesMow MooneyRivlin NeoHookean Ogden StVenantKirchhoff",
-    "halfspace": "CreepCoefficients CreepCurve FrictionContact FrictionPath HalfSpaceContact Layer LoadCurve PressStep "
-    "RollingContact",
+    "halfspace": "AdhesionCurve AdhesiveContact CreepCoefficients CreepCurve Dugdale FrictionContact FrictionPath "
+    "HalfSpaceContact Layer LoadCurve PressStep RollingContact",
     "mesh.layer": "extrude",
     "mesh.mesh": "Mesh merge",
     "mesh.read": "read_mesh read_section read_surface",

@@ -64,7 +64,7 @@ def maugis(radius: float, modulus: float, work: float, range: float, ratios: Arr
     >>> round(near, 3), round(far, 3)
     (1.5, 2.0)
     """
-    R, K, w, reach = _checked(radius, modulus, work, range)
+    R, K, w, _ = _checked(radius, modulus, work, range)
     lam = transition(radius, modulus, work, range)
     m = checks.number_array("ratios of the radii", ratios)
     root = np.sqrt(m * m - 1)

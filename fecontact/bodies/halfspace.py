@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -28,6 +28,7 @@ from fecontact.common.renamed import renamed_argument
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.viscoelastic import Viscoelastic
 from fecontact.halfspace import kernels
+from fecontact.halfspace.adhesion import AdhesionCurve, Adhesive, AdhesiveContact, Dugdale, adhesion_curve
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.fft import array_module
@@ -203,10 +204,23 @@ class HalfSpace(SurfaceBody):
         load_point: tuple[float, float] | None = None,
         friction: None = None,
         hardness: ArrayLike | None = None,
+        adhesion: None = None,
         tolerance: float = 1e-8,
         symmetry: bool = True,
         workers: int | None = None,
     ) -> HalfSpaceContact: ...
+
+    @overload
+    def press(
+        self,
+        surface: HeightSurface | ArrayLike,
+        *,
+        approach: float,
+        adhesion: Dugdale,
+        tolerance: float = 1e-8,
+        symmetry: bool = True,
+        workers: int | None = None,
+    ) -> AdhesiveContact: ...
 
     @overload
     def press(
@@ -235,6 +249,7 @@ class HalfSpace(SurfaceBody):
         tangential: tuple[float, float] | None = None,
         shift: tuple[float, float] | None = None,
         hardness: ArrayLike | None = None,
+        adhesion: Dugdale | None = None,
         tolerance: float | None = None,
         symmetry: bool = True,
         workers: int | None = None,
@@ -263,6 +278,8 @@ class HalfSpace(SurfaceBody):
         hardness : float or (nx, ny) array_like, optional
             Largest pressure, at which the surface yields and keeps a `dent`, see `halfspace.hardness`; at least 1e-4
             of the contact modulus. Without it the half-space is elastic.
+        adhesion : Dugdale, optional
+            With an approach: the surfaces, separated before, attract each other. For coming off see `curve`.
         tolerance : float
             Relative tolerance of the certificate, see `solvers.Residuals`; 1e-8 unless given, with friction 1e-10.
         symmetry : bool
@@ -273,7 +290,7 @@ class HalfSpace(SurfaceBody):
         Returns
         -------
         HalfSpaceContact
-            A `FrictionContact` with friction.
+            A `FrictionContact` with friction, an `AdhesiveContact` with adhesion.
 
         Raises
         ------
@@ -300,6 +317,13 @@ class HalfSpace(SurfaceBody):
         >>> round((dragged.stick_area / dragged.area) ** 0.5, 2), round(dragged.tangential[0], 9)
         (0.74, 0.2)
         """
+        if adhesion is not None:
+            given = {"force": force, "load_point": load_point, "friction": friction, "tangential": tangential}
+            within = 1e-8 if tolerance is None else tolerance
+            given |= {"shift": shift, "hardness": hardness}
+            adhesive = self._adhesive(surface, adhesion, given, within, symmetry, workers)
+            Load(None, approach, None)
+            return self._between_cells(adhesive.contact(cast(float, approach))[0], surface)
         if friction is not None:
             step = PressStep(force, approach, tangential, shift, load_point=load_point)
             within = CERTIFIED if tolerance is None else tolerance
@@ -327,6 +351,7 @@ class HalfSpace(SurfaceBody):
         warning = overlap_between_cells(contact, lambda s, t: heights(s - x, t - y), self.compliance.modulus)
         return replace(contact, between=warning) if warning else contact
 
+    @overload
     def curve(
         self,
         surface: HeightSurface | ArrayLike,
@@ -339,8 +364,39 @@ class HalfSpace(SurfaceBody):
         workers: int | None = None,
         path: str | Path | None = None,
         progress: bool | None = None,
-    ) -> LoadCurve:
+    ) -> LoadCurve: ...
+
+    @overload
+    def curve(
+        self,
+        surface: HeightSurface | ArrayLike,
+        *,
+        approaches: ArrayLike,
+        adhesion: Dugdale,
+        tolerance: float = 1e-8,
+        symmetry: bool = True,
+        workers: int | None = None,
+        progress: bool | None = None,
+    ) -> AdhesionCurve: ...
+
+    def curve(
+        self,
+        surface: HeightSurface | ArrayLike,
+        forces: ArrayLike | None = None,
+        *,
+        approaches: ArrayLike | None = None,
+        adhesion: Dugdale | None = None,
+        load_point: tuple[float, float] | None = None,
+        tolerance: float = 1e-8,
+        symmetry: bool = True,
+        workers: int | None = None,
+        path: str | Path | None = None,
+        progress: bool | None = None,
+    ) -> LoadCurve | AdhesionCurve:
         """Press a rigid surface with several forces: approach, area and pressures over the force.
+
+        With adhesion it goes through approaches, from separated surfaces, each state from the one before: coming on,
+        off, or both.
 
         Every load starts from coarser grids, which give its error estimate too: half the time of a start from the
         neighbouring load at 128 x 128 cells goes into them, at 384 x 384 nothing. Pressures are not kept.
@@ -351,6 +407,9 @@ class HalfSpace(SurfaceBody):
             As in `press`.
         forces : (n,) array_like
             Positive, in any order.
+        approaches : (n,) array_like
+            With adhesion: in the order of the path, negative while surfaces are apart.
+        adhesion : Dugdale, optional
         load_point, hardness, tolerance, symmetry, workers
             As in `press`. With a hardness each load meets the dents of those before: forces that grow and fall again
             are loading and unloading, and `steps` have the dents.
@@ -375,11 +434,24 @@ class HalfSpace(SurfaceBody):
         >>> curve = half.curve(fc.surfaces.Paraboloid(1.0), np.array([0.25, 0.5, 1.0]))
         >>> bool(np.abs(np.diff(np.log(curve.approach)) / np.diff(np.log(curve.force)) - 2 / 3).max() < 2e-3)
         True
+
+        A ball that adheres, on and off; its pull-off is between 3/2 and 2 pi times work and radius:
+
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(0.12, 0.12), cells=(32, 32))
+        >>> on = np.linspace(-1e-3, 2e-4, 7)
+        >>> sticky = fc.Dugdale(work=1e-5, range=4e-4)
+        >>> curve = half.curve(fc.surfaces.Paraboloid(1.0), approaches=np.r_[on, on[::-1]], adhesion=sticky)
+        >>> round(curve.pull_off / (np.pi * 1e-5), 2), curve.hysteresis > 0
+        (1.56, True)
         """
         self._refuse_memory("a curve over the force")
-        values = number_array("the forces of a curve", forces)
-        if values.ndim != 1 or not values.size:
-            raise InputError(f"The forces of a curve must be numbers (n,), one or more; found shape {values.shape}.")
+        if adhesion is not None:
+            refused = {"forces": forces, "load_point": load_point, "hardness": hardness, "path": path}
+            adhesive = self._adhesive(surface, adhesion, refused, tolerance, symmetry, workers)
+            return adhesion_curve(adhesive, _listed("approaches", approaches), progress)
+        if approaches is not None:
+            raise InputError("Approaches are of a curve with adhesion: give adhesion=, a Dugdale, or forces.")
+        values = _listed("forces", forces)
         check_settings(tolerance, symmetry, workers)
         z, hard = self.heights_of(surface), hardness_field(hardness, self.compliance)
         loads = [Load(float(force), None, load_point) for force in values]
@@ -389,6 +461,27 @@ class HalfSpace(SurfaceBody):
 
         steps = CurveSteps(self.compliance, z, loads, pressed, tolerance, hard)
         return LoadCurve(*follow(steps, len(loads), path, progress, "curve", "load"))
+
+    def _adhesive(
+        self,
+        surface: HeightSurface | ArrayLike,
+        adhesion: Dugdale,
+        others: Mapping[str, object],
+        tolerance: float,
+        symmetry: bool,
+        workers: int | None,
+    ) -> Adhesive:
+        """A surface that adheres to it; other arguments that are given are refused."""
+        self._refuse_memory("adhesion")
+        instance("the adhesion", adhesion, Dugdale)
+        if given := [name for name, value in others.items() if value is not None]:
+            raise InputError(
+                f"With adhesion the approach is prescribed, without tilt and friction: leave out {', '.join(given)}; "
+                "the force is in the result.",
+                code="not-with-adhesion",
+            )
+        check_settings(tolerance, symmetry, workers)
+        return Adhesive(self.compliance, self.heights_of(surface), adhesion, tolerance, symmetry, workers)
 
     def press_path(
         self,
@@ -721,6 +814,11 @@ class HalfSpace(SurfaceBody):
         True
         """
         instance("the contact", contact, HalfSpaceContact)
+        if isinstance(contact, AdhesiveContact):
+            raise InputError(
+                "The stiffness with adhesion depends on its path: take the slope of a curve with adhesion.",
+                code="not-with-adhesion",
+            )
         if not contact.active.any():
             return 0.0
         if self.periodic and self.compliance.mean_is_stiff and contact.active.all():
@@ -804,6 +902,14 @@ class HalfSpace(SurfaceBody):
         kind = "periodic" if self.periodic else "free"
         stack = f", {len(self.layers)} layer(s)" if self.layers else ""
         return f"{self.name}: {kind} half-space, {self.grid.shape[0]} x {self.grid.shape[1]} cells{stack}"
+
+
+def _listed(name: str, values: ArrayLike | None) -> Array:
+    """Loads (n,) of a curve."""
+    found = number_array(f"the {name} of a curve", values)
+    if found.ndim != 1 or not found.size:
+        raise InputError(f"The {name} of a curve must be numbers (n,), one or more; found shape {found.shape}.")
+    return found
 
 
 def _along_surface(rows: sp.csr_matrix) -> bool:

@@ -1,5 +1,6 @@
 """Half-spaces on a grid of cells: compliance, contact without friction and with it, results, pictures."""
 
+from fecontact.halfspace.adhesion import AdhesionCurve, AdhesiveContact, Dugdale
 from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.friction import PressStep
 from fecontact.halfspace.grid import Grid
@@ -8,8 +9,11 @@ from fecontact.halfspace.path import FrictionPath, LoadCurve
 from fecontact.halfspace.rolling import CreepCoefficients, CreepCurve, RollingContact
 
 __all__ = [
+    "AdhesionCurve",
+    "AdhesiveContact",
     "CreepCoefficients",
     "CreepCurve",
+    "Dugdale",
     "FrictionContact",
     "FrictionPath",
     "Grid",

@@ -36,7 +36,7 @@ from fecontact.common.table import Table
 from fecontact.common.units import Units
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import HalfSpaceContact
-from fecontact.halfspace.fft import Convolution, Product, Tally
+from fecontact.halfspace.fft import DampedInverse, Product, Tally
 from fecontact.halfspace.grid import Even, part_of, unfold
 from fecontact.halfspace.grid_error import EdgeCells, edge_cells
 from fecontact.halfspace.nested import GridLevel, compliance, preconditioner
@@ -50,7 +50,7 @@ OF_LAW = 100
 #: Steps of Lanczos' method, and the residual at which they end; for the eigenvalue, its change.
 MAX_LANCZOS, ENOUGH, SETTLED = 40, 1e-2, 1e-3
 #: Tolerance of the contact of a given outline in them.
-HELD_TOLERANCE = 1e-6
+HELD_TOLERANCE = 1e-4
 #: Energy lost in a step of a curve, over force times approach, from which it is halved, how often, and the difference
 #: of forces to which the pull-off is located.
 LOST, HALVINGS, PULLED = 0.05, 7, 2e-3
@@ -114,6 +114,8 @@ class AdhesiveContact(HalfSpaceContact):
         local minimum, among states of the symmetry that is modelled.
     energy : float
         Elastic energy less that of adhesion.
+    zone_width : float
+        Width of the zone at the edge of a large contact.
     """
 
     adhesion: Dugdale
@@ -121,6 +123,7 @@ class AdhesiveContact(HalfSpaceContact):
     law_residual: float
     stability: float
     energy: float
+    zone_width: float
 
     @property
     def active(self) -> Mask:
@@ -160,9 +163,7 @@ class AdhesiveContact(HalfSpaceContact):
                 f"The state is not a local minimum of the energy: an eigenvalue is {self.stability:.2g} of that "
                 "without adhesion. Give the approach in smaller steps, by `HalfSpace.curve`.",
             )
-        top = self.layers[0].material if self.layers else self.material
-        modulus = top.plane_strain_modulus if top is not None else math.inf
-        width = self.adhesion.zone_width(modulus)
+        width = self.zone_width
         if self.active.any() and max(self.grid.cell) > width / 2:
             found += (
                 f"Cells of {max(self.grid.cell):.3g} are wider than half the zone of adhesion, about {width:.3g} at "
@@ -255,7 +256,7 @@ class Centres:
         corners, values = (v[:, cut][three].transpose(0, 2, 1).reshape(-1, 3) for v in (cells, f))
         areas = np.tile(weight[cut] / 4, 4)
         moments, depth, lone, rows, lengths = cut_triangles(values)
-        share = np.bincount(cells[:, whole].ravel(), np.tile(weight[whole] / 4, 4), gap.size)
+        share = np.asarray(np.bincount(cells[:, whole].ravel(), np.tile(weight[whole] / 4, 4), gap.size), dtype=float)
         share += np.bincount(corners.ravel(), (areas[:, None] * moments).ravel(), gap.size)
         there = np.isfinite(gap).ravel()
         share[~there] = 0.0
@@ -346,7 +347,7 @@ class Adhesive:
         return grid_level(self.body, z, allowed, Load(None, 0.0, None), self.symmetry)
 
     @cached_property
-    def _products(self) -> tuple[Product, Convolution]:
+    def _products(self) -> tuple[Product, Product | DampedInverse]:
         make = self.level, self.level.whole, Tally(self.body.grid.n_cells), self.workers
         return compliance(*make), preconditioner(*make)
 
@@ -355,7 +356,7 @@ class Adhesive:
         x, y = (self.body.periodic and not even for even in self.level.symmetric)
         return Centres(self.level.g.shape, (x, y))
 
-    def _of(self, values: Array) -> Array:
+    def _of(self, values: Any) -> Any:
         """Values of the modelled cells."""
         return values[part_of(self.body.grid.shape, self.level.symmetric)]
 
@@ -376,8 +377,7 @@ class Adhesive:
     def _next(self, approach: float, at: State) -> State:
         """Newton's step where it lowers the energy, else the contact under the tractions of the last gap."""
         found = at.zone.share - at.share
-        root, B = self._outline(at)
-        lowered = self._lowered(at.contact)
+        B, lowered = self._outline(at), self._lowered(at.contact)
         change, softening = lanczos(lambda y: B @ lowered(B.T @ y), B @ lowered(self.law.traction * found.ravel()))
         if softening < 1:
             step = found + (B.T @ change).reshape(found.shape) / self.law.traction
@@ -398,16 +398,15 @@ class Adhesive:
         adhesive = self.law.traction * zone.depth
         return State(contact, share, zone, elastic - adhesive, abs(elastic) + adhesive)
 
-    def _outline(self, at: State) -> tuple[Array, sp.csr_matrix]:
-        """Roots of the weights of the points on the zone's outline, and rows of gaps there, so weighted."""
-        root = np.sqrt(self.law.traction * at.zone.weights)
-        return root, sp.diags(root) @ at.zone.points
+    def _outline(self, at: State) -> sp.csr_matrix:
+        """Rows of gaps at points of the zone's outline, times roots of what comes within the range there."""
+        return sp.csr_matrix(sp.diags(np.sqrt(self.law.traction * at.zone.weights)) @ at.zone.points)
 
     def _lowered(self, contact: HalfSpaceContact) -> Callable[[Array], Array]:
         """Function of tractions: by how much they close the gap while what touches stays so, all (n,)."""
         (A, P), held = self._products, self._of(contact.active)
 
-        def among(product: Product) -> LinearOperator:
+        def among(product: Product | DampedInverse) -> LinearOperator:
             apply = lambda x: (product.apply(x.reshape(held.shape) * held) * held).ravel()  # noqa: E731
             return LinearOperator((held.size, held.size), matvec=apply, dtype=float)
 
@@ -424,9 +423,8 @@ class Adhesive:
 
     def _certified(self, at: State) -> AdhesiveContact:
         """The contact with its residuals and its stability."""
-        root, B = self._outline(at)
-        lowered = self._lowered(at.contact)
-        start = np.random.default_rng(1).normal(size=len(root))
+        B, lowered = self._outline(at), self._lowered(at.contact)
+        start = np.random.default_rng(1).normal(size=B.shape[0])
         softening = lanczos(lambda y: B @ lowered(B.T @ y), start, settled=True)[1]
         attraction = self.law.traction * unfold(at.share, self.level.symmetric)
         lifted = unfold(self._products[0].apply(self.law.traction * at.share), self.level.symmetric)
@@ -445,6 +443,7 @@ class Adhesive:
             law_residual=at.residual,
             stability=1 - softening,
             energy=at.energy * of_all,
+            zone_width=self.law.zone_width(self.body.modulus),
         )
 
     def _check_box(self, share: Array) -> None:
@@ -549,7 +548,7 @@ class AdhesionCurve(Path[dict[str, Any]], Drawn):
 
     @property
     def hysteresis(self) -> float:
-        """Energy lost: work of the force less the energy gained; in a closed loop the area that it encloses."""
+        """Energy lost: work of the force, by the rule of trapezoids, less the energy gained; in a loop its area."""
         return float(np.trapezoid(self.force, self.approach) - np.diff(self.figures["energy"][[0, -1]])[0])
 
     @property
@@ -619,6 +618,8 @@ def adhesion_curve(adhesive: Adhesive, approaches: Array, progress: bool | None)
         for approach in approaches.tolist():
             last = points[-1] if points else None
             new = point(approach, last)
+            if last and approach == last.row["approach"]:
+                continue
             if last:
                 step = abs(approach - last.row["approach"])
                 allowed = LOST * step * max(abs(last.row["force"]), abs(new.row["force"]))

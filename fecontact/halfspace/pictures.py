@@ -356,11 +356,11 @@ def plot_adhesion(curve: Any, path: str | Path | None, units: Units) -> Figure:
     axes = figure.subplots()
     jumps = [(jump.approach, jump.before) for jump in curve.jumps]
     x, f = curve.approach, curve.force
-    for colour, label, sign in (("tab:blue", "coming on", 1), ("tab:red", "coming off", -1)):
+    for colour, label, sign, width in (("tab:blue", "coming on", 1, 3.5), ("tab:red", "coming off", -1, 1.2)):
         shown = np.flatnonzero(np.diff(x) * sign > 0)
         for k in shown:
             jumped = (x[k + 1], f[k]) in jumps
-            axes.plot(x[k : k + 2], f[k : k + 2], color=colour, linestyle=":" if jumped else "-")
+            axes.plot(x[k : k + 2], f[k : k + 2], color=colour, linewidth=width, linestyle=":" if jumped else "-")
         ends = np.union1d(shown, shown + 1)
         axes.plot(x[ends], f[ends], ".", color=colour, label=label)
     if curve.pull_off:

@@ -127,7 +127,7 @@ def press(
     """
     began = time.perf_counter()
     z, allowed = checked_heights(heights, body.grid)
-    level = _level(body, z, allowed, load, symmetry, own, hardness)
+    level = grid_level(body, z, allowed, load, symmetry, own, hardness)
     if not level.is_bounded:
         most, lowest = float(z.mean()), float(z.min())
         raise InputError(
@@ -194,7 +194,7 @@ def press(
     )
 
 
-def _level(
+def grid_level(
     body: SurfaceCompliance,
     z: Array,
     allowed: Mask,
@@ -296,7 +296,7 @@ def _residuals(
 def normal_residuals(body: SurfaceCompliance, heights: ArrayLike, load: Load, contact: HalfSpaceContact) -> Residuals:
     """Residuals of a contact's pressures, approach, tilt and dent, recomputed on the whole grid for given heights."""
     z, allowed = checked_heights(heights, body.grid)
-    level = _level(body, z, allowed, load, symmetry=False, hardness=contact.hardness)
+    level = grid_level(body, z, allowed, load, symmetry=False, hardness=contact.hardness)
     operator = compliance(level, level.whole, Tally(body.grid.n_cells), None)
     lift = float(np.dot(contact.tilt, load.point or (0.0, 0.0))) - contact.approach
     turns = [slope * side / 2 for slope, side in zip(contact.tilt, body.grid.size, strict=True)]
