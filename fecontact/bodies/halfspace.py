@@ -318,7 +318,7 @@ class HalfSpace(SurfaceBody):
         (0.74, 0.2)
         """
         if adhesion is not None:
-            given = {"force": force, "load_point": load_point, "friction": friction, "tangential": tangential}
+            given: dict[str, object] = {"force": force, "load_point": load_point, "friction": friction, "tangential": tangential}
             within = 1e-8 if tolerance is None else tolerance
             given |= {"shift": shift, "hardness": hardness}
             adhesive = self._adhesive(surface, adhesion, given, within, symmetry, workers)
@@ -387,6 +387,7 @@ class HalfSpace(SurfaceBody):
         approaches: ArrayLike | None = None,
         adhesion: Dugdale | None = None,
         load_point: tuple[float, float] | None = None,
+        hardness: ArrayLike | None = None,
         tolerance: float = 1e-8,
         symmetry: bool = True,
         workers: int | None = None,

@@ -73,7 +73,9 @@ def test_missing_cells_carry_nothing_and_do_not_weaken_their_neighbours():
 def test_pull_off_of_a_ball_is_that_of_maugis(loop):
     exact = adhesion.maugis(1.0, 1.0, WORK, law(1.0).range)
     assert abs(loop.pull_off / exact.pull_off - 1) < 0.01
-    assert abs(loop.pull_off_approach - exact.approach[exact.force.argmin()]) < 0.1 * APPROACH  # flat: 0.2 % of the force
+    assert (
+        abs(loop.pull_off_approach - exact.approach[exact.force.argmin()]) < 0.1 * APPROACH
+    )  # flat: 0.2 % of the force
 
 
 def test_jumps_are_where_the_theory_has_them(loop):
@@ -95,7 +97,8 @@ def test_force_is_the_slope_of_the_energy():
     body, step = half(24), 1e-6
     at, more, less = (body.press(BALL, approach=1e-4 + s * step, adhesion=law(1.0)) for s in (0, 1, -1))
     assert abs((more.energy - less.energy) / (2 * step) - at.force) < 1e-5 * FORCE
-    assert at.law_residual < 1e-6 and at.residuals.worst < 1e-8
+    assert at.law_residual < 1e-6
+    assert at.residuals.worst < 1e-8
 
 
 def test_net_pressure_is_tension_beside_the_contact_and_none_beyond_the_range():
@@ -162,11 +165,14 @@ def test_what_does_not_combine_is_refused():
 
 def test_table_picture_and_files(loop, tmp_path):
     text = str(loop)
-    assert "Pull-off" in text and "Jumps off" in text and "Energy lost" in text
+    assert "Pull-off" in text
+    assert "Jumps off" in text
+    assert "Energy lost" in text
     assert loop.plot(tmp_path / "loop.png", units="MPa").axes
     assert (tmp_path / "loop.png").stat().st_size > 10_000
     saved = loop.save(tmp_path / "loop.csv").read_text(encoding="utf-8").splitlines()
-    assert len(saved) == len(loop) + 1 and saved[0].startswith("approach,force")
+    assert len(saved) == len(loop) + 1
+    assert saved[0].startswith("approach,force")
 
 
 def test_closed_forms_meet_in_their_limits():
