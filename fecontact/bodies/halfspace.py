@@ -318,7 +318,12 @@ class HalfSpace(SurfaceBody):
         (0.74, 0.2)
         """
         if adhesion is not None:
-            given: dict[str, object] = {"force": force, "load_point": load_point, "friction": friction, "tangential": tangential}
+            given: dict[str, object] = {
+                "force": force,
+                "load_point": load_point,
+                "friction": friction,
+                "tangential": tangential,
+            }
             within = 1e-8 if tolerance is None else tolerance
             given |= {"shift": shift, "hardness": hardness}
             adhesive = self._adhesive(surface, adhesion, given, within, symmetry, workers)

@@ -28,7 +28,7 @@ def law(lam):
 @pytest.fixture(scope="module")
 def loop():
     on = np.linspace(-9e-4, 0.0, 7)
-    return half(22, 0.11).curve(BALL, approaches=np.r_[on, on[::-1]], adhesion=law(1.0))
+    return half(26, 0.11).curve(BALL, approaches=np.r_[on, on[::-1]], adhesion=law(1.0))
 
 
 def test_positive_part_over_triangles_by_points():
