@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
+import scipy.sparse as sp
 from scipy.spatial.transform import Rotation
 
 from fecontact.bodies.body import Body
@@ -81,6 +82,10 @@ TURNED = 1e-2
 #: which convergence is linear.
 DEPTH, BEGIN, SLOW = 5, 1e-3, 0.1
 
+
+#: Damping of tangents that are not stable: a share of the stiffness of the present shape at rest, the first and the
+#: largest, its growth where that is not enough, and its fall in each iteration, down to the least.
+FIRST_DAMPING, MAX_DAMPING, DAMPING_GROWS, DAMPING_FALLS, MIN_DAMPING = 0.1, 3.0, 3.0, 4.0, 0.02
 
 #: Components of prescribed motions that are rotation vectors.
 TURNS = COMPONENTS[3:]
@@ -190,17 +195,21 @@ def next_reached(
     SolverError
         With the code ``unstable`` and the motion that hardly anything resists, if the smallest part ends there.
     """
-    newton = _Newton(settings, timer, start, end, known)
     smallest = part[1] - part[0] <= 1 / 2**HALVINGS
+    ways: list[dict[str, bool]] = [{}]
+    if known is None:
+        # what the rims of pressures that follow leave out of the tangent may lead away, and so may turning surfaces
+        ways += [{"following": False}] if end.pressures else []
+        ways += [{"turning": False}, *([{"damped": True}] if smallest else [])] if _soft_pairs(start.model) else []
     try:
-        try:
-            reached = newton.converged()
-        except SolverError:
-            if known is not None or not end.pressures:
-                raise
-            # what the rims of pressures that follow leave out of the tangent may lead away
-            newton = _Newton(settings, timer, start, end, following=False)
-            reached = newton.converged()
+        for k, way in enumerate(ways):
+            newton = _Newton(settings, timer, start, end, known, **way)
+            try:
+                reached = newton.converged()
+                break
+            except SolverError:
+                if k == len(ways) - 1:
+                    raise
         if newton.jumped and (not smallest or _critical(start)):
             raise SolverError("The bodies jump to another equilibrium.", code="jump")
     except SolverError as error:
@@ -217,6 +226,11 @@ def next_reached(
     unstable = not_stable(_weakest(start), now, part)
     equilibria = (*reached.equilibria[:-1], replace(reached.equilibria[-1], unstable=unstable))
     return replace(reached, weakest=now, equilibria=equilibria)
+
+
+def _soft_pairs(model: SceneModel) -> bool:
+    """Whether a contact is between two bodies with laws of finite strain."""
+    return any(all(body._finite_strain is not None for body in contact.bodies) for contact in model.contacts)
 
 
 def _weakest(state: Reached) -> Weakest | None:
@@ -282,6 +296,8 @@ class _Newton:
         end: LoadStep,
         known: Mapping[str, Any] | None = None,
         following: bool = True,
+        turning: bool = True,
+        damped: bool = False,
     ) -> None:
         self._model, self._settings, self._timer, self._following = start.model, settings, timer, following
         self._start, self._end, self._known = start, end, known
@@ -302,7 +318,8 @@ class _Newton:
             self._model = replace(start.model, contacts=contacts)
         self._changes: list[float] = []
         self._past: list[tuple[Array, Array]] = []
-        self._turning = 1.0
+        self._turning = 1.0 if turning else 0.0
+        self._damped, self._damping = damped, 0.0
 
     def converged(self) -> Reached:
         """The state under the loads at the end of the step.
@@ -371,22 +388,26 @@ class _Newton:
         return moved > JUMP * max(back._changes, default=np.inf)
 
     def _iteration(self, first: bool) -> Reached | None:
-        with self._timer("linearise"):
-            carried = self._linearised()
-        loading = self._loads(carried, first)
-        try:
-            result, hold = self._solved(carried.scene, loading, self._turning)
-        except FecontactError as error:
-            if error.code not in UNSTABLE or not self._turning:
-                raise
-            self._turning = 0.0
-            carried = self._linearised()
-            result, hold = self._solved(carried.scene, self._loads(carried, first), 0.0)
+        self._damping = self._damping / DAMPING_FALLS if self._damping > MIN_DAMPING else 0.0
+        while True:
+            with self._timer("linearise"):
+                carried = self._linearised()
+            try:
+                result, hold = self._solved(carried.scene, self._loads(carried, first), self._turning)
+                break
+            except FecontactError as error:
+                damping = max(FIRST_DAMPING, DAMPING_GROWS * self._damping)
+                if error.code not in UNSTABLE or damping > MAX_DAMPING or not (self._damped or self._turning):
+                    raise
+                if self._damped:
+                    self._damping = damping
+                else:
+                    self._turning = 0.0
         if first:
             self._fix_sides(result)
         with self._timer("advance"):
             steps, change = self._steps(result)
-            accelerated = self._accelerated(steps, change, hold)
+            accelerated = steps if self._damping else self._accelerated(steps, change, hold)
             share = self._advance(result, accelerated)
             if share < 1 and first:
                 raise SolverError("The load step turns material inside out.", code=InvertedError.code)
@@ -396,8 +417,9 @@ class _Newton:
         change = self._changes[-1]
         small = change <= TOLERANCE and residual <= BALANCED
         small |= residual <= TOLERANCE and max(self._changes[-2:]) <= NEARLY
-        if share < 1 or not small:
+        if share < 1 or not small or (self._damping and residual > TOLERANCE):
             return None
+        self._damp(-self._damping)  # the stiffness of the answer is the tangent
         return self._reached(result, residual)
 
     def _linearised(self) -> CarriedScene:
@@ -405,12 +427,20 @@ class _Newton:
         # a linear body follows from itself in the last iteration, with what it has found of its compliance
         self._bodies = [posed(b, p) if s is None else given._linearised(s, p) for given, b, s, p in every]
         new = dict(zip(map(id, self._model.bodies), self._bodies, strict=True))
+        self._damp(self._damping)
         for (body, name), pressure in self._end.pressures.items():
             for loaded in elastic_among([new[id(body)]]):
                 constant = not callable(pressure) and np.ndim(pressure) == 0
                 if self._following and constant and loaded._inner_forces is not None:
                     loaded._bend(following_stiffness(loaded._boundary_surface(name), float(cast(float, pressure))))
         return with_bodies(self._model, self._bodies)
+
+    def _damp(self, share: float) -> None:
+        """Add a share of the stiffness of the present shape at rest to the tangents."""
+        for body in elastic_among(self._bodies) if share else ():
+            if body._inner_forces is not None:
+                K = body.model.unstressed().stiffness
+                body._bend(share * (K + sp.triu(K, 1).T))
 
     def _loads(self, carried: CarriedScene, first: bool) -> Loading:
         """Loads with the internal forces; prescribed motions are taken in the first iteration."""

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.contact.hold import IndefiniteError
+from fecontact.scene import finite_strain
 
 
 def pressed(swap: str = "never", stiffer: float = 1.0, depth: float = 0.5, mu: float = 0.0) -> fc.ContactResult:
@@ -69,3 +71,29 @@ def test_rubber_that_hardly_changes_its_volume_takes_one_step() -> None:
     (step,) = result.finite_strain
     assert step.iterations <= 8
     assert step.residual < 1e-8
+
+
+def test_tangents_that_are_not_stable_are_damped_to_the_same_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every iteration is refused until its tangent is damped, in the last way alone: the equilibrium is the same."""
+    newton, plain, tried = finite_strain._Newton, pressed(depth=0.2), []
+    solved, converged = newton._solved, newton.converged
+
+    def stubborn(self, scene, loading, turning):
+        if len(self._changes) < 3 and not self._damping:
+            raise IndefiniteError("Not stable.")
+        return solved(self, scene, loading, turning)
+
+    def noted(self):
+        tried.append((self._turning, self._damped))
+        return converged(self)
+
+    monkeypatch.setattr(newton, "_solved", stubborn)
+    monkeypatch.setattr(newton, "converged", noted)
+    monkeypatch.setattr(finite_strain, "HALVINGS", 0)  # a whole step is the smallest
+    damped = pressed(depth=0.2)
+    assert tried == [(1.0, False), (0.0, False), (1.0, True)]
+    assert damped.residuals().worst < 1e-8
+    assert abs(damped.contacts[0].total_force / plain.contacts[0].total_force - 1) < 1e-8
+    for one, other in zip(damped._condensed.parts, plain._condensed.parts, strict=True):
+        K = other.body.model.stiffness
+        assert abs(one.body.model.stiffness - K).max() < 1e-6 * abs(K).max()
