@@ -42,6 +42,7 @@ from fecontact.halfspace.pressing import Load, check_settings, press
 from fecontact.halfspace.rolling import (
     CreepCoefficients,
     CreepCurve,
+    CreepSteps,
     Pair,
     RollingContact,
     RollingFriction,
@@ -502,8 +503,10 @@ class HalfSpace(SurfaceBody):
         *,
         hardness: ArrayLike | None = None,
         wear: float | None = None,
+        start: FrictionContact | RollingContact | None = None,
+        track: HeightSurface | ArrayLike | None = None,
     ) -> FrictionPath:
-        """Press and drag a rigid surface with friction along a path of loads, from the unloaded state.
+        """Press and drag a rigid surface with friction along a path of loads, from the unloaded state or a known one.
 
         With friction the answer depends on the order of the loads, on a visco-elastic half-space also on their times.
         In a step they change together; slip is counted
@@ -533,6 +536,12 @@ class HalfSpace(SurfaceBody):
             changes with it, and the next step begins with the worn shape, see `halfspace.wear`. Depths stay where the
             contact is: on both bodies where they slip a little, on the surface that slides along where it slides far.
             Steps are cut until the error of the worn depth is 1 %. Not together with a file.
+        start : FrictionContact or RollingContact, optional
+            State on the same grid that the path begins with, with the same friction; of steady rolling, shift and twist
+            count from it. Steps of one cell along the rolling go on as it does by CONTACT's rule.
+        track : shape with `heights`, or (nx, ny) array_like, optional
+            Heights of the half-space's own surface, upwards, which stay where they are while steps have other
+            positions: a bump, corrugation.
 
         Returns
         -------
@@ -566,15 +575,17 @@ class HalfSpace(SurfaceBody):
         check_settings(tolerance, symmetry, workers)
         mu, hard = friction_coefficient(friction, infinite=True), hardness_field(hardness, self.compliance)
         setting = Friction(self.compliance, mu, tolerance, workers, hard)
-        given = setting, self._heights_at(surface), steps, symmetry
+        if isinstance(start, RollingContact):
+            start = start.at_rest()
+        given = setting, self._heights_at(surface, track), steps, symmetry
         if wear is not None:
             self._refuse_memory("wear")
-            for name, other in (("hardness", hardness), ("path", path)):
+            for name, other in (("hardness", hardness), ("path", path), ("start", start), ("track", track)):
                 if other is not None:
                     raise InputError(f"Wear is not offered together with {name}=: leave it out.", code="wear-alone")
-        each = FrictionSteps(*given) if wear is None else WornSteps(*given, wear)
+        each = FrictionSteps(*given, start=start) if wear is None else WornSteps(*given, wear)
         contacts, cuts = follow(each, len(steps), path, progress)
-        if wear is None:  # between the cells a worn shape is not known
+        if wear is None and track is None:  # between the cells a worn shape and a track are not known
             contacts = tuple(self._between_cells(c, surface, c.position) for c in contacts)
         return FrictionPath(contacts, cuts)
 
@@ -669,10 +680,9 @@ class HalfSpace(SurfaceBody):
         """
         check_settings(tolerance, symmetry, workers)
         step = RollingStep(force, approach, creepage, tangential, spin, towards, rule)
-        if start is not None:
-            instance("the start of rolling", start, RollingContact)
         setting = self._rolling(step, friction, tolerance, workers)
-        return self._between_cells(roll(setting, self.heights_of(surface), step, start, symmetry), surface)
+        found = roll(setting, self.heights_of(surface), step, _rolling_start(start), symmetry)
+        return self._between_cells(found, surface)
 
     def creep_curve(
         self,
@@ -682,11 +692,16 @@ class HalfSpace(SurfaceBody):
         spins: ArrayLike = 0.0,
         friction: float,
         start: RollingContact | None = None,
-        **options: Any,
+        tolerance: float = 1e-8,
+        symmetry: bool = True,
+        workers: int | None = None,
+        path: str | Path | None = None,
+        progress: bool | None = None,
+        **load: Any,
     ) -> CreepCurve:
         """Steady rolling at several creepages and spins: a creep curve, or a family of them.
 
-        Each point starts from the one before.
+        Each point starts from the one before; pressures without tractions are solved for once.
 
         Parameters
         ----------
@@ -696,8 +711,12 @@ class HalfSpace(SurfaceBody):
             Along the direction of rolling, or along it and to its left.
         spins : (m,) array_like or float
             For each of them all creepages.
-        friction, start, **options
-            As in `roll`, without creepage, tangential force and spin.
+        friction, start, tolerance, symmetry, workers
+            As in `roll`.
+        path, progress
+            As in `press_path`: a file of points, from which an interrupted curve goes on.
+        **load
+            force or approach, towards and rule, as in `roll`.
 
         Examples
         --------
@@ -720,13 +739,12 @@ class HalfSpace(SurfaceBody):
             raise InputError(
                 f"The spins of a curve must be a number or numbers (m,); found shape {turns.shape}.", code="wrong-shape"
             )
-        contacts: list[RollingContact] = []
-        for spin in turns.tolist():
-            for x, y in values.tolist():
-                last = contacts[-1] if contacts else start
-                point = self.roll(surface, friction=friction, creepage=(x, y), spin=spin, start=last, **options)
-                contacts.append(point)
-        return CreepCurve(tuple(contacts), (1,) * len(contacts))
+        steps = [RollingStep(**load, creepage=(x, y), spin=spin) for spin in turns.tolist() for x, y in values.tolist()]
+        check_settings(tolerance, symmetry, workers)
+        setting = self._rolling(steps[0], friction, tolerance, workers)
+        each = CreepSteps(setting, self.heights_of(surface), steps, _rolling_start(start), symmetry)
+        contacts, cuts = follow(each, len(steps), path, progress, "creep curve", "point")
+        return CreepCurve(tuple(self._between_cells(c, surface) for c in contacts), cuts)
 
     def creep_coefficients(
         self,
@@ -787,20 +805,23 @@ class HalfSpace(SurfaceBody):
                 code="viscoelastic",
             )
 
-    def _heights_at(self, surface: HeightSurface | ArrayLike) -> Callable[[tuple[float, float]], Array]:
-        """Heights (nx, ny) of a surface by its position."""
+    def _heights_at(
+        self, surface: HeightSurface | ArrayLike, track: HeightSurface | ArrayLike | None = None
+    ) -> Callable[[tuple[float, float]], Array]:
+        """Heights (nx, ny) of a surface by its position, above those of the half-space's own surface."""
         shape, grid = heights_of(surface), self.grid
+        own = 0.0 if track is None else self.heights_of(track)
 
         def heights(position: tuple[float, float]) -> Array:
             if tuple(position) == (0.0, 0.0):
-                return self.heights_of(surface)
+                return self.heights_of(surface) - own
             if not shape:
                 raise InputError(
                     "Heights given as an array cannot be moved to a position: give a shape with `heights`.",
                     code="heights-fixed",
                 )
             z = shape(grid.x[:, None] - position[0], grid.y[None, :] - position[1])
-            return np.broadcast_to(np.asarray(z, dtype=float), grid.shape)
+            return np.broadcast_to(np.asarray(z, dtype=float), grid.shape) - own
 
         return heights
 
@@ -916,6 +937,11 @@ def _listed(name: str, values: ArrayLike | None) -> Array:
     if found.ndim != 1 or not found.size:
         raise InputError(f"The {name} of a curve must be numbers (n,), one or more; found shape {found.shape}.")
     return found
+
+
+def _rolling_start(start: RollingContact | None) -> RollingContact | None:
+    """A start of rolling, or a refusal of anything else."""
+    return start if start is None else instance("the start of rolling", start, RollingContact)
 
 
 def _along_surface(rows: sp.csr_matrix) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -542,6 +543,11 @@ class TractionContact(HalfSpaceContact):
     tangential_solver: TangentialReport
 
     @property
+    @abstractmethod
+    def motion(self) -> Array:
+        """Motions (3,) along, across and about the normal."""
+
+    @property
     def _parts(self) -> tuple[TractionContact, ...]:
         """Contacts whose work and sliding come before its own."""
         return ()
@@ -734,6 +740,11 @@ class FrictionContact(TractionContact):
 
     dissipated, work = renamed("dissipated", "friction_work"), renamed("work", "work_density")
     friction_residuals = renamed("friction_residuals", "residuals")
+
+    @property
+    def motion(self) -> Array:
+        """Shift and twist (3,)."""
+        return np.array([*self.shift, self.twist])
 
     @property
     def _parts(self) -> tuple[TractionContact, ...]:

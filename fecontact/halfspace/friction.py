@@ -216,6 +216,11 @@ class Friction:
             self._made[level, shape] = tangential_compliance(replace(self.body, grid=grid), box, self.workers)
         return self._made[level, shape]
 
+    @property
+    def first_tolerance(self) -> float:
+        """Tolerance of the first staggered iteration, the only one without coupling."""
+        return max(FIRST_TOLERANCE, self.tolerance) if self.coupled and self.mu > 0 else self.tolerance
+
     @cached_property
     def lift(self) -> Convolution | None:
         """Normal displacements of the whole grid by tractions on it; None without coupling."""
@@ -271,8 +276,9 @@ def staggered(
     tractions_of: Callable[[HalfSpaceContact], Tractions[Any, C]],
     start: tuple[Array, Array | None] | None,
     symmetry: bool = True,
+    first: HalfSpaceContact | None = None,
 ) -> C:
-    """Pressures and tractions in turn, from tractions (2, nx, ny) and motions nearby.
+    """Pressures and tractions in turn, from tractions (2, nx, ny) and motions nearby; the first pressures may be known.
 
     Raises
     ------
@@ -283,14 +289,14 @@ def staggered(
     """
     began = time.perf_counter()
     by_traction, rounds, newton, nit = np.zeros(heights.shape), 0, 0, 0
-    several = friction.coupled and friction.mu > 0
-    tolerance = max(FIRST_TOLERANCE, friction.tolerance) if several else friction.tolerance
-    normal, left, sharper = None, math.inf, 1.0
+    several, tolerance = friction.coupled and friction.mu > 0, friction.first_tolerance
+    normal, left, sharper = first, math.inf, 1.0
     while True:
-        normal = press(
-            friction.body, heights + by_traction, load, tolerance, symmetry, friction.workers,
-            start=normal, hardness=friction.hardness,
-        )  # fmt: skip
+        if normal is None or rounds:
+            normal = press(
+                friction.body, heights + by_traction, load, tolerance, symmetry, friction.workers,
+                start=normal, hardness=friction.hardness,
+            )  # fmt: skip
         if not normal.active.any():
             raise InputError(
                 "Nothing is pressed: no middle of a cell touches at this approach. Increase it, or take smaller cells.",
@@ -320,16 +326,8 @@ def staggered(
         tolerance = max(friction.tolerance, min(tolerance, REDUCTION * contact.residuals.worst))
 
 
-def certified(
-    friction: Friction, heights: Array, step: PressStep, last: FrictionContact | None, known: Mapping[str, Any]
-) -> FrictionContact:
-    """A contact of an earlier run, by its fields, with slip and certificate computed anew.
-
-    Raises
-    ------
-    SolverError
-        If the certificate does not hold.
-    """
+def restored(friction: Friction, kind: Callable[..., C], known: Mapping[str, Any]) -> C:
+    """A contact of an earlier run, by its kind and fields, with no certificate."""
     body = friction.body
     given: dict[str, Any] = {
         **known,
@@ -337,22 +335,43 @@ def certified(
         "tangential_solver": TangentialReport(**known["tangential_solver"]),
     }
     unknown = Residuals(math.inf, math.inf, math.inf, math.inf)
-    contact = FrictionContact(
+    return kind(
         grid=body.grid, periodic=body.periodic, material=body.material, layers=tuple(body.layers),
         pressure_kind=body.pressure, residuals=unknown, friction=friction.mu, hardness=friction.hardness, **given,
     )  # fmt: skip
-    creep = creep_of(friction, step.time, last)
+
+
+def recertified(tractions: Tractions[Any, C], contact: C, heights: Array, load: Load, pressed: HalfSpaceContact) -> C:
+    """A contact of an earlier run with slip and certificate computed anew, of pressures with their own dents alone.
+
+    Raises
+    ------
+    SolverError
+        If the certificate does not hold.
+    """
+    q, friction = contact.traction[:, *tractions.box], tractions.friction
+    slip = tractions.slip(q, (contact.motion - tractions.before)[tractions.free])
+    own = normal_residuals(friction.body, heights + tractions.lift(q), load, pressed)
+    residuals = _residuals(replace(contact, residuals=own), tractions.problem, q, slip, tractions._length)
+    if not residuals.within(friction.tolerance):
+        raise SolverError(f"What the file has of this step is no solution: {residuals}. Choose another file.")
+    return replace(contact, slip=tractions.spread(slip), residuals=residuals)
+
+
+def certified(
+    friction: Friction, heights: Array, step: PressStep, last: FrictionContact | None, known: Mapping[str, Any]
+) -> FrictionContact:
+    """The end of a step of an earlier run, by its fields, with slip and certificate computed anew.
+
+    Raises
+    ------
+    SolverError
+        If the certificate does not hold.
+    """
+    contact, creep = restored(friction, FrictionContact, known), creep_of(friction, step.time, last)
     tractions = DraggedTractions(creep.friction, contact, step, last, creep.slip)
-    q = contact.traction[:, *tractions.box]
-    motion = np.array([*contact.shift, contact.twist]) - tractions.before
-    slip = tractions.slip(q, motion[tractions.free])
-    load, z = Load(step.force, step.approach, step.load_point), creep.below(dented(heights, last)) + tractions.lift(q)
-    own = normal_residuals(creep.friction.body, z, load, with_own_dent(contact, last))
-    pressed = replace(contact, residuals=own)
-    found = replace(contact, slip=tractions.spread(slip), residuals=_residuals(pressed, tractions.problem, q, slip))
-    if not found.residuals.within(friction.tolerance):
-        raise SolverError(f"What the file has of this step is no solution: {found.residuals}. Choose another file.")
-    return creep.memorised(found)
+    load, z = Load(step.force, step.approach, step.load_point), creep.below(dented(heights, last))
+    return creep.memorised(recertified(tractions, contact, z, load, with_own_dent(contact, last)))
 
 
 def _check_holds(friction: Friction, normal: HalfSpaceContact, step: Driven) -> None:

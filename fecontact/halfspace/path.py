@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path as FilePath
 from typing import Any, ClassVar, cast
@@ -224,10 +224,23 @@ class FrictionSteps(Steps[FrictionContact]):
     heights: Callable[[tuple[float, float]], Array]
     steps: Sequence[PressStep]
     symmetry: bool
+    start: FrictionContact | None = field(default=None, kw_only=True)
     wears: ClassVar = False
 
     def __post_init__(self) -> None:
         check_thickness(self.friction.body)
+        if self.start is not None:
+            instance("the start of the path", self.start, FrictionContact)
+            body, mu = self.friction.body, self.friction.mu
+            then = (self.start.grid, self.start.material, tuple(self.start.layers), self.start.friction)
+            if then != (body.grid, body.material, tuple(body.layers), mu) or (
+                body.memory and self.start.retarded is None
+            ):
+                raise InputError(
+                    f"The start of the path is of another half-space, grid or friction ({self.start.friction:g}; found "
+                    f"{mu:g}). Make it on the half-space of the path, with its friction.",
+                    code="other-grid",
+                )
         for k, step in enumerate(items("the steps of a path", self.steps, "PressStep objects"), 1):
             instance(f"step {k} of the path", step, PressStep)
             if step.cycles is not None and not self.wears:
@@ -246,6 +259,7 @@ class FrictionSteps(Steps[FrictionContact]):
 
     def halvings(self, k: int, before: FrictionContact | None) -> int:
         """None where the position changes: at places in between the surface would rub."""
+        before = before or self.start
         return HALVINGS if before is None or before.position == self.steps[k].position else 0
 
     def part(
@@ -253,6 +267,7 @@ class FrictionSteps(Steps[FrictionContact]):
         known: Any = None,
     ) -> FrictionContact:  # fmt: skip
         """Contact at the end of a part of step k."""
+        before, last = before or self.start, last or self.start
         z, loads = self.heights(self.steps[k].position), self.loads(k, before, end)
         if known is not None:
             return certified(self.friction, z, loads, last, known)
@@ -279,8 +294,10 @@ class FrictionSteps(Steps[FrictionContact]):
     def prints(self) -> Mapping[str, Mapping[str, str]]:
         """Fingerprints by part of each step by its number."""
         steps = [{**vars(step), "heights": self.heights(step.position)} for step in self.steps]
+        if self.start is not None:
+            steps[0]["start"] = self.end(self.start)
         own = self.friction
-        return _prints(own.body, steps, friction=own.mu, tolerance=own.tolerance, hardness=own.hardness)
+        return prints_of(own.body, steps, friction=own.mu, tolerance=own.tolerance, hardness=own.hardness)
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,10 +336,10 @@ class CurveSteps(Steps[Mapping[str, Any]]):
     def prints(self) -> Mapping[str, Mapping[str, str]]:
         """Fingerprints by part of each load by its number."""
         settings = {"heights": self.heights, "tolerance": self.tolerance, "hardness": self.hardness}
-        return _prints(self.body, [vars(load) for load in self.loads], **settings)
+        return prints_of(self.body, [vars(load) for load in self.loads], **settings)
 
 
-def _prints(body: SurfaceCompliance, steps: Sequence[Loads], **settings: Any) -> dict[str, dict[str, str]]:
+def prints_of(body: SurfaceCompliance, steps: Sequence[Loads], **settings: Any) -> dict[str, dict[str, str]]:
     """Fingerprints by part of each step by its number."""
     given = {name: fingerprint(value) for name, value in settings.items() if value is not None}
     same = {"fecontact": VERSION, "half-space": fingerprint(body), **given}

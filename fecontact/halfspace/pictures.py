@@ -145,7 +145,7 @@ def plot_over_force(
 
 def plot_creep(creepage: Array, spin: Array, panels: Mapping[str, Array], path: str | Path | None = None) -> Figure:
     """Draw values (n,) over creepages (n,), a panel for each quantity and a curve for each spin (n,)."""
-    figure = Figure(figsize=(11.0, 4.6), layout="constrained")
+    figure = Figure(figsize=(4.8 * len(panels), 4.4), layout="constrained")
     for axes, (label, values) in zip(figure.subplots(1, len(panels)), panels.items(), strict=True):
         for value in np.unique(spin):
             at = np.flatnonzero(spin == value)

@@ -18,6 +18,7 @@ guide for CONTACT, 2023, chapter 4.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path as FilePath
@@ -31,17 +32,18 @@ from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
-from fecontact.common.path import Path, each_step
+from fecontact.common.path import Path, Steps, each_step
 from fecontact.common.table import Table
 from fecontact.common.units import Units
 from fecontact.halfspace.compliance import TangentialCompliance
-from fecontact.halfspace.contact import HalfSpaceContact, TractionContact
+from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact, TractionContact
 from fecontact.halfspace.fft import Convolution
-from fecontact.halfspace.friction import Friction, Tractions, staggered
+from fecontact.halfspace.friction import Friction, Tractions, recertified, restored, staggered
 from fecontact.halfspace.grid import Grid, block_means, block_sums, unfold
 from fecontact.halfspace.grid_error import edge_one_way
+from fecontact.halfspace.path import prints_of
 from fecontact.halfspace.pictures import Drawn, plot_creep
-from fecontact.halfspace.pressing import Load
+from fecontact.halfspace.pressing import Load, press
 from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca
 from fecontact.solvers.coulomb import friction_limit, sizes
 
@@ -58,9 +60,10 @@ RULES = {"blended": ((4 / 3, -5 / 3, 1 / 3), 1 / 5, True), "contact": ((1.0, -1.
 ROW_END = np.array([0.41, 0.4834, 0.5588, 0.6409, 0.7309, 0.8303, 0.9414, 1.0675, 1.2151, 1.4085])
 ADDED = np.array([2.28, 1.515, 1.01, 0.645, 0.372, 0.16, -0.006, -0.144, -0.259, -0.357])
 
-#: Least relative errors of force, torque and creepage, over that of the tractions: with it forty random ellipses of 32
-#: cells, whose sums may change less than their error by chance, have estimates above half of it. It is no bound.
-LEAST = 0.12
+#: Share of the change of a sum from cells twice as large that its error is taken to be, between first and second order,
+#: and least errors of force, torque and creepage, over that of the tractions and the sum of their sizes: changes may
+#: cancel by chance. With these seventy-odd random ellipses of 32 cells have estimates above half of their errors.
+OF_CHANGE, LEAST_FORCE, LEAST_TORQUE, LEAST_CREEPAGE = 0.6, 0.09, 0.05, 0.045
 
 #: Smaller component of a direction along an axis of the grid: rounding of cosines.
 ALONG_AXIS = 1e-12
@@ -172,7 +175,8 @@ class RollingStep:
 class RollingError:
     """Estimated errors of discretisation, from the grid of cells twice as large.
 
-    Sums change less than the tractions, by chance hardly at all: their errors are at least `LEAST` times theirs.
+    Errors of sums are by chance anything up to a tenth of those of the tractions: half of the estimates are above three
+    times the error.
 
     Attributes
     ----------
@@ -182,12 +186,15 @@ class RollingError:
         Of the tangential force, a length of a vector, zero where it is prescribed, and of the torque.
     creepage : float
         Of the creepage, a length of a vector; zero where it is prescribed.
+    coarse_defect : float
+        How far the tractions on cells twice as large are from Coulomb's law, over the largest limit.
     """
 
     traction: float
     force: float
     torque: float
     creepage: float
+    coarse_defect: float = 0.0
 
     def __str__(self) -> str:
         off = f", creepage {self.creepage:.2g}" if self.creepage else ""
@@ -224,6 +231,28 @@ class RollingContact(TractionContact):
         """Tangential force along the direction of rolling and to its left, on the half-space by the surface."""
         (x, y), (fx, fy) = self.towards, self.traction.sum(axis=(1, 2)) * self.grid.area
         return float(x * fx + y * fy), float(x * fy - y * fx)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Those of pressing, and one of an error that is estimated from tractions that did not converge."""
+        defect = self.rolling_error.coarse_defect
+        if not defect > COARSE_TOLERANCE:
+            return super().warnings
+        return (
+            *super().warnings,
+            f"The tractions on cells twice as large did not converge ({defect:.1e}; tolerance {COARSE_TOLERANCE:.0e}): "
+            "the errors of rolling estimated from them may be too large or too small. Compare with other cells.",
+        )
+
+    @property
+    def motion(self) -> Array:
+        """Creepages and spin (3,)."""
+        return np.array([*self.creepage, self.spin])
+
+    def at_rest(self) -> FrictionContact:
+        """The state as the start of a load path, whose shift and twist count from it."""
+        known = {name: getattr(self, name) for name in TractionContact.__dataclass_fields__}
+        return FrictionContact(**known, shift=(0.0, 0.0), twist=0.0)
 
     @property
     def creep_work(self) -> float:
@@ -272,6 +301,13 @@ class RollingFriction(Friction):
 
     axes: Array = field(default_factory=lambda: np.eye(2), kw_only=True)
     rule: str = field(default="blended", kw_only=True)
+    _others: dict[Grid, RollingFriction] = field(default_factory=dict, repr=False, kw_only=True)
+
+    def on(self, grid: Grid) -> RollingFriction:
+        """The same on another grid, made once."""
+        if grid not in self._others:
+            self._others[grid] = replace(self, body=replace(self.body, grid=grid), _made={}, _others={})
+        return self._others[grid]
 
     def compliance(self, level: int, shape: tuple[int, int]) -> TangentialCompliance:
         """Compliance among as many cells of the grid coarsened `level` times by two, differenced."""
@@ -365,8 +401,11 @@ def roll(
     step: RollingStep,
     start: RollingContact | None = None,
     symmetry: bool = True,
+    first: HalfSpaceContact | None = None,
 ) -> RollingContact:
     """Steady rolling of a surface of heights (nx, ny), with its errors, from a solution nearby if there is one.
+
+    The first pressures, without tractions, may be known.
 
     Raises
     ------
@@ -375,7 +414,7 @@ def roll(
     SolverError
         If no certified solution was found.
     """
-    load = Load(step.force, step.approach, None)
+    load = _load(step)
     if start is not None and start.grid != friction.body.grid:
         raise InputError(
             "The start of rolling is of another grid. Leave it out, or roll on the half-space that it was found on.",
@@ -390,8 +429,13 @@ def roll(
             edges.append(RollingTractions(friction, normal, step).at_leading_edge())
         return RollingTractions(friction, normal, step, edges[0])
 
-    found = staggered(friction, heights, load, tractions_of, begin, symmetry)
+    found = staggered(friction, heights, load, tractions_of, begin, symmetry, first)
     return replace(found, rolling_error=rolling_error(friction, found, step))
+
+
+def _load(step: RollingStep) -> Load:
+    """Force or approach."""
+    return Load(step.force, step.approach, None)
 
 
 def _coarser(contact: HalfSpaceContact) -> tuple[Grid, Array, tuple[float, float], Around]:
@@ -416,7 +460,7 @@ def rolling_error(friction: RollingFriction, found: RollingContact, step: Rollin
         return RollingError(0.0, 0.0, 0.0, 0.0)
     larger, pressure, shift, around = _coarser(found)
     own = block_sums(np.pad(found.traction, [(0, 0), *around])) / 4
-    setting = replace(friction, body=replace(friction.body, grid=larger), _made={})
+    setting = friction.on(larger)
     coarse = replace(found, grid=larger, pressure=pressure)
     position = (step.position[0] - shift[0], step.position[1] - shift[1])
     tractions = RollingTractions(setting, coarse, replace(step, position=position))
@@ -430,13 +474,14 @@ def rolling_error(friction: RollingFriction, found: RollingContact, step: Rollin
     force = step.axes @ change.sum(axis=(1, 2)) * larger.area
     force[tractions.free] = 0.0
     torque = float((x * change[1] - y * change[0]).sum()) * larger.area
-    size, reach = LEAST * error * float(sizes(own).sum()) * larger.area, math.sqrt(found.figures["area"] / math.pi)
-    motion = LEAST * error * math.hypot(*found.creepage, reach * found.spin)
+    size, reach = error * float(sizes(own).sum()) * larger.area, math.sqrt(found.figures["area"] / math.pi)
+    motion = LEAST_CREEPAGE * error * math.hypot(*found.creepage, reach * found.spin)
     return RollingError(
         error,
-        max(float(np.hypot(*force)), size if len(tractions.free) < 2 else 0.0),
-        max(abs(torque), size * reach),
-        max(float(np.linalg.norm(at.m - creepage)), motion if tractions.free else 0.0),
+        max(OF_CHANGE * float(np.hypot(*force)), LEAST_FORCE * size if len(tractions.free) < 2 else 0.0),
+        max(OF_CHANGE * abs(torque), LEAST_TORQUE * size * reach),
+        max(OF_CHANGE * float(np.linalg.norm(at.m - creepage)), motion if tractions.free else 0.0),
+        at.defect,
     )
 
 
@@ -487,11 +532,10 @@ def creep_coefficients(friction: RollingFriction, normal: HalfSpaceContact, step
     """Kalker's coefficients of a contact's outline; of an infinite friction."""
     modulus = 1 / (math.pi * (friction.constants.direct + friction.constants.poisson))
     grid, pressure, (x, y), _ = _coarser(normal)
-    larger = replace(friction, body=replace(friction.body, grid=grid), _made={})
     coarse = replace(normal, grid=grid, pressure=pressure)
     length = math.sqrt(normal.figures["area"] / math.pi)
     values = _coefficients(friction, normal, step, modulus, length)
-    others = _coefficients(larger, coarse, replace(step, position=(-x, -y)), modulus, length)
+    others = _coefficients(friction.on(grid), coarse, replace(step, position=(-x, -y)), modulus, length)
     c11, c22, c23, c33 = values.tolist()
     errors = np.abs(others / values - 1).tolist()
     return CreepCoefficients(c11, c22, c23, c33, length, modulus, (errors[0], errors[1], errors[2], errors[3]))
@@ -513,6 +557,60 @@ def _coefficients(
     return np.array([matrix[0, 0], matrix[1, 1], C23, matrix[2, 2] / c**2]) / (modulus * c**2)
 
 
+@dataclass(frozen=True, eq=False)
+class CreepSteps(Steps[RollingContact]):
+    """Points of a creep curve, of one load and direction, for `follow`; their first pressures are the same."""
+
+    friction: RollingFriction
+    heights: Array
+    steps: Sequence[RollingStep]
+    start: RollingContact | None
+    symmetry: bool
+
+    @cached_property
+    def first(self) -> HalfSpaceContact:
+        """Pressures without tractions."""
+        setting, load = self.friction, _load(self.steps[0])
+        return press(setting.body, self.heights, load, setting.first_tolerance, self.symmetry, setting.workers)
+
+    def halvings(self, k: int, before: RollingContact | None) -> int:
+        """None: a point does not depend on others."""
+        return 0
+
+    def part(
+        self, k: int, before: RollingContact | None, start: float, end: float, last: RollingContact | None,
+        known: Any = None,
+    ) -> RollingContact:  # fmt: skip
+        """Point k, from the one before."""
+        step, setting = self.steps[k], self.friction
+        if known is None:
+            return roll(setting, self.heights, step, before or self.start, self.symmetry, self.first)
+        edge = RollingTractions(setting, self.first, step).at_leading_edge()
+        known = {**known, "rolling_error": RollingError(**known["rolling_error"])}
+        contact = restored(setting, RollingContact, known)
+        return recertified(RollingTractions(setting, contact, step, edge), contact, self.heights, _load(step), contact)
+
+    def end(self, part: RollingContact) -> dict[str, Any]:
+        """Fields that are not those of the half-space."""
+        return {name: getattr(part, name) for name in KEPT}
+
+    def row(self, result: RollingContact) -> dict[str, Any]:
+        """The summary."""
+        return result.summary()
+
+    def prints(self) -> Mapping[str, Mapping[str, str]]:
+        """Fingerprints by part of each point by its number."""
+        setting = self.friction
+        more = {"friction": setting.mu, "tolerance": setting.tolerance, "heights": self.heights}
+        return prints_of(setting.body, [vars(step) for step in self.steps], **more)
+
+
+#: Fields of a contact that a file keeps.
+KEPT = (
+    "pressure", "displacement", "gap", "traction", "slip", "coarse", "approach", "tilt", "creepage", "spin", "towards",
+    "position", "status", "given", "solver", "tangential_solver", "rolling_error",
+)  # fmt: skip
+
 #: Figures of a creep curve.
 FIGURES = ("spin", "creepage_along", "creepage_across", "force_along", "force_across", "torque", "stick_share", "error")
 
@@ -522,7 +620,8 @@ FIGURES = ("spin", "creepage_along", "creepage_across", "force_along", "force_ac
 class CreepCurve(Path[RollingContact], Drawn):
     """Steady rolling at several creepages and spins; made by `HalfSpace.creep_curve`.
 
-    Drawn are the tangential force over the friction limit and the torque, over the creepage, a curve for each spin.
+    Drawn are the tangential force over the friction limit, along the creepage and to its left, and the torque, over the
+    creepage, a curve for each spin.
 
     Attributes
     ----------
@@ -556,17 +655,15 @@ class CreepCurve(Path[RollingContact], Drawn):
         return tuple(dict.fromkeys(text for at in self.steps for text in at.warnings))
 
     def _drawn(self, path: str | FilePath | None, units: Units) -> Any:
-        size, force = np.hypot(*self.creepage.T), np.hypot(*self.tangential.T)
-        largest = self.creepage[size.argmax()]
-        positive = largest * np.sign(largest[np.abs(largest).argmax()])
-        limit = np.array([at.friction * at.force for at in self.steps])
-        drawn = (
-            {"tangential force over the limit of friction": force / limit} if 0 < self.last.friction < math.inf else {}
-        )
-        panels = drawn or {"tangential force": force}
-        return plot_creep(
-            np.where(self.creepage @ positive < 0, -1, 1) * size, self.spin, {**panels, "torque": self.torque}, path
-        )
+        size = np.hypot(*self.creepage.T)
+        x, y = self.creepage[size.argmax()] if size.any() else (1.0, 0.0)
+        axis = np.array([x, y]) / math.copysign(math.hypot(x, y), x if abs(x) >= abs(y) else y)
+        signed = np.where(self.creepage @ axis < 0, -size, size)
+        forces, of = self.tangential @ np.array([axis, [-axis[1], axis[0]]]).T, ""
+        if 0 < self.last.friction < math.inf:
+            forces, of = forces / [[at.friction * at.force] for at in self.steps], " over the limit of friction"
+        panels = {f"force along the creepage{of}": forces[:, 0], f"force to its left{of}": forces[:, 1]}
+        return plot_creep(signed, self.spin, {**panels, "torque": self.torque}, path)
 
     def __str__(self) -> str:
         notes = [f"Warning: {text}" for text in self.warnings]

@@ -65,6 +65,12 @@ KALKER = {
     10.0: ((10.7, 11.7, 12.9), (10.7, 12.8, 16.0), (12.2, 14.6, 18.0)),
 }
 
+#: C33 likewise: Kalker's table, as in public programs of vehicle dynamics.
+KALKER_C33 = {
+    0.1: (6.42, 8.28, 11.7), 0.2: (3.46, 4.27, 5.66), 0.5: (1.74, 1.93, 2.22), 1.0: (1.21, 1.19, 1.16),
+    2.0: (0.958, 0.819, 0.650), 5.0: (0.828, 0.601, 0.341), 10.0: (0.795, 0.526, 0.228),
+}  # fmt: skip
+
 
 def ellipse(a, b):
     """Paraboloid whose contact at a peak of E* is an ellipse of semi-axes a and b (Johnson 1985, 4.2)."""
@@ -82,18 +88,21 @@ def ellipse(a, b):
 @pytest.mark.parametrize("ratio", KALKER)
 @pytest.mark.parametrize("k", [0, 1, 2])
 def test_kalkers_coefficients(ratio, k, row):
-    """Within 1 % of Kalker's table at 64 cells, at 128 for ellipses along the rolling, 1.3 % at a/b = 10.
+    """Within 1 % of Kalker's table; at a/b = 10 within 1.3 %, C33 there within its estimated error.
 
-    There the first order of what sticks up to the trailing edge is the largest, and the table has three digits.
+    At a/b = 10 this rule and CONTACT's agree on 512 x 128 cells to .3 %, on 12.96 and 12.99 for the table's 12.8.
     """
-    nu, n = (0.0, 0.25, 0.4999)[k], 128 if ratio > 1 else 64
+    nu, wide = (0.0, 0.25, 0.4999)[k], ratio > 2
+    cells = (256, 64) if wide else (64, 64) if ratio == 1 else (96, 96)
     a, b = math.sqrt(ratio), 1 / math.sqrt(ratio)
     material = fc.Material(E=1.0, nu=nu)
-    half = fc.HalfSpace(material, (2.24 * a, 2.24 * b), (n, n), against=material)
+    half = fc.HalfSpace(material, (2.24 * a, 2.24 * b), cells, against=material)
     found = half.creep_coefficients(ellipse(a, b), force=2 / 3 * math.pi * half.contact_modulus)
-    for name, values in zip(("c11", "c22", "c23"), KALKER[ratio], strict=True):
-        row(f"a/b = {ratio:g}, nu = {nu:.2g}", name.upper(), values[k], getattr(found, name))
-        assert getattr(found, name) == pytest.approx(values[k], rel=0.01 if ratio < 10 else 0.013)
+    for j, name in enumerate(("c11", "c22", "c23", "c33")):
+        value = (*(of[k] for of in KALKER[ratio]), KALKER_C33[ratio][k])[j]
+        row(f"a/b = {ratio:g}, nu = {nu:.2g}", name.upper(), value, getattr(found, name))
+        most = 0.01 if ratio < 10 else max(0.013, found.errors[j])
+        assert getattr(found, name) == pytest.approx(value, rel=most)
 
 
 def test_contacts_example_by_the_blended_rule(row):
@@ -106,6 +115,31 @@ def test_contacts_example_by_the_blended_rule(row):
     assert share - error < 0.624
     assert share + error > 0.624
     assert error < 0.01
+
+
+#: As in its file catt_to_cart.ref_out of 2025: shift, cells that stick; creepages of the first ten cells, the last one.
+ONSET = (1.774e-2, 305), (1.824e-3, 1.882e-3, 1.955e-3, 2.050e-3, 2.140e-3, 2.221e-3, 2.334e-3, 2.428e-3, 2.551e-3)
+STEADY = 3.101e-3
+
+
+def test_contacts_example_from_cattaneo_to_carter(row):
+    """Its example catt_to_cart to all printed digits: a ball is dragged, then rolls cell by cell, then steadily."""
+    ball, force, mu = Paraboloid(1 / (2 * 0.002963)), 0.4705, 0.4013
+    pull, body = (0.657 * mu * force, 0.0), fc.Material(E=2 * (1 + NU), nu=NU)
+    half = fc.HalfSpace(body, (44 * 0.25, 33 * 0.25), (44, 33), against=body)
+    where = -1.125 + 0.25 * np.r_[0, np.arange(10)]  # the middle of a cell
+    path = half.press_path(ball, [fc.PressStep(force=force, tangential=pull, position=(x, 0.0)) for x in where], mu)
+    (shift, sticking), creepages = ONSET
+    assert path.shift[0, 0] == pytest.approx(shift, abs=6e-6)
+    assert int(path[1].sticking.sum()) == sticking
+    assert int(path[2].sticking.sum()) == 422
+    np.testing.assert_allclose(np.diff(path.shift[1:, 0]) / 0.25, creepages, atol=6e-7)
+    steady = fc.HalfSpace(body, (33 * 0.25, 33 * 0.25), (33, 33), against=body).roll(
+        ball, force=force, friction=mu, tangential=pull, rule="contact"
+    )
+    row("CONTACT's catt_to_cart", "steady creepage", STEADY, steady.creepage[0], 3e-4)
+    assert steady.creepage[0] == pytest.approx(STEADY, abs=6e-7)
+    assert int(steady.sticking.sum()) == 346
 
 
 def random_case(seed):
@@ -132,7 +166,10 @@ def random_case(seed):
 
 @pytest.mark.full
 def test_forty_random_cases_and_their_errors(row):
-    """Certified to 1e-8, tractions' errors estimated .8 to 3 times as large as against a grid four times as fine."""
+    """Certified to 1e-8, tractions' errors estimated .8 to 3 times as large as against a grid four times as fine.
+
+    The errors of sums cancel by chance, to a hundredth of what they mostly are: some estimates are far above them.
+    """
     found = []
     for seed in range(40):
         size, materials, surface, options = random_case(seed)
@@ -152,5 +189,10 @@ def test_forty_random_cases_and_their_errors(row):
     ratios = np.array(found)
     row("40 random cases", "share of estimates .8 to 3 times the error", 1.0, np.mean(np.abs(ratios[:, 0] - 1.9) < 1.1))
     row("40 random cases", "least estimate over the error, of sums", 1.0, ratios[:, 1:].min())
+    for name, of in zip(("force", "torque", "creepage"), ratios[:, 1:].T, strict=True):
+        prescribed = of == 1.0  # rounding over rounding
+        middle = float(np.median(of[~prescribed]))
+        row("40 random cases", f"median estimate over the error of the {name}", 2.0, middle)
+        assert 0.8 < middle < 4
     assert np.mean((ratios[:, 0] > 0.8) & (ratios[:, 0] < 3)) >= 0.9
     assert ratios.min() > 0.5

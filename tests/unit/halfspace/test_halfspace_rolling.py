@@ -6,6 +6,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError
+from fecontact.halfspace import rolling, tresca
 from fecontact.halfspace.compliance import tangential_compliance
 from fecontact.halfspace.rolling import RULES, RollingFriction, RollingStep
 from fecontact.surfaces import Paraboloid
@@ -197,6 +198,17 @@ def test_the_error_estimate_holds_and_shrinks():
     assert by_force.rolling_error.force == 0 < by_force.rolling_error.creepage
 
 
+def test_an_estimate_without_convergence_is_told(monkeypatch):
+    options = {"creepage": (3e-3, -6e-3), "spin": 0.1}
+    one = rolled(**options)
+    assert not any("did not converge" in text for text in one.warnings)
+    monkeypatch.setattr(rolling, "COARSE_TOLERANCE", 0.0)
+    monkeypatch.setattr(tresca, "MAX_ROUNDS", 1)
+    other = rolled(half(n=12), **options)
+    assert any("did not converge" in text for text in other.warnings)
+    assert "did not converge" in str(other)
+
+
 def test_results_print_save_draw_and_have_stresses(tmp_path):
     found = rolled(creepage=(3e-3, 6e-3), spin=0.08)
     text = str(found)
@@ -205,7 +217,7 @@ def test_results_print_save_draw_and_have_stresses(tmp_path):
     assert "work of friction" in text
     summary = found.summary()
     assert summary["creepage"] == (3e-3, 6e-3)
-    assert set(summary["rolling_error"]) == {"traction", "force", "torque", "creepage"}
+    assert set(summary["rolling_error"]) == {"traction", "force", "torque", "creepage", "coarse_defect"}
     saved = np.load(found.save(tmp_path / "rolling.npz"))
     np.testing.assert_allclose(saved["slip_x"], found.slip[0])
     assert found.save(tmp_path / "rolling.json").stat().st_size > 100
@@ -291,11 +303,72 @@ def test_a_creep_curve_is_its_points(tmp_path):
         half().creep_curve(BALL, np.ones((2, 3)), force=FORCE, friction=MU)
 
 
+@pytest.mark.parametrize("against", [STEEL, RUBBER])
+def test_creep_curves_go_on_from_their_file(tmp_path, monkeypatch, against):
+    """Points of the file are certified, not solved; pressures are solved for once; another curve is refused."""
+    body, file = half(against=against), tmp_path / "curve.jsonl"
+    options = {"spins": (0.0, 0.1), "force": FORCE, "friction": MU}
+    one = body.creep_curve(BALL, [2e-3, 6e-3], **options, path=file)
+    rows = file.read_text().splitlines()
+    file.write_text("\n".join(rows[:3]) + "\n")
+    solved, pressed = [], []
+    roll, press = rolling.roll, rolling.press
+    monkeypatch.setattr(rolling, "roll", lambda *given: solved.append(1) or roll(*given))
+    monkeypatch.setattr(rolling, "press", lambda *given: pressed.append(1) or press(*given))
+    other = body.creep_curve(BALL, [2e-3, 6e-3], **options, path=file)
+    assert (len(solved), len(pressed)) == (1, 1)
+    np.testing.assert_allclose(other.tangential, one.tangential, atol=1e-9 * MU * FORCE)
+    np.testing.assert_allclose(other[1].slip, one[1].slip, atol=1e-12)
+    assert other[0].rolling_error == one[0].rolling_error
+    with refused(InputError, "row-of-another", "friction"):
+        body.creep_curve(BALL, [2e-3, 6e-3], **{**options, "friction": 0.2}, path=file)
+
+
+def test_a_path_goes_on_from_steady_rolling():
+    """By CONTACT's rule steps of one cell are the steady state; by the other rule they leave it by the rules' error."""
+    body = half(n=24)
+    cell, pull = body.grid.cell[0], (0.6 * MU * FORCE, 0.0)
+    steps = [fc.PressStep(force=FORCE, tangential=pull, position=(k * cell, 0.0)) for k in (1, 2)]
+    for rule, most in (("contact", 1e-7), ("blended", 0.05)):
+        steady = rolled(body, tangential=pull, rule=rule)
+        path = body.press_path(BALL, steps, MU, start=steady)
+        creep = np.diff(path.shift[:, 0], prepend=0) / cell
+        np.testing.assert_allclose(creep, steady.creepage[0], rtol=most)
+    assert abs(creep[1] - steady.creepage[0]) > 1e-3 * steady.creepage[0]
+    again = body.press_path(BALL, steps[1:], MU, start=path[0])
+    np.testing.assert_allclose(again.shift, path.shift[1:], atol=1e-9)
+    with refused(InputError, "other-grid", "friction"):
+        body.press_path(BALL, steps, 2 * MU, start=steady)
+    with refused(InputError, "other-grid"):
+        half().press_path(BALL, steps, MU, start=steady)
+    with refused(InputError, "wrong-class"):
+        body.press_path(BALL, steps, MU, start=body.press(BALL, force=FORCE))
+
+
+def test_a_track_stays_where_it_is(tmp_path):
+    """A track as the surface's own shape, turned over, is the same; a bump is passed and left behind."""
+    body, file = half(n=24), tmp_path / "path.jsonl"
+    cell, bump = body.grid.cell[0], 6e-5 * np.exp(-(((half(n=24).grid.x[:, None] - 0.03) / 0.01) ** 2))
+    track = np.broadcast_to(bump, body.grid.shape)
+    where = [(float(x), 0.0) for x in cell * np.arange(-2, 3)]
+    steps = [fc.PressStep(force=FORCE, tangential=(0.3 * MU * FORCE, 0.0), position=x) for x in where]
+    path = body.press_path(BALL, steps, MU, track=track, path=file)
+    x, y = body.grid.x[:, None], body.grid.y
+    z = BALL.heights(x - where[2][0], y) - track
+    assert path[2].max_pressure == pytest.approx(body.press(z, force=FORCE).max_pressure, rel=1e-8)
+    assert path[4].max_pressure > 1.01 * body.press_path(BALL, steps[4:], MU).last.max_pressure
+    with refused(InputError, "row-of-another", "heights"):
+        body.press_path(BALL, steps, MU, path=file)
+
+
 def test_pictures_of_creep_curves_have_the_side_of_the_creepage():
     across = [(c, -c) for c in (-6e-3, -2e-3, 2e-3, 6e-3)]
     curve = half().creep_curve(BALL, across, force=FORCE, friction=MU)
     x = curve.plot().axes[0].lines[0].get_xdata()
     np.testing.assert_allclose(x, np.sqrt(2) * np.array([-6e-3, -2e-3, 2e-3, 6e-3]), atol=1e-12)
+    force = curve.plot().axes[0].lines[0].get_ydata()
+    assert (np.diff(force) > 0).all()  # a signed force: no V
+    np.testing.assert_allclose(force, -force[::-1], atol=1e-7)
     sticking = half().creep_curve(BALL, [2e-3], force=FORCE, friction=np.inf).plot().axes[0]
     assert sticking.lines[0].get_ydata()[0] > 0  # infinite friction has no limit to be drawn over
 
