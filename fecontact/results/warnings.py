@@ -112,6 +112,17 @@ def unstable_bodies(result: ContactResult) -> Iterator[str]:
     yield from dict.fromkeys(each.unstable for each in result.finite_strain if each.unstable)
 
 
+def parted_surfaces(result: ContactResult) -> Iterator[str]:
+    """Warnings of surfaces of a contact that do not face each other any more where bodies have deformed."""
+    for interface in result._interfaces if result.finite_strain else ():
+        if not len(interface.gap):
+            (one, other), bodies = interface.surfaces, (interface.slave.name, interface.master.name)
+            yield (
+                f"{one!r} of {bodies[0]!r} and {other!r} of {bodies[1]!r} do not face each other any more: the "
+                "contact has no point and no force. If they touch, move the bodies less, or make a surface larger."
+            )
+
+
 def large_strains(result: ContactResult) -> Iterator[str]:
     """Warnings of strains too large for small-strain elasticity."""
     found = zip(result.scene.bodies, result._state.displacements, result._response_errors.primal, strict=True)
@@ -633,6 +644,7 @@ def _mirror_normals(bodies: Sequence[Body]) -> Array:
 CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
     unborne_motions,
     unstable_bodies,
+    parted_surfaces,
     pushed_aside,
     large_strains,
     strained_half_spaces,

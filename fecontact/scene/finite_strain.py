@@ -199,7 +199,8 @@ def next_reached(
     ways: list[dict[str, bool]] = [{}]
     if known is None:
         # what the rims of pressures that follow leave out of the tangent may lead away, and so may turning surfaces
-        ways += [{"following": False}] if end.pressures else []
+        borne = [body for body, _ in end.pressures if body._finite_strain is not None]
+        ways += [{"following": False}] if borne else []
         ways += [{"turning": False}, *([{"damped": True}] if smallest else [])] if _soft_pairs(start.model) else []
     try:
         for k, way in enumerate(ways):
@@ -318,6 +319,8 @@ class _Newton:
             self._model = replace(start.model, contacts=contacts)
         self._changes: list[float] = []
         self._past: list[tuple[Array, Array]] = []
+        #: Motions so far, rotations as lengths.
+        self._way = [np.zeros(6)] * len(start.model.bodies)
         self._turning = 1.0 if turning else 0.0
         self._damped, self._damping = damped, 0.0
 
@@ -407,8 +410,11 @@ class _Newton:
             self._fix_sides(result)
         with self._timer("advance"):
             steps, change = self._steps(result)
-            accelerated = steps if self._damping else self._accelerated(steps, change, hold)
-            share = self._advance(result, accelerated)
+            if self._damping:
+                accelerated, motions = steps, list(result._state.motions)
+            else:
+                accelerated, motions = self._accelerated(steps, result._state.motions, change, hold)
+            share = self._advance(result, accelerated, motions)
             if share < 1 and first:
                 raise SolverError("The load step turns material inside out.", code=InvertedError.code)
             self._hold = hold
@@ -552,26 +558,31 @@ class _Newton:
             largest = max(largest, float(own))
         return steps, largest
 
-    def _accelerated(self, steps: Sequence[Array | None], change: float, hold: Hold) -> list[Array | None]:
-        """The steps, or better ones by earlier iterations where convergence is linear."""
-        x = np.concatenate([s.u for s in self._states if s is not None])
-        r = np.concatenate([d for d in steps if d is not None])
+    def _accelerated(
+        self, steps: Sequence[Array | None], motions: Sequence[Array], change: float, hold: Hold
+    ) -> tuple[list[Array | None], list[Array]]:
+        """The steps and motions, or better ones by earlier iterations where convergence is linear."""
+        lengths = np.repeat([1.0, self._size], 3)
+        turned = [motion * lengths for motion in motions]
+        x = np.concatenate([*(s.u for s in self._states if s is not None), *self._way])
+        r = np.concatenate([*(d for d in steps if d is not None), *turned])
         out, past = list(steps), self._past[-DEPTH:]
         self._past.append((x, r))
         relative = change / self._size
         slow = len(self._changes) > 2 and relative > SLOW * self._changes[-1] and hold.same(self._hold)
-        if not slow or relative > BEGIN or not past:
-            return out
-        dx, dr = (np.array([now - old[k] for old in past]).T for k, now in enumerate((x, r)))
-        mix = np.linalg.lstsq(dr, r, rcond=1e-10)[0]
-        better, start = r - (dx + dr) @ mix, 0
-        for k, d in enumerate(steps):
-            if d is not None:
-                out[k] = better[start : start + len(d)]
-                start += len(d)
-        return out
+        if slow and relative <= BEGIN and past:
+            dx, dr = (np.array([now - old[k] for old in past]).T for k, now in enumerate((x, r)))
+            mix = np.linalg.lstsq(dr, r, rcond=1e-10)[0]
+            better, start = r - (dx + dr) @ mix, 0
+            for k, d in enumerate(steps):
+                if d is not None:
+                    out[k] = better[start : start + len(d)]
+                    start += len(d)
+            turned = list(better[start:].reshape(-1, 6))
+        self._way = [before + motion for before, motion in zip(self._way, turned, strict=True)]
+        return out, [motion / lengths for motion in turned]
 
-    def _advance(self, result: ContactResult, steps: Sequence[Array | None]) -> float:
+    def _advance(self, result: ContactResult, steps: Sequence[Array | None], motions: Sequence[Array]) -> float:
         """Take a step, or the share of it that keeps cells upright; poses follow a whole one."""
         share = 1.0
         while True:
@@ -585,7 +596,7 @@ class _Newton:
         self._states = [None if t is None else t[0] for t in trial]
         self._forces = [None if t is None else t[1] for t in trial]
         if share == 1:
-            frames = zip(self._poses, result._state.motions, result._loading.frames, strict=True)
+            frames = zip(self._poses, motions, result._loading.frames, strict=True)
             self._poses = [turned(pose, motion, frame.point) for pose, motion, frame in frames]
         return share
 
