@@ -243,23 +243,6 @@ def test_motions_of_a_free_plate_are_accelerated() -> None:
     assert loaded.finite_strain[0].iterations <= 11
 
 
-def test_a_contact_that_loses_its_partner_is_told() -> None:
-    """Of two domes on a slab the second slides off: the first is pressed as without it, and it has no force."""
-    coarse = dome(divisions=(2, 2, 1))
-    first, second = coarse.placed((-0.5, 0, 0)), coarse.placed((0.5, 0, 0), name="second")
-    base = slab()
-    scene = fc.Scene([first, second, base], [fc.Contact(each, base) for each in (first, second)])
-    down = {first: {"z": -0.1}, second: {"z": -0.01}}
-    together = scene.solve(motions=down)
-    assert not [text for text in together.warnings if "face each other any more" in text]
-    gone = scene.solve(motions={**down, second: {"z": -0.01, "x": 1.6}})
-    (text,) = [text for text in gone.warnings if "face each other any more" in text]
-    assert "'second'" in text
-    assert gone.contacts[1].total_force == 0.0
-    alone = pressed(coarse.placed((-0.5, 0, 0)), slab(), 0.1).contacts[0]
-    assert gone.contacts[0].total_force == pytest.approx(alone.total_force, rel=1e-9)
-
-
 def test_a_step_that_fails_is_tried_again_without_its_pressures_tangent_only_where_it_has_one(monkeypatch) -> None:
     """A pressure on a linear partner has none."""
     found = Counter()

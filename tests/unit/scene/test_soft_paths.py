@@ -148,3 +148,22 @@ def test_a_block_that_slides_off_its_partner_is_an_end_of_the_path_with_its_reas
     scene = fc.Scene([body, table], [fc.Contact(body, table)])
     with refused(fc.SolverError, "not-facing", "Step 2 of 2", "'bottom' of 'block'", "'table'", "spring"):
         scene.solve_path([{"motions": {body: {"z": -0.1}}}, {"motions": {body: {"z": -0.1, "x": 9.0}}}])
+
+
+def test_of_two_blocks_the_one_that_slides_off_is_told() -> None:
+    """The other is pressed as before, and nothing is told before."""
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
+    law = fc.NeoHookean(E=1.0, nu=0.3)
+    stays = fc.ElasticBody(mesh, law, contact="bottom", supports={"top": "xyz"}, name="stays").placed((-1.5, 0, 0))
+    leaves = stays.placed((2.0, 0, 0), name="leaves")
+    table = fc.RigidBody(fc.surfaces.FlatPunch(sides=(4.0, 4.0)), name="table").placed(rotation=np.diag([1.0, -1, -1]))
+    scene = fc.Scene([stays, leaves, table], [fc.Contact(stays, table), fc.Contact(leaves, table)])
+    steps = [{"motions": {stays: {"z": -0.1}, leaves: {"z": -0.1, "x": x}}} for x in (0.0, 9.0)]
+    on, off = scene.solve_path(steps)
+    told = [[text for text in each.warnings if "face each other any more" in text] for each in (on, off)]
+    assert told[0] == []
+    assert len(told[1]) == 1
+    assert "'leaves'" in told[1][0]
+    assert off.contacts[1].total_force == 0.0
+    assert np.abs(off.displacement(leaves)[:, 2] + 0.1).max() < 1e-8
+    assert off.contacts[0].total_force == pytest.approx(on.contacts[0].total_force, rel=1e-8)
