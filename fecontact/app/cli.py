@@ -105,6 +105,9 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
     load.add_argument("--force", type=float, help="total, on the grid or on one period")
     load.add_argument("--approach", type=float, help="of the shape; periodic: from the mean plane")
     load.add_argument("--loads", metavar="F1,F2,...", help="several forces: curves of area, stiffness, gap")
+    load.add_argument(
+        "--hardness", type=float, help="largest pressure, at which the half-space yields and keeps a dent"
+    )
     load.add_argument("--load-point", nargs=2, type=float, metavar=("X", "Y"), help="the shape is free to tilt")
     load.add_argument("--moment", nargs=2, type=float, metavar=("MX", "MY"), help="the same, by moments")
     form = parser.add_argument_group("shape")

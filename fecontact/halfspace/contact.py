@@ -191,6 +191,14 @@ class HalfSpaceContact(Drawn):
             redefined(name, meaning, former)
         return self.figures[name]
 
+    @cached_property
+    def _reserve(self) -> Array | None:
+        """What pressures (nx, ny) lack of the hardness, zero where the surface yields; None without a hardness."""
+        if self.hardness is None or self.plastic is None:
+            return None
+        most = np.minimum(self.hardness, 2 * self.max_pressure)  # beyond it any number is as good
+        return np.where(self.plastic, 0.0, most - self.pressure)
+
     @property
     def plastic_area(self) -> float:
         """Area that yields under this load; zero without a hardness."""
@@ -213,7 +221,8 @@ class HalfSpaceContact(Drawn):
         """
         part = part_of(self.grid.shape, self.solver.symmetric)
         points = self.pressure_kind == "point"
-        return cells_error_estimate(self.grid, self.pressure, self.gap, self.coarse, part, self._edge, points)
+        fields = (self.pressure, self.gap, self.coarse)
+        return cells_error_estimate(self.grid, *fields, part, self._edge, points, self._reserve, self.dent)
 
     @cached_property
     def response_error(self) -> ResponseError:
@@ -243,7 +252,8 @@ class HalfSpaceContact(Drawn):
     def warnings(self) -> tuple[str, ...]:
         """Warnings of overlaps, large errors, contacts not resolved, and strains and slopes that are not small."""
         between = (self.between,) if self.between else ()
-        limits = validity_warnings(self, self.pressure, self.gap, self.displacement)
+        moved = self.displacement if self.dent is None else self.displacement + self.dent
+        limits = validity_warnings(self, self.pressure, self.gap, moved)
         return (*between, *self._error_warnings, *limits)
 
     @property

@@ -173,6 +173,8 @@ EDGE_ERROR = np.array(
 )
 #: Factor on it, for edges that run across the cells.
 OBLIQUE = 1.1
+#: The same at an edge of the contact beside cells that yield, where the pressure falls within a cell.
+JUMP = 0.25
 #: With no coarser grid: factor for what is inside as well, and least error times the cells across, usual for a disc
 #: and for a stepped outline.
 ALONE, USUAL, USUAL_OF_OUTLINE = 1.5, 0.2, 0.6
@@ -250,15 +252,27 @@ def cells_error_estimate(
     modelled: tuple[slice, slice],
     edge: EdgeCells,
     points: bool,
+    reserve: Array | None = None,
+    dent: Array | None = None,
 ) -> ErrorEstimate:
     """Errors of a contact from its pressure and gap (nx, ny); where the pressure has no bound is named.
 
-    Other parameters are as in `grid_error_estimate`.
+    With a hardness also from what the pressure lacks of it, zero where the surface yields, and from the dent: at the
+    edge of what yields they are as pressure and gap at that of the contact. Other parameters are as in
+    `grid_error_estimate`.
     """
-    ends = pressed_ends(pressure, np.isfinite(gap))
-    found = grid_error_estimate(pressure, coarse, modelled, edge, points, ends)
+    allowed, extra = np.isfinite(gap), 0.0
+    ends = pressed_ends(pressure, allowed)
+    if reserve is not None and dent is not None and reserve.min() == 0:
+        ends &= reserve > 0
+        inner = edge_cells(reserve, np.where(allowed, dent, np.inf), False)
+        beside = scipy.ndimage.binary_dilation(reserve == 0)[tuple(edge.place)]
+        extra = _squares(inner) + float((JUMP * edge.before[beside]) ** 2 @ edge.share[beside])
+    found = grid_error_estimate(pressure, coarse, modelled, edge, points, ends, extra)
     if ends.any():
         at, order = np.where(ends, pressure, 0.0), PUNCH
+    elif reserve is not None and reserve.min() == 0:
+        return replace(found, peak=MIN_SHARE * found.pressure)  # it is the hardness
     elif pressure.any() and peak_of(pressure).unbounded:
         at, order = pressure, 0.0
     else:
@@ -275,6 +289,7 @@ def grid_error_estimate(
     edge: EdgeCells,
     points: bool = False,
     ends: Mask | None = None,
+    extra: float = 0.0,
 ) -> ErrorEstimate:
     """Estimate the errors of a contact.
 
@@ -290,6 +305,8 @@ def grid_error_estimate(
         Whether the pressure of a cell is a force at its centre.
     ends : (nx, ny) bool array, optional
         Cells with a pressure without bound; these and their neighbours do not count.
+    extra : float
+        Sum of squared errors of cells at other edges.
 
     Examples
     --------
@@ -302,7 +319,7 @@ def grid_error_estimate(
         return ErrorEstimate.none(NO_CONTACT)
     if points and coarse is None:
         return ErrorEstimate.none("not estimated for point forces on a grid without a coarser one")
-    squares = np.interp(edge.last / edge.before, EDGE_RATIO, EDGE_ERROR) ** 2 @ (edge.share * edge.before**2)
+    squares = _squares(edge) + extra
     counted, change_over_error, usual = np.ones(pressure.shape, bool), CHANGE_OF_POINTS if points else CHANGE, USUAL
     if ends is not None and ends.any():
         change_over_error, usual = CHANGE_OF_OUTLINE, USUAL_OF_OUTLINE
@@ -333,6 +350,11 @@ def grid_error_estimate(
         faces_across=across,
     )
     return found if pressure.all() else found.within_resolution()
+
+
+def _squares(edge: EdgeCells) -> float:
+    """Sum of the squared errors of rows at straight edges."""
+    return float(np.interp(edge.last / edge.before, EDGE_RATIO, EDGE_ERROR) ** 2 @ (edge.share * edge.before**2))
 
 
 def _changes(pressure: Array, coarse: Array, counted: Mask) -> tuple[float, float]:

@@ -203,7 +203,7 @@ class LoadCurve(Path[Mapping[str, Any]], Drawn):
             units.axis_label("pressure", "stress"): {n: self.figures[f"{n}_pressure"] for n in ("max", "mean")},
             units.axis_label("mean gap", "length"): {"": self.figures["mean_gap"]},
         }
-        return plot_over_force(self.force, panels, f"{len(self)} loads", units, path)
+        return plot_over_force(self.force, panels, f"{len(self)} loads", units, path, "dent" in self.steps[0])
 
     def __str__(self) -> str:
         rows = self.rows()

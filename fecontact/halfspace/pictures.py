@@ -79,6 +79,8 @@ def plot_pressed(
 ) -> Figure:
     """Pressure, gap, displacement of the surface, and the von Mises stress in the plane y = constant below the peak.
 
+    If the surface has yielded, its dent in place of the displacement.
+
     Parameters
     ----------
     contact : HalfSpaceContact
@@ -97,7 +99,9 @@ def plot_pressed(
     limit = float(np.nanquantile(gap, 0.9)) if not contact.periodic else None
     draw_map(first, contact.grid, contact.pressure, "magma_r", names.axis_label("pressure", "stress"), names)
     draw_map(second, contact.grid, gap, "viridis", names.axis_label("gap", "length"), names, limit)
-    draw_map(third, contact.grid, contact.displacement, "YlGnBu", names.axis_label("displacement", "length"), names)
+    dented = contact.dent is not None and contact.dent.any()
+    sunk, what = (contact.dent, "dent") if dented else (contact.displacement, "displacement")
+    draw_map(third, contact.grid, sunk, "YlGnBu", names.axis_label(what, "length"), names)
     draw_section(fourth, contact, names)
     figure.suptitle(
         f"{name + ': ' if name else ''}force {names.number(contact.force, 'force')}, "
@@ -113,6 +117,7 @@ def plot_over_force(
     title: str,
     units: Units,
     path: str | Path | None = None,
+    in_order: bool = False,
 ) -> Figure:
     """Draw curves over the force, a panel for each quantity.
 
@@ -125,9 +130,11 @@ def plot_over_force(
     units : Units
     path : str or Path, optional
         File to write; the suffix decides the format.
+    in_order : bool
+        Whether the order of the loads counts, as where a surface yields: lines follow it, not the force.
     """
     figure = Figure(figsize=(10.0, 7.6), layout="constrained")
-    order = np.argsort(force, kind="stable")
+    order = np.arange(len(force)) if in_order else np.argsort(force, kind="stable")
     for axes, (label, curves) in zip(figure.subplots(2, 2).ravel(), panels.items(), strict=True):
         shown = {name: v for name, v in curves.items() if name != "exact" or np.isfinite(v).any()}
         for name, values in shown.items():

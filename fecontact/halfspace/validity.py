@@ -102,7 +102,8 @@ def overlap_between_cells(contact: OnCells, heights: Callable[[Array, Array], Ar
     if len(facets) == 0:
         return ""
     tilt = contact.tilt[0] * grid.x[:, None] + contact.tilt[1] * grid.y[None, :]
-    moved = (contact.displacement - contact.approach + tilt).ravel()
+    sunk = contact.displacement if contact.dent is None else contact.displacement + contact.dent
+    moved = (sunk - contact.approach + tilt).ravel()
 
     def place(facet: IntArray, local: Array) -> Array:
         first = np.stack(np.divmod(facet, ny - 1), axis=1)

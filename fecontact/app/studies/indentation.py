@@ -15,6 +15,7 @@ from fecontact.app.options import OPTIONS, SHAPES
 from fecontact.app.studies.closed_forms import Exact, Wave, closed_form
 from fecontact.app.studies.study import Figure, Study, compared, finite
 from fecontact.bodies import HalfSpace
+from fecontact.common.arrays import Array
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -89,6 +90,8 @@ def indent(
     size: Size | None = None,
     name: str | None = None,
     tolerance: float = 1e-8,
+    hardness: float | None = None,
+    dent: Array | float = 0.0,
 ) -> Study:
     """Press a rigid shape on a half-space.
 
@@ -105,6 +108,10 @@ def indent(
     name : str, optional
         Name of the shape, for the table.
     tolerance : float
+    hardness : float, optional
+        Largest pressure, see `halfspace.hardness`; closed forms are elastic and left out.
+    dent : (nx, ny) array
+        By loads before.
 
     Returns
     -------
@@ -134,14 +141,19 @@ def indent(
             "A periodic surface cannot tilt, for then it would not repeat: leave out the load point (or moment), or "
             "make the half-space free."
         )
-    exact = closed_form(shape, half, load)
-    contact = half.press(shape, force=load.force, approach=load.approach, load_point=load.point, tolerance=tolerance)
+    exact = closed_form(shape, half, load) if hardness is None else None
+    pressed = half.heights_of(shape) + dent if np.any(dent) else shape
+    contact = half.press(
+        pressed, force=load.force, approach=load.approach, load_point=load.point, tolerance=tolerance, hardness=hardness
+    )
     _check_outline(shape, contact)
     return _study(name or type(shape).__name__, half, contact, exact)
 
 
 def curve(shape: Any, ground: Ground, loads: Sequence[Load], **options: Any) -> Study:
     """Press a shape with several loads; options as in `indent`, with one grid for the largest load.
+
+    With a hardness each load meets the dents of those before.
 
     Examples
     --------
@@ -158,7 +170,11 @@ def curve(shape: Any, ground: Ground, loads: Sequence[Load], **options: Any) -> 
         largest = max(loads, key=lambda load: load.force or load.approach or 0.0)
         cells = options.get("cells", (256, 256))
         options = {**options, "size": _grid(shape, ground, largest, cells, None).grid.size}
-    steps = [indent(shape, ground, load, **options) for load in loads]
+    steps: list[Study] = []
+    dent: Array | float = 0.0
+    for load in loads:
+        steps.append(indent(shape, ground, load, dent=dent, **options))
+        dent = dent if steps[-1].solved.dent is None else dent + steps[-1].solved.dent
     contacts = [step.solved for step in steps]
     error = max((contact.error_estimate for contact in contacts), key=lambda estimate: estimate.pressure)
     notes = [f"residuals: {max(c.residuals.worst for c in contacts):.1e}", f"largest error of {error}"]
@@ -182,7 +198,8 @@ def _over_force(steps: Sequence[Study], title: str, units: Units) -> Picture:
         figures = [step.figures[name] for step in steps]
         known = np.array([np.nan if f.exact is None else f.exact for f in figures])
         panels[label] = {"found": np.array([f.found for f in figures]), "exact": known}
-    return plot_over_force(np.array([step.figures["force"].found for step in steps]), panels, title, units)
+    forces, yields = np.array([step.figures["force"].found for step in steps]), steps[0].solved.dent is not None
+    return plot_over_force(forces, panels, title, units, in_order=yields)
 
 
 def _study(name: str, half: HalfSpace, c: HalfSpaceContact, exact: Exact | None) -> Study:
@@ -197,6 +214,8 @@ def _study(name: str, half: HalfSpace, c: HalfSpaceContact, exact: Exact | None)
         "mean gap": c.mean_gap,
         "stiffness": half.stiffness(c),
     }
+    if c.dent is not None:
+        found |= {"plastic area": c.plastic_area, "largest dent": float(c.dent.max())}
     if any(c.tilt):
         found["tilt (rad)"] = math.hypot(*c.tilt)
     known = exact.figures if exact else {}
@@ -370,6 +389,7 @@ def run(options: Options) -> Study:
     shape, cells, size = _shape(name, given, cells, size, ground.periodic)
     label = Path(given["file"]).name if name == "heights" else name
     common = {"cells": cells, "size": size, "name": label, "tolerance": given.get("tolerance", 1e-8)}
+    common |= {"hardness": given.get("hardness")}
     if "loads" in given:
         return curve(shape, ground, loads, **common)
     return indent(shape, ground, loads[0], **common)

@@ -10,6 +10,7 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
+from fecontact.app.cli import main
 from fecontact.halfspace.hardness import with_hardness
 from fecontact.halfspace.pressing import Load, normal_residuals
 from fecontact.solvers.coulomb import Residuals, ResidualScales
@@ -212,3 +213,48 @@ def test_units_do_not_matter() -> None:
     assert contact.plastic is not None
     assert (contact.plastic == scaled.plastic).all()
     assert np.abs(scaled.pressure / 1e6 - contact.pressure).max() < 1e-9
+
+
+def test_the_error_is_estimated_where_a_ball_yields_and_a_punch_has_a_bound() -> None:
+    """Beside 256 x 256 cells; at the outline of a punch that yields the pressure is known to be the hardness."""
+    fine = free(256)
+    for hardness in (0.3, 0.15):
+        truth = fine.press(BALL, force=0.5, hardness=hardness).pressure.reshape(32, 8, 32, 8).mean(axis=(1, 3))
+        coarse = free(32).press(BALL, force=0.5, hardness=hardness)
+        error = float(np.linalg.norm(coarse.pressure - truth) / np.linalg.norm(truth))
+        assert 0.8 < coarse.error_estimate.pressure / error < 8
+    half = free(32)
+    punch = np.where(np.hypot(half.grid.x[:, None], half.grid.y[None]) < 1.0, 0.0, np.inf)
+    assert half.press(punch, force=0.1).error_estimate.unbounded is not None
+    assert half.press(punch, force=0.1, hardness=0.04).error_estimate.unbounded is None
+
+
+def test_a_steep_dent_is_not_taken_for_the_counter_surface() -> None:
+    """Slopes are those of the counter-surface, which is flatter than the gap without its dent."""
+    half = free(32)
+    contact = half.press(BALL, force=0.05, hardness=0.02)
+    assert contact.dent is not None
+    own = half.heights_of(BALL)
+    assert np.abs(contact.gap - contact.displacement - contact.dent + contact.approach - own).max() < 1e-12
+
+
+def test_the_command_line_carries_dents_over_its_loads(capsys: pytest.CaptureFixture[str]) -> None:
+    words = [
+        "halfspace",
+        "sphere",
+        "--radius",
+        "10",
+        "--E",
+        "210e3",
+        "--loads",
+        "50,200,50",
+        "--hardness",
+        "2000",
+        "--cells",
+        "32",
+    ]
+    assert main([*words, "--loads", "50,200,50"]) == 0
+    first, _, last = (line.split() for line in capsys.readouterr().out.splitlines()[2:5])
+    assert float(last[2]) > 1.2 * float(first[2])
+    assert main([*words, "--force", "200"]) == 0
+    assert "plastic area" in capsys.readouterr().out
