@@ -20,6 +20,7 @@ ORDER = (
         "halfspace",
         "halfspace_friction",
         "rolling",
+        "adhesion",
         "halfspace_couplings",
         "couplings",
         "patch",
