@@ -20,7 +20,7 @@ ORDER = (
         "halfspace",
         "halfspace_friction",
         "rolling",
-        "adhesion",
+        "adhesion_limits",
         "halfspace_couplings",
         "couplings",
         "patch",

@@ -15,7 +15,7 @@ D. S. Dugdale, J. Mech. Phys. Solids 8 (1960) 100; D. Maugis, J. Colloid Interfa
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path as FilePath
@@ -536,15 +536,21 @@ class AdhesionCurve(Path[dict[str, Any]], Drawn):
         """Approaches (n,)."""
         return self.figures["approach"]
 
+    @cached_property
+    def _least(self) -> int:
+        """State of the smallest force while coming off; of all, if the path only comes on."""
+        off = coming_off(self.steps)
+        return int(np.where(off | (not off.any()), self.force, np.inf).argmin())
+
     @property
     def pull_off(self) -> float:
-        """Largest tensile force; 0 without any."""
-        return max(0.0, -float(self.force.min()))
+        """Largest tensile force while coming off; 0 without any."""
+        return max(0.0, -float(self.force[self._least]))
 
     @property
     def pull_off_approach(self) -> float:
         """Approach at the pull-off."""
-        return float(self.approach[self.force.argmin()])
+        return float(self.approach[self._least])
 
     @property
     def hysteresis(self) -> float:
@@ -572,6 +578,11 @@ class AdhesionCurve(Path[dict[str, Any]], Drawn):
         notes += [*map(str, self.jumps), f"Energy lost {self.hysteresis:.6g}"]
         notes += [f"Warning: {text}" for text in self.warnings]
         return str(Table(FIGURES, [list(row.values()) for row in self.rows()], notes))
+
+
+def coming_off(rows: Sequence[dict[str, Any]]) -> Mask:
+    """Whether the approach falls to states (n,)."""
+    return np.diff([row["approach"] for row in rows], prepend=-np.inf) < 0
 
 
 class Point(NamedTuple):
@@ -609,7 +620,9 @@ def adhesion_curve(adhesive: Adhesive, approaches: Array, progress: bool | None)
             return [b]
         half = middle(a, b)
         first = between(a, half, allowed, depth - 1)
-        return [*first, *between(half, point(b.row["approach"], half), allowed, depth - 1)]
+        if half.lost_to(b) > allowed:
+            b = point(b.row["approach"], half)
+        return [*first, *between(half, b, allowed, depth - 1)]
 
     jumps: list[Jump] = []
     points: list[Point] = []
@@ -634,15 +647,15 @@ def adhesion_curve(adhesive: Adhesive, approaches: Array, progress: bool | None)
 
 
 def _pulled(points: list[Point], middle: Callable[[Point, Point], Point], lowest: float, least: float) -> float:
-    """Locate a smallest force among the last points, put others between; returns the smallest force so far."""
-    force = [p.row["force"] for p in points]
-    k = int(np.argmin(force))
-    while 0 < k < len(points) - 1 and force[k] < lowest:
+    """Locate a smallest force of coming off, by points put between others; returns the smallest force so far."""
+    while True:
+        rows = [p.row for p in points]
+        force = np.array([row["force"] for row in rows])
+        k = int(np.where(coming_off(rows), force, np.inf).argmin())
+        if not (0 < k < len(points) - 1 and force[k] < lowest):
+            return lowest
         a, b, c = points[k - 1 : k + 2]
         wide = abs(c.row["approach"] - a.row["approach"]) > 2.5 * least
         if not wide or max(force[k - 1], force[k + 1]) - force[k] <= PULLED * abs(force[k]):
-            return force[k]
+            return float(force[k])
         points[k - 1 : k + 2] = [a, middle(a, b), b, middle(b, c), c]
-        force = [p.row["force"] for p in points]
-        k = int(np.argmin(force))
-    return lowest
