@@ -306,6 +306,7 @@ class _Newton:
         # rotations are finite; shifts are part of the linear scene, so that nothing overlaps at first
         self._motions = motions_between(start.step, end, whole=known is None)
         self._poses = [_turned(*each, self._motions) for each in zip(start.model.bodies, start.poses, strict=True)]
+        self._turned_poses = tuple(self._poses)
         self._size = max(body.size for body, state in zip(start.model.bodies, start.states, strict=True) if state)
         self._elastic = list(start.displacements)
         if known is not None:
@@ -377,8 +378,13 @@ class _Newton:
 
         Displacements that grow ever faster or ever slower with the load are between these.
         """
-        pairs = zip(self._states, self._start.states, strict=True)
-        moved = max(float(np.abs(b.u - a.u).max()) for a, b in pairs if a and b) / self._size
+        every = zip(self._model.bodies, self._start.states, self._states, self._turned_poses, self._poses, strict=True)
+        moved = max(
+            float(np.abs(_points(body, then, p) - _points(body, now, q)).max())
+            for body, then, now, p, q in every
+            if then and now
+        )
+        moved /= self._size
         if self._known is not None or moved < max(BEGIN, JUMP * self._changes[0]):
             return False
         start = replace(
@@ -644,6 +650,12 @@ def _turned(body: Body, pose: Pose, motions: Mapping[Body, Mapping[str, float]])
     """The pose after the prescribed rotations."""
     turn = [motions.get(body, {}).get(c, 0.0) for c in TURNS]
     return turned(pose, np.array([0.0, 0.0, 0.0, *turn]), pose.to_world(body.reference_point)) if any(turn) else pose
+
+
+def _points(body: Body, state: State, pose: Pose) -> Array:
+    """Points (n, 3) of the mesh of a body at a state, in world axes."""
+    (meshed,) = elastic_among([body])
+    return pose.to_world(meshed.mesh.points + meshed.model.at_points(state.u))
 
 
 def motions_between(start: LoadStep, end: LoadStep, whole: bool) -> dict[Body, dict[str, float]]:

@@ -131,3 +131,16 @@ def test_a_body_without_support_has_its_own_error() -> None:
     above = plate(1.0)
     with refused(fc.SupportError, "free-motion", "block"):
         fc.Scene([body, above], [fc.Contact(body, above)]).solve(forces={above: (0, 0, -0.1)})
+
+
+def test_a_free_body_between_two_plates_does_not_jump() -> None:
+    """Its nodes move far against those that pin it, but not in the world."""
+    mesh = fc.shapes.block((1.0, 0.5, 2.0), (3, 1, 4), element="hex8")
+    mesh = mesh.mapped(lambda x: (x - [0, 0, 1]) * np.stack([x[:, 0] ** 0, x[:, 0] ** 0, 1 - 0.3 * x[:, 0] ** 2], 1))
+    ends, sides = ("top", "bottom"), {"x_min": "x", "y_min": "y"}
+    body = fc.ElasticBody(mesh, fc.NeoHookean(E=1.0, nu=0.3), contact=ends, supports=sides, name="barrel")
+    up = fc.RigidBody(fc.Plane(), name="up").placed((0, 0, 1.0), rotation=np.diag([1.0, -1, -1]))
+    low = fc.RigidBody(fc.Plane(), name="low").placed((0, 0, -1.0))
+    contacts = [fc.Contact(body, plane, surfaces=(name, "surface")) for plane, name in ((up, "top"), (low, "bottom"))]
+    result = fc.Scene([body, up, low], contacts).solve(motions={up: {"z": -0.3}, low: {"z": 0.3}})
+    assert len(result.finite_strain) == 1
