@@ -15,7 +15,8 @@ import scipy.sparse.csgraph
 from numpy.typing import ArrayLike
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.checks import number_array, whole
+from fecontact.common.checks import among, number_array, positive, vector, whole
+from fecontact.common.checks import friction as friction_coefficient
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.error_estimate import MAX_ERROR, OF_CELLS, OF_LAYERS, ErrorEstimate, ResponseError
 from fecontact.common.errors import InputError
@@ -24,10 +25,12 @@ from fecontact.common.region import Region
 from fecontact.common.renamed import RenamedKeys, redefined, renamed
 from fecontact.common.units import Units
 from fecontact.halfspace import inside
+from fecontact.halfspace.flash_temperature import FlashTemperature, flash_temperature
 from fecontact.halfspace.grid import Grid, part_of
 from fecontact.halfspace.grid_error import EdgeCells, cells_error_estimate, edge_area, edge_cells
 from fecontact.halfspace.layered import STRESSED, Layer, thin_layers
 from fecontact.halfspace.pictures import Drawn, plot_dragged, plot_pressed, save_fields
+from fecontact.halfspace.transport import Conductance, Distribution, Leakage, conductance, leakage
 from fecontact.halfspace.validity import validity_warnings
 from fecontact.solvers import Residuals
 from fecontact.solvers.coulomb import friction_limit, sticks
@@ -409,6 +412,134 @@ class HalfSpaceContact(Drawn):
         loaded = inside.Loaded(self.grid, self.pressure, self.material, self.layers)
         stress = loaded.periodic(downwards) if self.periodic else loaded.free(downwards, chunk)
         return np.asarray(stress * inside.OUTWARDS)
+
+    def conductance(self, k1: float, k2: float) -> Conductance:
+        """Thermal or electric conductance between two half-spaces, with bounds.
+
+        Current through what touches alone, over the difference of the potentials (temperatures) far from the contact;
+        on a periodic surface that of the constriction, per period.
+
+        Parameters
+        ----------
+        k1, k2 : float
+            Conductivities of both bodies.
+
+        Raises
+        ------
+        InputError
+            With layers, which conduct in their own way.
+
+        Examples
+        --------
+        A round spot of radius 1 has 2 k a.
+
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(2.6, 2.6), cells=(64, 64))
+        >>> print(half.press(fc.surfaces.Paraboloid(1.0), force=4 / 3).conductance(k1=50.0, k2=50.0))
+        conductance 99.8703, between 99.9571 and 103.086
+        """
+        if self.layers:
+            raise InputError(
+                "Conductance is offered for homogeneous half-spaces: layers conduct in their own way. Press on a "
+                "half-space without layers.",
+                code="conductance-of-layers",
+            )
+        mean = 2 / (1 / positive("k1", k1) + 1 / positive("k2", k2))
+        return conductance(self.grid, self.region, self.figures["area"], self.periodic, mean)
+
+    def leakage(self, drop: float, viscosity: float, along: str = "x") -> Leakage:
+        """Flow of a fluid through the gaps, from one side of the grid to the other, by Reynolds' equation.
+
+        The gaps are those of the dry contact: the pressure of the fluid is small beside those of the contact. A
+        periodic surface goes on across the flow; of a free one the sides are walls.
+
+        Parameters
+        ----------
+        drop : float
+            Difference of the fluid's pressure between both sides.
+        viscosity : float
+            Dynamic viscosity.
+        along : {'x', 'y'}
+
+        Raises
+        ------
+        InputError
+            If some cells have no counter-surface.
+        """
+        among("along", along, ("x", "y"))
+        drop, viscosity = positive("the drop of pressure", drop), positive("the viscosity", viscosity)
+        return leakage(self.grid, self.gap, self.active, self.periodic, drop, viscosity, "xy".index(along))
+
+    def flash_temperature(
+        self,
+        velocity: tuple[float, float],
+        *,
+        conductivity: float,
+        diffusivity: float,
+        friction: float | None = None,
+        heat: ArrayLike | None = None,
+    ) -> FlashTemperature:
+        """Steady rise of the temperature of one of both surfaces, over which the contact moves.
+
+        The heat all goes into this body. It divides between two: temperatures T1 and T2, each with all the heat, give
+        about T1 T2 / (T1 + T2) (Blok).
+
+        Parameters
+        ----------
+        velocity : (float, float)
+            Of the contact over the body, along x and y; (0, 0) on the body that moves with it.
+        conductivity, diffusivity : float
+        friction : float, optional
+            Coulomb's mu: heat is mu p |velocity|. Of a contact with friction, its own.
+        heat : (nx, ny) array_like, optional
+            Heat per area and time instead: `work_density` times the speed of a contact that rolls.
+
+        Raises
+        ------
+        InputError
+            If neither friction nor heat is known, or numbers are out of range.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=210e3, nu=0.3), size=(0.6, 0.6), cells=(64, 64))
+        >>> ball = half.press(fc.Sphere(10.0), force=100.0)  # mm, N, s
+        >>> print(ball.flash_temperature((1000.0, 0.0), conductivity=50.0, diffusivity=14.0, friction=0.1))
+        flash temperature: largest 255.6, mean where it is heated 174.2
+        """
+        moved = vector("the velocity", velocity, 2)
+        if heat is None:
+            mu = getattr(self, "friction", None) if friction is None else friction
+            if mu is None:
+                raise InputError(
+                    "The heat is not known: give friction=, Coulomb's mu, or heat= per area and time.", code="no-heat"
+                )
+            heat = friction_coefficient(mu) * self.pressure * np.hypot(*moved)
+        q = number_array("the heat", heat)
+        if q.shape != self.grid.shape or not np.isfinite(q).all():
+            raise InputError(f"The heat must be finite numbers {self.grid.shape}, one a cell; found {q.shape}.")
+        k, kappa = positive("the conductivity", conductivity), positive("the diffusivity", diffusivity)
+        return flash_temperature(self.grid, q, self.periodic, moved, k, kappa)
+
+    def distribution(self, field: str = "pressure", bins: int = 50) -> Distribution:
+        """Probability density of the pressure where it touches, or of the gap where it does not.
+
+        Parameters
+        ----------
+        field : {'pressure', 'gap'}
+        bins : int
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(2.6, 2.6), cells=(64, 64))
+        >>> found = half.press(fc.surfaces.Paraboloid(1.0), force=4 / 3).distribution(bins=4)
+        >>> found.density.round(1)  # of a ball it grows with the pressure, 2 p / p0^2
+        array([0.8, 2.2, 4.1, 5.5])
+        """
+        among("field", field, ("pressure", "gap"))
+        values = self.pressure[self.active] if field == "pressure" else self.gap[~self.active & np.isfinite(self.gap)]
+        return Distribution.of(field, values, whole("bins", bins))
 
     def _drawn(self, path: str | Path | None, units: Units) -> Any:
         return plot_pressed(self, path, units)

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.common.arguments import items
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, number_array, one_of, positive, positives, share, whole
 from fecontact.common.errors import InputError, shown
+from fecontact.common.files import save_figure
 
 #: Points along one side.
 MAX_POINTS = 10**5
@@ -135,6 +138,14 @@ def _root_mean_square(spectrum: NDArray) -> float:
     return float(np.linalg.norm(spectrum)) / spectrum.size
 
 
+def _heights(z: ArrayLike) -> Array:
+    """Heights (nx, ny) without holes."""
+    heights = number_array("the heights", z)
+    if heights.ndim != 2 or heights.size == 0 or not np.isfinite(heights).all():
+        raise InputError("Heights must be a finite array (nx, ny) to be detrended, or for a spectrum.")
+    return heights
+
+
 def detrend(z: ArrayLike, trend: str = "plane") -> Array:
     """Heights less their mean, their best plane, or their best quadratic surface.
 
@@ -159,9 +170,7 @@ def detrend(z: ArrayLike, trend: str = "plane") -> Array:
     >>> float(np.abs(detrend(3 + 2 * x - y)).max()) < 1e-12
     True
     """
-    heights = number_array("the heights", z)
-    if heights.ndim != 2 or heights.size == 0 or not np.isfinite(heights).all():
-        raise InputError("Heights must be a finite array (nx, ny) to be detrended.")
+    heights = _heights(z)
     among("trend", trend, TRENDS)
     x, y = (np.linspace(-1.0, 1.0, n) for n in heights.shape)
     X, Y = x[:, None] + 0 * y, y[None, :] + 0 * x[:, None]
@@ -169,3 +178,70 @@ def detrend(z: ArrayLike, trend: str = "plane") -> Array:
     basis = np.stack(terms[: {"mean": 1, "plane": 3, "quadratic": 6}[trend]], axis=-1).reshape(heights.size, -1)
     factors = np.linalg.lstsq(basis, heights.ravel(), rcond=None)[0]
     return np.asarray(heights - (basis @ factors).reshape(heights.shape))
+
+
+@dataclass(frozen=True, eq=False)
+class PowerSpectrum:
+    """Power spectral density of a surface, mean over directions; made by `power_spectrum`.
+
+    Attributes
+    ----------
+    wave_number : (n,) array
+        Middles of rings in wave numbers, 2 pi over the wavelength.
+    density : (n,) array
+        Mean square height per area of wave numbers: its integral over these is the mean square of the heights.
+    """
+
+    wave_number: Array
+    density: Array
+
+    def plot(self, path: str | Path | None = None) -> Any:
+        """Draw it over the wave number, both logarithmic; a matplotlib figure."""
+        figure = Figure(figsize=(6.4, 4.6), layout="constrained")
+        axes = figure.subplots()
+        shown = self.density > 0
+        axes.loglog(self.wave_number[shown], self.density[shown], marker=".")
+        axes.set_xlabel("wave number, 2 pi over the wavelength")
+        axes.set_ylabel("power spectral density")
+        axes.grid(alpha=0.3)
+        return save_figure(figure, path)
+
+
+def power_spectrum(z: ArrayLike, size: tuple[float, float]) -> PowerSpectrum:
+    """Power spectral density of heights, as if periodic, mean over rings of one wave of the shorter side.
+
+    Heights that do not repeat have a jump at the border, which falls as the square of the wave number: see `detrend`.
+
+    Parameters
+    ----------
+    z : (nx, ny) array_like
+    size : (float, float)
+
+    Raises
+    ------
+    InputError
+        If heights are not finite.
+
+    References
+    ----------
+    T. D. B. Jacobs, T. Junge, L. Pastewka, Surf. Topogr.: Metrol. Prop. 5 (2017) 013001.
+
+    Examples
+    --------
+    >>> surface = self_affine((256, 256), (1.0, 1.0), hurst=0.8, seed=1, rms_slope=0.1)
+    >>> found = power_spectrum(surface.z, surface.size)
+    >>> slope = np.diff(np.log(found.density[[3, 50]])) / np.diff(np.log(found.wave_number[[3, 50]]))
+    >>> round(float(slope[0]), 1)  # -2 - 2 H
+    -3.5
+    """
+    heights = _heights(z)
+    positives("the size", size, 2)
+    wave = [2 * math.pi * np.fft.fftfreq(n, s / n) for n, s in zip(heights.shape, size, strict=True)]
+    k = np.hypot(wave[0][:, None], wave[1][None, :])
+    ring = np.rint(k * min(size) / (2 * math.pi)).astype(np.int64)
+    one = (2 * math.pi) ** 2 / (size[0] * size[1])  # area of a wave number
+    power = np.abs(np.fft.fft2(heights - heights.mean()) / heights.size) ** 2 / one
+    count = np.bincount(ring.ravel())[1:]
+    kept = np.flatnonzero(count) + 1
+    sums = [np.bincount(ring.ravel(), values.ravel())[kept] / count[kept - 1] for values in (k, power)]
+    return PowerSpectrum(*sums)
