@@ -18,8 +18,8 @@ from fecontact.bodies.pose import Pose
 from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arguments import flag, instance, items, text
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import among, number_array, positive
 from fecontact.common.checks import friction as friction_coefficient
-from fecontact.common.checks import number_array, positive
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -363,6 +363,7 @@ class HalfSpace(SurfaceBody):
         surface: HeightSurface | ArrayLike,
         forces: ArrayLike,
         *,
+        also: Sequence[str] = (),
         load_point: tuple[float, float] | None = None,
         hardness: ArrayLike | None = None,
         tolerance: float = 1e-8,
@@ -392,6 +393,7 @@ class HalfSpace(SurfaceBody):
         *,
         approaches: ArrayLike | None = None,
         adhesion: Dugdale | None = None,
+        also: Sequence[str] = (),
         load_point: tuple[float, float] | None = None,
         hardness: ArrayLike | None = None,
         tolerance: float = 1e-8,
@@ -417,6 +419,9 @@ class HalfSpace(SurfaceBody):
         approaches : (n,) array_like
             With adhesion: in the order of the path, negative while surfaces are apart.
         adhesion : Dugdale, optional
+        also : sequence of {'stiffness', 'conductance', 'leakage'}
+            More columns: the slope of force over approach, `conductance` for conductivities of 1, and `leakage` along x
+            for a drop and a viscosity of 1; the first two take about the time of a load each.
         load_point, hardness, tolerance, symmetry, workers
             As in `press`. With a hardness each load meets the dents of those before: forces that grow and fall again
             are loading and unloading, and `steps` have the dents.
@@ -454,6 +459,7 @@ class HalfSpace(SurfaceBody):
         self._refuse_memory("a curve over the force")
         if adhesion is not None:
             refused = {"forces": forces, "load_point": load_point, "hardness": hardness, "path": path}
+            refused |= {"also": also or None}
             adhesive = self._adhesive(surface, adhesion, refused, tolerance, symmetry, workers)
             return adhesion_curve(adhesive, _listed("approaches", approaches), progress)
         if approaches is not None:
@@ -466,7 +472,14 @@ class HalfSpace(SurfaceBody):
         def pressed(heights: Array, load: Load) -> HalfSpaceContact:
             return press(self.compliance, heights, load, tolerance, symmetry, workers, hardness=hard)
 
-        steps = CurveSteps(self.compliance, z, loads, pressed, tolerance, hard)
+        columns: dict[str, Callable[[HalfSpaceContact], float]] = {
+            "stiffness": self.stiffness,
+            "conductance": lambda contact: contact.conductance(1.0, 1.0).value,
+            "leakage": lambda contact: contact.leakage(1.0, 1.0).flow,
+        }
+        for name in also:
+            among("also", name, columns)
+        steps = CurveSteps(self.compliance, z, loads, pressed, tolerance, hard, {n: columns[n] for n in also})
         return LoadCurve(*follow(steps, len(loads), path, progress, "curve", "load"))
 
     def _adhesive(

@@ -88,11 +88,12 @@ def flash_temperature(
 ) -> FlashTemperature:
     """Steady rise of the temperature by heat (nx, ny) that moves at a velocity (2,) over the surface."""
     if periodic:
-        waves = (2 * math.pi * scipy.fft.fftfreq(n, c) for n, c in zip(grid.shape, grid.cell, strict=True))
-        x, y = np.meshgrid(*waves, indexing="ij", sparse=True)
+        numbers = (2 * math.pi * scipy.fft.fftfreq(n, c) for n, c in zip(grid.shape, grid.cell, strict=True))
+        x, y = np.meshgrid(*numbers, indexing="ij", sparse=True)
         root = np.sqrt(x**2 + y**2 - 1j * (x * velocity[0] + y * velocity[1]) / diffusivity)
-        root[0, 0] = math.inf
-        temperature = scipy.fft.ifft2(scipy.fft.fft2(heat) / (conductivity * root)).real
+        root[0, 0] = 1.0
+        waves = scipy.fft.fft2(heat - heat.mean()) / (conductivity * root)
+        temperature = scipy.fft.ifft2(waves).real
         return FlashTemperature(grid, temperature, heat)
     lengths = (2 * padded(grid.shape[0]), 2 * padded(grid.shape[1]))
     if not velocity.any():

@@ -166,8 +166,8 @@ class LoadCurve(Path[Mapping[str, Any]], Drawn):
     ----------
     steps : tuple of dict
         Of each load in the order given: force, approach, area, max_pressure, mean_pressure, mean_gap, regions (their
-        number), pressure_error (estimated, relative) and warnings. With a hardness also plastic_area, max_dent and the
-        dent (nx, ny), from which the next load starts.
+        number), pressure_error (estimated, relative), what was asked for beside, and warnings. With a hardness also
+        plastic_area, max_dent and the dent (nx, ny), from which the next load starts.
     """
 
     @property
@@ -194,7 +194,7 @@ class LoadCurve(Path[Mapping[str, Any]], Drawn):
 
     def rows(self) -> list[dict[str, float]]:
         """Figures of each load by name."""
-        return [{name: row[name] for name in (*OF_LOADS, *OF_HARDNESS) if name in row} for row in self.steps]
+        return [{name: row[name] for name in row if name not in ("warnings", "dent")} for row in self.steps]
 
     def _drawn(self, path: str | FilePath | None, units: Units) -> Any:
         panels = {
@@ -313,6 +313,7 @@ class CurveSteps(Steps[Mapping[str, Any]]):
     pressed: Callable[[Array, Load], HalfSpaceContact]
     tolerance: float
     hardness: Array | None = None
+    also: Mapping[str, Callable[[HalfSpaceContact], float]] = field(default_factory=dict)
 
     def halvings(self, k: int, before: Loads | None) -> int:
         """None: a load does not depend on those before, or by their dents alone."""
@@ -331,11 +332,12 @@ class CurveSteps(Steps[Mapping[str, Any]]):
         figures: dict[str, Any] = {name: found[name] for name in (*OF_LOADS, *OF_HARDNESS) if name in found}
         if contact.dent is not None:
             figures["dent"] = contact.dent + dent
-        return {**figures, "warnings": contact.warnings}
+        return {**figures, **{name: read(contact) for name, read in self.also.items()}, "warnings": contact.warnings}
 
     def prints(self) -> Mapping[str, Mapping[str, str]]:
         """Fingerprints by part of each load by its number."""
         settings = {"heights": self.heights, "tolerance": self.tolerance, "hardness": self.hardness}
+        settings |= {"columns": sorted(self.also)} if self.also else {}
         return prints_of(self.body, [vars(load) for load in self.loads], **settings)
 
 

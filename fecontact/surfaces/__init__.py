@@ -1,7 +1,7 @@
 """Surfaces for projection: faces of bodies, rigid shapes, height maps, rough and measured surfaces; solids in them."""
 
 from fecontact.surfaces.rigid.heightmap import FunctionSurface, HeightMap
-from fecontact.surfaces.rigid.rough import RoughSurface, detrend, self_affine
+from fecontact.surfaces.rigid.rough import PowerSpectrum, RoughSurface, detrend, power_spectrum, self_affine
 from fecontact.surfaces.rigid.shapes import Cone, Cylinder, Ellipsoid, FlatPunch, Paraboloid, Torus
 from fecontact.surfaces.rigid.topography import Topography, read_topography
 from fecontact.surfaces.rigid.triangulated import Facets
@@ -15,10 +15,12 @@ __all__ = [
     "FunctionSurface",
     "HeightMap",
     "Paraboloid",
+    "PowerSpectrum",
     "RoughSurface",
     "Topography",
     "Torus",
     "detrend",
+    "power_spectrum",
     "read_topography",
     "self_affine",
 ]
