@@ -148,15 +148,15 @@ def leakage(grid: Grid, gap: Array, closed: Mask, periodic: bool, drop: float, v
             "finite heights there.",
             code="gap-unbounded",
         )
-    h, shut = (np.moveaxis(field, axis, 0) for field in (gap, closed))
+    h = np.moveaxis(np.where(closed, 0.0, np.maximum(gap, 0.0)), axis, 0)
     ratio = grid.cell[1 - axis] / grid.cell[axis]
-    k = np.where(shut | (h <= 0), 0.0, h) ** 3 / (12 * viscosity)
+    k = h**3 / (12 * viscosity)
     number = np.arange(h.size).reshape(h.shape)
     # neighbours along the flow, then across it
-    pairs = [(number[:-1], number[1:], ratio), (number[:, :-1], number[:, 1:], 1 / ratio)]
-    pairs += [(number[:, -1], number[:, 0], 1 / ratio)] * (periodic and h.shape[1] > 2)
-    first, second = (np.concatenate([pair[j].ravel() for pair in pairs]) for j in (0, 1))
-    shape = np.concatenate([np.full(pair[0].size, pair[2]) for pair in pairs])
+    sides = [(number[:-1], number[1:]), (number[:, :-1], number[:, 1:])]
+    sides += [(number[:, -1], number[:, 0])] * (periodic and h.shape[1] > 2)
+    first, second = (np.concatenate([side[j].ravel() for side in sides]) for j in (0, 1))
+    shape = np.where(np.arange(len(first)) < sides[0][0].size, ratio, 1 / ratio)
     both = k.ravel()[first] * k.ravel()[second]
     some = both > 0
     first, second = first[some], second[some]
@@ -166,8 +166,7 @@ def leakage(grid: Grid, gap: Array, closed: Mask, periodic: bool, drop: float, v
     kept = np.flatnonzero(np.isin(part, through))
     pressure, flux = np.full(h.size, np.nan), np.zeros(h.size)
     if not len(kept):
-        none = np.moveaxis(pressure.reshape(h.shape), 0, axis), np.zeros(gap.shape)
-        return Leakage(grid, 0.0, False, *none, 0.0)
+        return Leakage(grid, 0.0, False, np.full(gap.shape, np.nan), np.zeros(gap.shape), 0.0)
     ends = np.zeros((2, *h.shape))
     ends[0, 0], ends[1, -1] = 2 * ratio * k[0], 2 * ratio * k[-1]
     inlet, outlet = ends.reshape(2, -1)
@@ -187,8 +186,8 @@ def leakage(grid: Grid, gap: Array, closed: Mask, periodic: bool, drop: float, v
             through_sides[j] += np.bincount(cells[these], by_pair[these] / (2 * side), h.size)
     through_sides[0] += (inlet * (drop - p) + outlet * p) / (2 * grid.cell[1 - axis])
     flux[kept] = np.hypot(*through_sides)[kept]
-    fields = (np.moveaxis(values.reshape(h.shape), 0, axis) for values in (pressure, flux))
-    return Leakage(grid, (into + out) / 2, True, *fields, abs(into - out) / max(into, out))
+    spread = [np.moveaxis(values.reshape(h.shape), 0, axis) for values in (pressure, flux)]
+    return Leakage(grid, (into + out) / 2, True, spread[0], spread[1], abs(into - out) / max(into, out))
 
 
 @dataclass(frozen=True, eq=False)
