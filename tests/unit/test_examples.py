@@ -176,6 +176,17 @@ def test_partial_slip(tmp_path):
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000
 
 
+@pytest.mark.full
+def test_rolling(tmp_path):
+    figures = load("rolling").main(n=8, out=tmp_path)
+    # after two widths the transient is over, on cells of any size
+    assert abs(figures["creepage after two widths"] / figures["of steady rolling, one solve"] - 1) < 2e-3
+    assert figures["creepage of the first cell"] < 0.7 * figures["creepage after two widths"]
+    assert figures["pressure over the bump, most"] > 1.1 * figures["and without it"]
+    for name in ("rolling.png", "rolling.gif"):
+        assert (tmp_path / name).stat().st_size > 10_000
+
+
 def test_press_fit_torque(tmp_path):
     figures = load("press_fit_torque").main(n=2, out=tmp_path)
     # two cells through the wall err by 1e-3 in the pressure

@@ -88,21 +88,32 @@ def ellipse(a, b):
 @pytest.mark.parametrize("ratio", KALKER)
 @pytest.mark.parametrize("k", [0, 1, 2])
 def test_kalkers_coefficients(ratio, k, row):
-    """Within 1 % of Kalker's table; at a/b = 10 within 1.3 %, C33 there within its estimated error.
+    """Within 1 % of Kalker's table at 64 cells, at 128 for ellipses along the rolling, 1.3 % at a/b = 10.
 
-    At a/b = 10 this rule and CONTACT's agree on 512 x 128 cells to .3 %, on 12.96 and 12.99 for the table's 12.8.
+    At a/b = 10 and nu = 1/4 this rule and CONTACT's have 12.96 and 12.99 on 512 x 128 cells for the table's 12.8.
     """
-    nu, wide = (0.0, 0.25, 0.4999)[k], ratio > 2
-    cells = (256, 64) if wide else (64, 64) if ratio == 1 else (96, 96)
+    found = coefficients(ratio, k, (128, 128) if ratio > 1 else (64, 64))
+    for name, values in zip(("c11", "c22", "c23"), KALKER[ratio], strict=True):
+        row(f"a/b = {ratio:g}, nu = {(0.0, 0.25, 0.5)[k]:.2g}", name.upper(), values[k], getattr(found, name))
+        assert getattr(found, name) == pytest.approx(values[k], rel=0.01 if ratio < 10 else 0.013)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("ratio", KALKER)
+@pytest.mark.parametrize("k", [0, 1, 2])
+def test_kalkers_c33(ratio, k, row):
+    """Within 1 % of Kalker's table; at a/b = 10, where it is small, within its estimated error of up to 7 %."""
+    found, value = coefficients(ratio, k, (256, 64) if ratio > 2 else (128, 128)), KALKER_C33[ratio][k]
+    row(f"a/b = {ratio:g}, nu = {(0.0, 0.25, 0.5)[k]:.2g}", "C33", value, found.c33)
+    assert found.c33 == pytest.approx(value, rel=0.01 if ratio < 10 else max(0.01, found.errors[3]))
+
+
+def coefficients(ratio, k, cells):
+    """Kalker's coefficients of an ellipse for nu = 0, 1/4 or 1/2."""
     a, b = math.sqrt(ratio), 1 / math.sqrt(ratio)
-    material = fc.Material(E=1.0, nu=nu)
+    material = fc.Material(E=1.0, nu=(0.0, 0.25, 0.4999)[k])
     half = fc.HalfSpace(material, (2.24 * a, 2.24 * b), cells, against=material)
-    found = half.creep_coefficients(ellipse(a, b), force=2 / 3 * math.pi * half.contact_modulus)
-    for j, name in enumerate(("c11", "c22", "c23", "c33")):
-        value = (*(of[k] for of in KALKER[ratio]), KALKER_C33[ratio][k])[j]
-        row(f"a/b = {ratio:g}, nu = {nu:.2g}", name.upper(), value, getattr(found, name))
-        most = 0.01 if ratio < 10 else max(0.013, found.errors[j])
-        assert getattr(found, name) == pytest.approx(value, rel=most)
+    return half.creep_coefficients(ellipse(a, b), force=2 / 3 * math.pi * half.contact_modulus)
 
 
 def test_contacts_example_by_the_blended_rule(row):

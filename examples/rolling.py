@@ -1,0 +1,114 @@
+"""A ball that begins to roll, from Cattaneo to Carter as of CONTACT's example, then rolls over a bump; an animation.
+
+Run: python examples/rolling.py
+"""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.figure import Figure
+
+import fecontact as fc
+from fecontact.halfspace.contact import FrictionContact
+from fecontact.halfspace.path import FrictionPath
+
+#: Modulus of rigidity 1 (forces are over it), mm; the ball's contact is 7 mm wide.
+NU, MU, CURVATURE, FORCE, SHARE, WIDTH = 0.28, 0.4013, 2 * 0.002963, 0.4705, 0.657, 7.0
+BODY = fc.Material(E=2 * (1 + NU), nu=NU)
+BALL = fc.surfaces.Paraboloid(1 / CURVATURE)
+PULL = (SHARE * MU * FORCE, 0.0)
+
+
+def main(n: int = 28, out: str | Path = "out") -> dict[str, float]:
+    cell, across = WIDTH / n, n + 5
+    half = fc.HalfSpace(BODY, ((across + 2 * n) * cell, across * cell), (across + 2 * n, across), against=BODY)
+
+    def at(x: float) -> fc.PressStep:
+        return fc.PressStep(force=FORCE, tangential=PULL, position=(x, 0.0))
+
+    # dragged, then rolled cell by cell over twice its width
+    begins = half.press_path(BALL, [at(-n * cell), *(at((k - n) * cell) for k in range(1, 2 * n + 1))], MU)
+    creep = np.diff(begins.shift[:, 0]) / cell
+    steady = half.roll(BALL, force=FORCE, friction=MU, tangential=PULL, rule="contact")
+
+    # on from the steady state, over a ridge across the way
+    ridge = 0.004 * np.exp(-(((half.grid.x - 0.6 * WIDTH) / 0.7) ** 2))
+    track = np.repeat(ridge[:, None], across, axis=1)
+    bumped = half.press_path(BALL, [at(k * cell) for k in range(1, n + 1)], MU, start=steady, track=track)
+    over = np.diff(bumped.shift[:, 0], prepend=0.0) / cell
+
+    figures = {
+        "shift of the drag": float(begins.shift[0, 0]),
+        "creepage of the first cell": float(creep[0]),
+        "creepage after two widths": float(creep[-1]),
+        "of steady rolling, one solve": steady.creepage[0],
+        "creepage over the bump, least": float(over.min()),
+        "creepage over the bump, most": float(over.max()),
+        "pressure over the bump, most": max(contact.max_pressure for contact in bumped.steps),
+        "and without it": steady.max_pressure,
+    }
+    for name, value in figures.items():
+        print(f"{name:<32}{value:.4g}")
+
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    draw(begins, bumped, creep, over, steady.creepage[0], n, folder / "rolling.png")
+    animate([*begins.steps, *bumped.steps], folder / "rolling.gif")
+    return figures
+
+
+def line(contact: FrictionContact) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Along the middle: places from the ball's, tractions, and the limit of friction."""
+    middle = contact.grid.shape[1] // 2
+    return contact.grid.x - contact.position[0], contact.traction[0][:, middle], MU * contact.pressure[:, middle]
+
+
+def draw(
+    begins: FrictionPath, bumped: FrictionPath, creep: np.ndarray, over: np.ndarray, steady: float, n: int, file: Path
+) -> None:
+    """Tractions at some distances, creepages over the distance, and tractions over the bump."""
+    figure = Figure(figsize=(12.0, 4.2), layout="constrained")
+    left, middle, right = figure.subplots(1, 3)
+    for axes, path, steps in ((left, begins, (0, n // 4, n // 2, 2 * n)), (right, bumped, (0, n // 3, n // 2, n - 1))):
+        for k in steps:
+            x, q, _ = line(path[k])
+            axes.plot(x, 1e3 * q, label=f"after {(k + (path is bumped)) * WIDTH / n:.2g} mm")
+        x, _, limit = line(path[0])
+        axes.plot(x, 1e3 * limit, "--", color="0.6", label="limit of friction")
+        axes.set_xlim(-0.7 * WIDTH, 0.7 * WIDTH)
+        axes.set_xlabel("along the rolling, from the ball [mm]")
+        axes.set_ylabel("traction over the modulus, thousandths")
+        axes.legend(fontsize="small")
+    left.set_title("dragged, then rolling")
+    right.set_title("over a bump")
+    middle.plot(np.arange(1, 2 * n + 1) * WIDTH / n, 1e3 * creep, label="begins to roll")
+    middle.plot(np.arange(1, n + 1) * WIDTH / n, 1e3 * over, label="over a bump, from the steady state")
+    middle.axhline(1e3 * steady, color="0.6", linestyle="--", label="steady, one solve")
+    middle.set_xlabel("distance [mm]")
+    middle.set_ylabel("creepage, thousandths")
+    middle.legend(fontsize="small")
+    figure.savefig(file, dpi=150)
+
+
+def animate(contacts: list[FrictionContact], file: Path) -> None:
+    """Tractions along the middle under the limit of friction, a picture for each step."""
+    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    axes = figure.subplots()
+    axes.set_xlim(-0.7 * WIDTH, 0.7 * WIDTH)
+    axes.set_ylim(0, 1.3e3 * MU * contacts[0].max_pressure)
+    axes.set_xlabel("along the rolling, from the ball [mm]")
+    axes.set_ylabel("traction over the modulus, thousandths")
+    (limit,) = axes.plot([], [], "--", color="0.6")
+    (traction,) = axes.plot([], [], color="C0")
+
+    def show(k: int) -> None:
+        x, q, most = line(contacts[k])
+        limit.set_data(x, 1e3 * most)
+        traction.set_data(x, 1e3 * q)
+
+    FuncAnimation(figure, show, frames=len(contacts)).save(file, writer=PillowWriter(fps=8))
+
+
+if __name__ == "__main__":
+    main()
