@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, NoReturn
 
 from fecontact.common.compact_repr import compact_repr
+from fecontact.common.errors import InputError
 from fecontact.contact.model import SceneModel
 from fecontact.scene.load_path import solve_path
 from fecontact.scene.solve import solve_scene
@@ -51,3 +53,17 @@ class Scene(SceneModel):
     solve = solve_scene
     solve_path = solve_path
     sweep = run_sweep
+
+    def roll(self, *_: Any, **__: Any) -> NoReturn:
+        """Refused: steady rolling is offered for half-spaces, see `HalfSpace.roll`.
+
+        Raises
+        ------
+        InputError
+            Always.
+        """
+        raise InputError(
+            "Steady rolling of finite elements is not offered. Take HalfSpace.roll, with layers for a coating or a "
+            "tread; for rollers follow the load path in steps: sections with solve_path(..., finite_motion=True).",
+            code="rolling-of-scenes",
+        )

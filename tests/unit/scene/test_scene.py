@@ -526,3 +526,11 @@ def test_load_that_the_first_candidates_cannot_balance_takes_in_more():
     assert abs(result.contacts[0].total_force / 1e-6 - 1) < 1e-9
     assert abs(result.residuals().equilibrium) < 1e-9
     assert result.rounds > 1
+
+
+def test_steady_rolling_is_refused_with_what_to_take():
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1))
+    body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"})
+    floor = fc.RigidBody(fc.Plane())
+    with refused(InputError, "rolling-of-scenes", "HalfSpace.roll"):
+        fc.Scene([body, floor], [fc.Contact(body, floor)]).roll(creepage=(1e-3, 0.0))
