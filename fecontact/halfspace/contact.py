@@ -24,6 +24,7 @@ from fecontact.common.material import Material
 from fecontact.common.region import Region
 from fecontact.common.renamed import RenamedKeys, redefined, renamed
 from fecontact.common.units import Units
+from fecontact.common.wear import wear_warnings
 from fecontact.halfspace import inside
 from fecontact.halfspace.flash_temperature import FlashTemperature, flash_temperature
 from fecontact.halfspace.grid import Grid, part_of
@@ -37,9 +38,6 @@ from fecontact.solvers.coulomb import friction_limit, sticks
 
 #: Difference of both areas, relative, up to which they are the same.
 SAME = 1e-9
-
-#: Error of the worn depth from which it is warned of.
-MAX_WEAR_ERROR = 0.05
 
 #: Cells that share a side or a corner belong to one region.
 TOUCHING = np.ones((3, 3), int)
@@ -913,10 +911,7 @@ class FrictionContact(TractionContact):
     @property
     def warnings(self) -> tuple[str, ...]:
         """As of a contact without friction, and of steps that are large for their wear."""
-        if not self.wear_error > MAX_WEAR_ERROR:
-            return super().warnings
-        off = f"The worn depth may be off by {self.wear_error:.1%} of its largest, by the size of the steps."
-        return *super().warnings, f"{off} Give more steps, growing from small ones."
+        return *super().warnings, *wear_warnings(self.wear_error)
 
     def columns(self) -> dict[str, Array]:
         """Fields (nx, ny) on the cells by name."""

@@ -7,7 +7,7 @@ import pytest
 
 import fecontact as fc
 from fecontact import PressStep
-from fecontact.halfspace import wear
+from fecontact.common import wear
 from tests.refusals import refused
 
 PLAIN = fc.Material(E=1.0, nu=0.0)
