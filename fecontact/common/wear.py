@@ -40,6 +40,12 @@ MAX_WEAR_ERROR = 0.05
 #: steady after one; the slip of unlike ones settles as a power of their number, after ten or so to this.
 STEADY, MAX_CYCLES = 1e-3, 40
 
+#: Refusal of cycles without a step before them.
+NO_CYCLE = (
+    "Step 1 is to be passed several times, but there is no step before it to go back to. Give the loads at the other "
+    "end of the cycle as a first step, without cycles."
+)
+
 At = TypeVar("At")
 
 

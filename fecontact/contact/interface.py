@@ -86,6 +86,10 @@ class Interface(UnilateralConstraints):
         Parts of the surfaces that were paired; None if all of them were.
     search_radius : SearchRadius, optional
         Search radius of the pairing, with the sides in this order.
+    worn : (n_pairs,) array, optional
+        Worn depth at the points, which opens the gap.
+    wearing : (n_pairs,) array, optional
+        Depth that wears off in this step by unit pressure: compliances of the points by themselves.
     """
 
     slave: Body
@@ -95,11 +99,24 @@ class Interface(UnilateralConstraints):
     note: str
     region: SearchRegion | None = None
     search_radius: SearchRadius | None = None
+    worn: Array | None = None
+    wearing: Array | None = None
 
     @property
     def gap(self) -> Array:
         """Initial gap (n_pairs,)."""
-        return self.pairing.mixed(self.pairing.gap)
+        return self.pairing.mixed(self.pairing.gap if self.worn is None else self.pairing.gap + self.worn)
+
+    @property
+    def own_compliance(self) -> Array:
+        """Depth (n_pairs,) that wears off by a unit force of each point."""
+        if self.wearing is None:
+            return super().own_compliance
+        return np.asarray(self.pairing.mixed(self.wearing) / self.pairing.areas_of_means(self.pairing.weights))
+
+    def worn_off(self, forces: Array) -> Array:
+        """Depth (n_pairs,) that wears off in this step by forces (n_pairs,) on the points."""
+        return self.pairing.unmixed(self.own_compliance * self.pairing.areas_of_means(forces))
 
     @cached_property
     def pointwise(self) -> Interface | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
-from fecontact.contact.interface import UnilateralConstraints
+from fecontact.contact.interface import Interface, UnilateralConstraints
 
 #: Share of new candidates up to which those of the last step are used: what is missing is found by the certificate,
 #: and other candidates would need another factorisation.
@@ -44,6 +44,9 @@ class StepEnd:
         Points with a normal force.
     change : (n,) array
         Estimated change of the points' friction forces by smaller load steps; zero where they have slid since.
+    worn, wearing : mapping of int to (n_nodes,) array
+        By the number of each contact that wears, at all nodes of its slave, see `Interface`. Its slip is sought without
+        friction too.
     """
 
     poses: tuple[Pose, ...] = ()
@@ -55,6 +58,17 @@ class StepEnd:
     displacement: Array = field(default_factory=lambda: np.zeros((0, 3)))
     pressed: Mask = field(default_factory=lambda: np.zeros(0, bool))
     change: Array = field(default_factory=lambda: np.zeros(0))
+    worn: Mapping[int, Array] = field(default_factory=dict)
+    wearing: Mapping[int, Array] = field(default_factory=dict)
+
+    def worn_shapes(self, interfaces: Sequence[Interface]) -> list[Interface]:
+        """Contacts with their worn depths and with what wears off in the step."""
+        out = list(interfaces)
+        for k, depth in self.worn.items():
+            nodes = out[k].pairing.nodes
+            wearing = self.wearing[k][nodes] if k in self.wearing else None
+            out[k] = replace(out[k], worn=depth[nodes], wearing=wearing)
+        return out
 
     def of(self, contact: int, values: T, nodes: IntArray) -> T:
         """Some of its values (n, ...) at nodes (m,) of a contact; zero or no where there is none."""

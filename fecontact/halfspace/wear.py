@@ -15,7 +15,7 @@ import numpy as np
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
-from fecontact.common.wear import check_change, faded, steady, worn_in_halves
+from fecontact.common.wear import NO_CYCLE, check_change, faded, steady, worn_in_halves
 from fecontact.halfspace.compliance import Box
 from fecontact.halfspace.contact import FrictionContact
 from fecontact.halfspace.friction import DraggedTractions, PressStep, press_step
@@ -45,11 +45,7 @@ class WornSteps(FrictionSteps):
         if np.isinf(self.friction.mu):
             raise InputError("Infinite friction has no sliding and no wear. Give a finite coefficient.", code="no-slip")
         if self.steps[0].cycles is not None:
-            raise InputError(
-                "Step 1 is to be passed several times, but there is no step before it to go back to. Give the loads at "
-                "the other end of the cycle as a first step, without cycles.",
-                code="no-cycle",
-            )
+            raise InputError(NO_CYCLE, code="no-cycle")
         for k, step in enumerate(self.steps, 1):
             if tuple(step.position) != tuple(self.steps[0].position):
                 raise InputError(

@@ -94,7 +94,11 @@ class GapsBetweenNodes:
 
     def at(self, facet: IntArray, local: Array) -> Array:
         """Gaps (n,) at coordinates (n, 2) of facets (n,); infinite where nothing faces them."""
-        gap, _, hidden, _, _ = self._on(facet, local)
+        gap, _, hidden, _, shapes = self._on(facet, local)
+        if self.contact.worn is not None:
+            worn = np.zeros(len(self.surface.points))
+            worn[self.contact._node_numbers] = self.contact._at_nodes @ self.contact.worn
+            gap = gap + np.einsum("na,na->n", shapes, worn[self.surface.facets[facet]])
         return np.where(hidden, np.inf, gap)
 
     @cached_property

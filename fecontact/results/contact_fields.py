@@ -73,6 +73,10 @@ class ContactFields(FormerNames):
         Note on the two meshes and the coupling.
     friction : FrictionFields, optional
         Tractions and slip, of a contact with friction.
+    worn : (n,) array, optional
+        Worn depth since the path of loads began; None without wear.
+    wear_error : float
+        Estimated error of the worn depth by the size of the steps, over the largest depth.
     """
 
     slave: Body
@@ -115,6 +119,8 @@ class ContactFields(FormerNames):
     directions: Directions = WORLD
     #: Problem of the candidates where these are all its rows: cells of a half-space below a rigid body.
     _cell_problem: ContactProblem | None = field(default=None, repr=False)
+    worn: Array | None = None
+    wear_error: float = 0.0
 
     @property
     def bodies(self) -> tuple[Body, Body]:
@@ -160,6 +166,11 @@ class ContactFields(FormerNames):
     def point_area(self) -> float:
         """Sum of the areas of the points that carry force."""
         return float(self.weights[self.active].sum())
+
+    @property
+    def worn_volume(self) -> float:
+        """Volume worn off since the path of loads began; zero without wear."""
+        return 0.0 if self.worn is None else float(self.weights @ self.worn)
 
     @property
     def stick_area(self) -> float:

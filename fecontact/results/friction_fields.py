@@ -138,8 +138,12 @@ class FrictionFields:
 
     @property
     def sliding_integral(self) -> Array:
-        """Integral of the pressure over the length of slip (n,); times Archard's coefficient the wear depth."""
-        integral = self._own_density / self.mu_along_slip
+        """Integral of the pressure over the length of slip (n,); times Archard's coefficient the wear depth.
+
+        Not a number without friction, whose slip does no work.
+        """
+        mu = self.mu_along_slip
+        integral = np.divide(self._own_density, mu, out=np.full(len(mu), np.nan), where=mu > 0)
         return integral if self.earlier is None else integral + self.earlier.sliding_integral
 
     @property

@@ -427,6 +427,10 @@ class ContactResult(FormerNames):
         >>> print(result.response_error)
         force about 23 %
         """
+        if any(
+            contact.worn is not None for contact in self.contacts
+        ):  # motions have the worn depth, which no body gives
+            return ResponseError()
         return self._response_errors.estimate
 
     def boundary_motion(self, body: Body, name: str) -> Array:
@@ -677,7 +681,8 @@ def make_result(
             tangential = None if k not in friction else replace(friction[k], sign=fields._sign)
             alone = contact.master.is_rigid and solution.problem.n == len(candidates)
             problem = solution.problem if alone and is_half_space(fields._surface) else None
-            contacts.append(replace(fields, friction=tangential, directions=scene.directions, _cell_problem=problem))
+            fields = replace(fields, friction=tangential, directions=scene.directions, worn=contact.worn)
+            contacts.append(replace(fields, _cell_problem=problem))
     seconds = dict(timer.seconds)
     seconds["total"] = sum(seconds.values())
     memory = {"before": timer.before, **timer.memory}

@@ -105,7 +105,7 @@ def solved(
     """
     solver, tolerance, options = settings.solver, settings.tolerance, settings.options
     with timer("pair"):
-        interfaces, opening, chosen = prepared(model, loading, search_radii)
+        interfaces, opening, chosen = prepared(model, loading, search_radii, past)
         friction = tangential_rows(model, interfaces, past)
         every = [*interfaces, *friction]
         check_balance(every, loading)
@@ -172,22 +172,29 @@ def solved(
         displacement=np.concatenate([fields[each.place].moved for each in friction]),
         pressed=np.concatenate([fields[each.place].touching for each in friction]),
         change=np.zeros(sum(map(len, nodes))),
+        worn={} if past is None else past.worn,
     )
     return replace(make_result(*found, fields), friction=frictional, _step_end=end)
 
 
 def prepared(
-    model: SceneModel, loading: Loading, search_radii: Sequence[SearchRadius | None] | None = None
+    model: SceneModel,
+    loading: Loading,
+    search_radii: Sequence[SearchRadius | None] | None = None,
+    past: StepEnd | None = None,
 ) -> tuple[list[UnilateralConstraints], list[Array], list[IntArray]]:
     """Conditions of the problem, their gaps after the prescribed motions, and the first candidates of each.
 
-    `search_radii` are the search radii of the contacts; None: whole surfaces.
+    `search_radii` are the search radii of the contacts; None: whole surfaces. Surfaces are worn as at the end of a last
+    load step.
     """
     if search_radii is None:
         paired = model.interfaces(loading)
     else:
         both = zip(model.contacts, search_radii, strict=True)
         paired = tuple(build_interface(contact, loading, radius) for contact, radius in both)
+    if past is not None:
+        paired = tuple(past.worn_shapes(paired))
     conditions: list[UnilateralConstraints] = list(paired)
     opening = [interface.opening_by(loading.frames) for interface in paired]
     chosen = [first_candidates(i, o, loading) for i, o in zip(paired, opening, strict=True)]
@@ -209,7 +216,8 @@ def tangential_rows(
     number = {id(body): k for k, body in enumerate(model.bodies)}
     for k, (contact, interface) in enumerate(zip(model.contacts, interfaces, strict=False)):
         paired = interface.as_contact
-        if contact.mu > 0 and paired is not None:
+        wears = past is not None and k in past.worn
+        if (contact.mu > 0 or wears) and paired is not None:
             rows = TangentialRows(paired, k, contact.mu, contact.lay)
             if past is not None:
                 slave, master = (past.poses[number[id(body)]] for body in (paired.slave, paired.master))

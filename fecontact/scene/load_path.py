@@ -30,6 +30,7 @@ from fecontact.common.path import Path, Steps, follow
 from fecontact.common.renamed import renamed
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.table import Column, Table
+from fecontact.contact.contact import Contact
 from fecontact.contact.loads import LOADS, LoadStep
 from fecontact.contact.model import SceneModel
 from fecontact.contact.step_end import StepEnd, at_nodes
@@ -46,6 +47,7 @@ from fecontact.scene.finite_strain import Reached, at_rest, is_nonlinear, next_r
 from fecontact.scene.linear import Settings, solved
 from fecontact.scene.solve import refuse_limits_alone
 from fecontact.scene.sweep_case import fingerprints, loads_of, numbered
+from fecontact.scene.wear import WornSteps, checked
 from fecontact.solvers import TOLERANCE
 
 
@@ -87,6 +89,11 @@ class LoadPath(Path[ContactResult]):
         """Rows of the table of the steps."""
         return self.table().rows
 
+    @cached_property
+    def worn_volume(self) -> Array:
+        """Volume (n_steps, n_contacts) worn off by the ends of the steps; zero without wear."""
+        return np.array([[c.worn_volume for c in result.contacts] for result in self.steps])
+
     def motions(self, body: Body) -> Array:
         """Rigid motions (n_steps, 6) of a body's frame: translations and rotation vectors."""
         found = [result.rigid_motion(body) for result in self.steps]
@@ -113,6 +120,10 @@ class LoadPath(Path[ContactResult]):
         found = [
             (result.contacts[contact].friction, result._interfaces[contact].pairing.nodes) for result in self.steps
         ]
+        if self.last.contacts[contact].worn is not None:
+            raise InputError(
+                f"Contact {contact} of this path has worn: its depth is contacts[{contact}].worn.", code="worn-already"
+            )
         if any(f is None or np.isinf(f.mu).any() for f, _ in found):
             raise InputError(f"Contact {contact} has no finite friction: Archard's law needs its work.")
         last = found[-1][1]
@@ -211,6 +222,7 @@ def solve_path(
     max_seconds: float | None = None,
     tolerance: float = TOLERANCE,
     progress: bool | None = None,
+    wear: Mapping[Contact, float] | None = None,
 ) -> LoadPath:
     """Solve load steps one after the other, with the slip and stick of each carried to the next.
 
@@ -242,6 +254,12 @@ def solve_path(
         Of the certificate of every step, see `solvers.Residuals`.
     progress : bool, optional
         Whether to show the steps on standard error; by default where that is a terminal.
+    wear : mapping of Contact to float, optional
+        Archard's coefficients k, volume per force and length of slip: the body that a contact names first wears by k p
+        |ds| where it slips, without friction too, and the next step begins with the worn shape, see `common.wear`. A
+        step may then have ``cycles``: how often it is passed, in a load cycle that goes on, from the end of the step
+        before; a passage is one way, the way back a step of its own. ``path[k].contacts[i].worn`` is the depth. Steps
+        are cut until the error of the depth is 1 %. Not together with a file, an accuracy or laws of finite strain.
 
     Returns
     -------
@@ -269,8 +287,9 @@ def solve_path(
     if not steps:
         raise InputError("A load path needs at least one step.", code="no-steps")
     for k, step in enumerate(steps):
-        if unknown := sorted(map(str, set(step) - set(LOADS))):
-            raise InputError(f"Step {k + 1} has {', '.join(map(repr, unknown))}; expected {', '.join(LOADS)}.")
+        known = LOADS if wear is None else (*LOADS, "cycles")
+        if unknown := sorted(map(str, set(step) - set(known))):
+            raise InputError(f"Step {k + 1} has {', '.join(map(repr, unknown))}; expected {', '.join(known)}.")
     if finite_motion not in (True, False):
         raise InputError(f"finite_motion of a load path must be True or False; found {finite_motion!r}.", code="motion")
     soft = is_nonlinear(model)
@@ -280,11 +299,18 @@ def solve_path(
             "states are of one mesh: leave it out, or give it to Scene.solve for each load.",
             code="finite-strain",
         )
-    if not (model.has_friction or soft):
+    if not (model.has_friction or soft or wear is not None):
         raise InputError("No contact has friction: the order of loads does not matter; use Scene.solve or Scene.sweep.")
     share("the tolerance", tolerance)
-    way = _SceneSteps(model, [LoadStep.of(step) for step in steps], finite_motion, tolerance)
+    way = SceneSteps(model, [LoadStep.of(step) for step in steps], finite_motion, tolerance)
     refuse_limits_alone(accuracy, max_dofs, max_seconds)
+    if wear is not None:
+        others = {"path=": path is not None, "accuracy=": accuracy is not None, "laws of finite strain": soft}
+        coefficients, cycles = checked(model, wear, [step.get("cycles") for step in steps], others)
+        first = [replace(c, swap="never") if i in coefficients else c for i, c in enumerate(model.contacts)]
+        worn = WornSteps(replace(way, model=replace(model, contacts=first)), coefficients, cycles)
+        found, cuts = follow(worn, len(steps), None, progress)
+        return LoadPath(tuple(each.result for each in found), cuts, tuple(loads_of(vars(s)) for s in way.steps))
     if soft:
         return _SoftSteps(way).path(path, progress)
     if accuracy is None:
@@ -295,7 +321,7 @@ def solve_path(
 
 
 @dataclass(frozen=True, eq=False)
-class _SceneSteps(Steps[ContactResult]):
+class SceneSteps(Steps[ContactResult]):
     """Load steps of a scene, and how they are solved."""
 
     model: SceneModel
@@ -332,7 +358,7 @@ class _SceneSteps(Steps[ContactResult]):
             return solve_finite(model, step, settings, Stopwatch(), poses, past)
         return check_rest(solved(model, step.on(model.bodies), None, settings, Stopwatch(), (), past))
 
-    def coupled_as(self, result: ContactResult) -> _SceneSteps:
+    def coupled_as(self, result: ContactResult) -> SceneSteps:
         """The same with the contacts coupled as in a result: by the same sides and points."""
         contacts = [
             replace(
@@ -343,6 +369,25 @@ class _SceneSteps(Steps[ContactResult]):
             for contact, interface in zip(self.model.contacts, result._interfaces, strict=True)
         ]
         return replace(self, model=replace(self.model, contacts=contacts))
+
+    def following(
+        self, step: LoadStep, past: StepEnd | None, poses: Sequence[Pose], last: ContactResult | None
+    ) -> ContactResult:
+        """Result of a step after the last result, with the same coupling.
+
+        Raises
+        ------
+        SolverError
+            Also where it is solved, but points turn too far.
+        """
+        found = self.solved(step, past, poses)
+        if last is not None and _coupling(found) != _coupling(last):
+            # loads may suggest another coupling, whose points have no past
+            found = self.coupled_as(last).solved(step, past, poses)
+        detour = max((c.friction.detour for c in found.contacts if c.friction is not None), default=0.0)
+        if detour > CURVED:
+            raise SolverError(f"Points slide along paths that are {detour:.1%} longer than their chords. {SMALLER}")
+        return found
 
     def part(
         self, k: int, before: ContactResult | None, start: float, end: float, last: ContactResult | None,
@@ -367,13 +412,7 @@ class _SceneSteps(Steps[ContactResult]):
         if kept is not None:
             past = past or StepEnd(tuple(body.pose for body in self.model.bodies))
             past, poses = replace(past, chosen=kept.chosen, forces=kept.forces, q=kept.q), kept.poses
-        found = self.solved(then, past, poses)
-        if last is not None and _coupling(found) != _coupling(last):
-            # loads may suggest another coupling, whose points have no past
-            found = self.coupled_as(last).solved(then, past, poses)
-        detour = max((c.friction.detour for c in found.contacts if c.friction is not None), default=0.0)
-        if detour > CURVED:
-            raise SolverError(f"Points slide along paths that are {detour:.1%} longer than their chords. {SMALLER}")
+        found = self.following(then, past, poses, last)
         change = self.end(found).change if kept is None else kept.change
         return replace(found, _follows_step=True, _step_end=replace(self.end(found), change=change))
 
@@ -448,7 +487,7 @@ def _joined(parts: Sequence[ContactResult]) -> ContactResult:
 class _SoftSteps(Steps[Reached]):
     """The same with laws of finite strain: every part goes on from the state of the last one."""
 
-    way: _SceneSteps
+    way: SceneSteps
 
     def path(self, file: str | FilePath | None, progress: bool | None) -> LoadPath:
         """The path."""
@@ -487,7 +526,7 @@ class _SoftSteps(Steps[Reached]):
         return replace(parts[-1], result=_joined([part.result for part in parts if part.result is not None]))
 
 
-def _path_to(way: _SceneSteps, target: Target, progress: bool | None) -> LoadPath:
+def _path_to(way: SceneSteps, target: Target, progress: bool | None) -> LoadPath:
     """The path on meshes divided until the pressure of its last step is within a target."""
     originals = tuple(way.model.bodies)
     rounds: list[LoadPath] = []

@@ -267,7 +267,7 @@ def _slip_rows(
     normal = np.searchsorted(kept[: int(trial.pressed.sum())], problem.points[slips])
     given, along = problem.slides[slips], e[:, :, None] * e[:, None, :]
     across = np.eye(k) - given[:, None, None] * along
-    share = (given / mu)[:, None, None] * along
+    share = np.divide(given, mu, out=np.zeros(f), where=given)[:, None, None] * along
     A[place] = R * np.einsum("fij,fjn->fin", across @ T, A[place])
     A[place[:, :, None], place[:, None, :]] += across @ (np.eye(k) - T) + share
     mu = np.where(given, 1.0, mu)

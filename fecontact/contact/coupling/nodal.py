@@ -526,6 +526,10 @@ class Pairing:
             return self.sums.on_master
         return self.average @ master._trace(self.projection, -self.projection.normals)
 
+    def areas_of_means(self, areas: Array) -> Array:
+        """Areas or forces (n,) of the solver's points from those of the points, with the same resultants."""
+        return areas if self.mix is None else np.asarray(spsolve(self.mix.T.tocsc(), areas))
+
     def couple_residual(self, points: Array) -> Array:
         """Moments (n, 3) of the lines of action about the closest points, in the master's axes: zero to rounding.
 
