@@ -11,11 +11,12 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.directions import WORLD, Directions
+from fecontact.common.errors import InputError
 from fecontact.mesh.section_mesh import line_shapes
 from fecontact.results.contact_fields import ContactFields
 
 #: Fields of a contact.
-FIELDS = ("pressure", "gap", "friction")
+FIELDS = ("pressure", "gap", "friction", "worn")
 #: Cells per side into which a facet is divided for a smooth picture; points per side of a section.
 FINENESS, ALONG = 6, 16
 #: Share of the area whose pressures a scale shows where the peak is unbounded; peaks this close to a scale are on it.
@@ -60,7 +61,7 @@ class FieldMap(Ground):
     Attributes
     ----------
     what : str
-        'pressure', 'gap', or 'friction', the size of its tractions.
+        'pressure', 'gap', 'friction', the size of its tractions, or 'worn', the worn depth.
     values : (n,) array
         At the contact points.
     areas : (n,) array
@@ -114,6 +115,8 @@ def values_of(contact: ContactFields, what: str) -> Array:
     """A field (n,) at the points of a contact."""
     if what == "friction":
         return np.zeros(len(contact.points)) if contact.friction is None else _size(contact.friction.traction)
+    if what == "worn" and contact.worn is None:
+        raise InputError("This contact has not worn: solve a path with wear=, or draw another field.", code="no-wear")
     return np.asarray(getattr(contact, what))
 
 
@@ -146,7 +149,7 @@ def field_map(contact: ContactFields, what: str) -> FieldMap:
     Parameters
     ----------
     contact : ContactFields
-    what : {'pressure', 'gap', 'friction'}
+    what : {'pressure', 'gap', 'friction', 'worn'}
 
     Examples
     --------

@@ -338,6 +338,19 @@ def test_gait(tmp_path):
 
 
 @pytest.mark.full
+def test_hip_wear():
+    example = load("hip_wear")
+    path = example.walked(1e5)
+    cup = path.last.contacts[0]
+    assert (np.diff(path.worn_volume[:, 0]) > 0).all()
+    assert cup.worn_volume == pytest.approx(cup.weights @ cup.worn, rel=1e-9)
+    # Archard's law by the force and the slip of a turn: all of the load slides by the radius times the angle, or less
+    turns = np.abs(np.diff(np.radians([angle for angle, _ in (*example.GAIT[-1:], *example.GAIT)])))
+    loads = np.array([share for _, share in example.GAIT]) * np.linalg.norm(example.LOAD)
+    assert 0.3 < cup.worn_volume / (1e5 * example.WEAR * (loads * turns).sum() * example.HEAD) < 1.3
+
+
+@pytest.mark.full
 def test_hip_stem(tmp_path):
     example = load("hip_stem")
     figures = example.main(sectors=8, n=2, out=tmp_path)

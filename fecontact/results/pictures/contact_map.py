@@ -88,7 +88,7 @@ def _states(friction: FrictionFields) -> tuple[tuple[Mask, str, str], ...]:
     return ((friction.sticking, STICK, "sticks"), (friction.sliding, SLIDE, "slides"))
 
 
-COLOURS = {"pressure": "magma_r", "gap": "viridis", "friction": "Greys"}
+COLOURS = {"pressure": "magma_r", "gap": "viridis", "friction": "Greys", "worn": "YlOrBr"}
 #: Share of the largest pressure above which a sensel shows its pressure.
 FELT = 0.02
 #: Sensels across a contact by default, and colour steps, as for pressure-sensitive films.
@@ -148,8 +148,9 @@ class Sheet:
 
     def add_scale(self, figure: Any, axes: Any, **look: float) -> None:
         """Draw the one scale of all maps."""
-        labels = {"pressure": "contact pressure", "friction": "traction of friction", "gap": "gap"}
-        label = self.units.axis_label(labels[self.what], "length" if self.what == "gap" else "stress")
+        labels = {"pressure": "contact pressure", "friction": "traction of friction", "worn": "worn depth"}
+        kind = "length" if self.what in ("gap", "worn") else "stress"
+        label = self.units.axis_label(labels.get(self.what, self.what), kind)
         shades = ScalarMappable(Normalize(*self.limits), COLOURS[self.what])
         figure.colorbar(shades, ax=axes, label=label, extend="max" if self.cut_off else "neither", **look)
 

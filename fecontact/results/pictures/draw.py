@@ -135,7 +135,7 @@ def plot_contacts(
     rows = -(-len(shown) // columns)
     figure = Figure(figsize=_figure_size(shown, columns, rows), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
-    top = max(map(scale_top, shown)) if same_colours else None
+    top = max(map(scale_top, shown)) if same_colours and what != "worn" else None
     for panel, contact in zip(grid, shown, strict=False):
         if what == "friction":
             draw_friction(panel, contact, names)
