@@ -84,6 +84,7 @@ if TYPE_CHECKING:
     from fecontact.scene.cost import Explanation
     from fecontact.scene.load_path import LoadPath
     from fecontact.scene.scene import Scene
+    from fecontact.scene.wheel_rail import WheelRail, WheelRailContact, WheelRailPath
     from fecontact.solvers import available_solvers
     from fecontact.surfaces.repair import repair_surface
     from fecontact.surfaces.solid import mesh_solid
@@ -147,6 +148,9 @@ __all__ = [
     "SupportError",
     "SurfaceMesh",
     "Viscoelastic",
+    "WheelRail",
+    "WheelRailContact",
+    "WheelRailPath",
     "WindowedBody",
     "available_solvers",
     "extrude",
@@ -202,6 +206,7 @@ _MODULES = {
     "scene.cost": "Explanation",
     "scene.load_path": "LoadPath",
     "scene.scene": "Scene",
+    "scene.wheel_rail": "WheelRail WheelRailContact WheelRailPath",
     "solvers": "available_solvers",
     "surfaces.repair": "repair_surface",
     "surfaces.solid": "mesh_solid",

@@ -1,5 +1,6 @@
 """Surfaces for projection: faces of bodies, rigid shapes, height maps, rough and measured surfaces; solids in them."""
 
+from fecontact.surfaces.profile import Profile, read_profile
 from fecontact.surfaces.rigid.heightmap import FunctionSurface, HeightMap
 from fecontact.surfaces.rigid.rough import PowerSpectrum, RoughSurface, detrend, power_spectrum, self_affine
 from fecontact.surfaces.rigid.shapes import Cone, Cylinder, Ellipsoid, FlatPunch, Paraboloid, Torus
@@ -16,11 +17,13 @@ __all__ = [
     "HeightMap",
     "Paraboloid",
     "PowerSpectrum",
+    "Profile",
     "RoughSurface",
     "Topography",
     "Torus",
     "detrend",
     "power_spectrum",
+    "read_profile",
     "read_topography",
     "self_affine",
 ]

@@ -21,13 +21,13 @@ def test_every_file_has_its_source_and_a_licence_that_allows_to_pass_it_on():
         files, what, source, licence = (cell.strip() for cell in row.strip("|").split("|"))
         assert what
         assert source
-        assert licence.startswith(("BSD-3-Clause", "public domain"))
+        assert licence.startswith(("BSD-3-Clause", "public domain", "Apache-2.0"))
         named |= dict.fromkeys(re.findall(r"`([^`]+)`", files), licence)
     assert sorted(named) == FILES
     assert len(FILES) >= 4
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", [name for name in FILES if not name.startswith("LICENSE")])
 def test_every_file_is_used(name):
     users = [*(ROOT / "examples").glob("*.py"), Path(__file__)]
     assert any(name in path.read_text(encoding="utf-8") for path in users)
@@ -74,3 +74,10 @@ def test_measured_heights_are_a_grid_in_the_unit_asked_for():
     z = fc.surfaces.read_topography(FOLDER / "hills.txt").z
     assert z.shape == (128, 128)
     assert np.array_equal(fc.surfaces.read_topography(FOLDER / "hills.txt", unit=1e-3).z, 1e-3 * z)
+
+
+@pytest.mark.parametrize(("name", "lowest"), [("MBench_S1002_v3.prw", -27.9), ("MBench_UIC60_v3.prr", -38.5)])
+def test_wheel_and_rail_have_their_origin_on_the_tread_and_the_top(name, lowest):
+    profile = fc.surfaces.read_profile(FOLDER / name)
+    assert abs(profile.height(0.0)) < 0.02
+    assert abs(profile.points[:, 1].min() - lowest) < 0.1

@@ -1,0 +1,165 @@
+"""Wheel and rail: a cone on a crowned rail against Hertz, and the Manchester contact benchmark against CONTACT."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fecontact as fc
+from fecontact.surfaces import Profile, read_profile
+
+G, NU = 82000.0, 0.28
+STEEL = fc.Material(E=2 * G * (1 + NU), nu=NU)
+MESHES = Path(__file__).parents[2] / "meshes"
+
+
+def crown(radius, half_width=30.0, n=121):
+    """Circular rail about its top."""
+    angle = np.linspace(-1, 1, n) * math.asin(half_width / radius)
+    return Profile(np.stack([radius * np.sin(angle), radius * (np.cos(angle) - 1)], axis=1))
+
+
+@pytest.mark.parametrize("slope", [0.05, 0.3])
+def test_an_elastic_cone_on_a_crowned_rail_against_hertz(slope, row):
+    """A cone of nominal radius 460 mm on a rail of radius 300 mm, 10 kN along the contact's normal.
+
+    At the contact, y = -300 sin(angle) from the rail's top, the cone's radius of curvature is that of rolling over the
+    cosine of its angle (Meusnier); along its generator it is straight.
+    """
+    y = np.linspace(-100.0, 100.0, 41)
+    pair = fc.WheelRail(
+        Profile(np.stack([y, slope * y], axis=1)), crown(300.0, 120.0, 401), 460.0, STEEL, rail_position=750.0
+    )
+    angle = math.atan(slope)
+    (patch,) = pair.roll(10e3 * math.cos(angle), friction=0.0, cells=96).patches
+    radius = 460.0 + slope * 300.0 * math.sin(angle)
+    exact = fc.hertz.ellipse(((radius / math.cos(angle), math.inf), (math.inf, 300.0)), (STEEL, STEEL), force=10e3)
+    found = {
+        "angle": (angle, patch.place.angle, 1e-5),
+        "place": (750 - 300 * math.sin(angle), patch.place.origin[1], 1e-3),
+        "rolling radius": (radius, patch.place.rolling_radius, 0.02),
+        "normal force": (10e3, patch.contact.force, 0.1),
+        "largest pressure": (exact.p0, patch.contact.max_pressure, 2e-3 * exact.p0),
+        "approach": (exact.approach, patch.contact.approach, 2e-3 * exact.approach),
+        "area": (math.pi * exact.a * exact.b, patch.contact.figures["area"], 2e-3 * math.pi * exact.a * exact.b),
+    }
+    for quantity, (target, obtained, within) in found.items():
+        row(f"cone of {slope:g}", quantity, target, obtained)
+        assert abs(obtained - target) < within, quantity
+
+
+#: Speeds of rotation and angles about the track, at shifts of 0 to 10 mm by half a millimetre.
+MOTION = (
+    (4.3481181, -0.00000000),
+    (4.3474134, 0.00002304),
+    (4.3465752, 0.00005049),
+    (4.3462440, 0.00008103),
+    (4.3459197, 0.00011280),
+    (4.3455627, 0.00014570),
+    (4.3451503, 0.00018030),
+    (4.3446688, 0.00021680),
+    (4.3440930, 0.00025570),
+    (4.3433715, 0.00029770),
+    (4.3353637, 0.00035540),
+    (4.3318864, 0.00047770),
+    (4.3293718, 0.00062720),
+    (4.2748834, 0.00437600),
+    (4.2635629, 0.00639300),
+    (4.2575747, 0.00764200),
+    (4.2534857, 0.00860600),
+    (4.2503245, 0.00940800),
+    (4.2477561, 0.01010113),
+    (4.2455665, 0.01071386),
+    (4.2436375, 0.01126431),
+)
+CONTACT = {
+    "away from the flange": (
+        (751.873, 0.029, 5.665e-05, -6.302e-05, 9997, 0.2783, -253.6, 338.3),
+        (754.209, 0.0211, 0.0003708, -4.592e-05, 10050, 887.1, 2370, 395.3),
+        (755.244, 0.0176, 0.0006297, -3.848e-05, 10050, 829.2, 2893, 423.9),
+        (755.967, 0.0152, 0.000753, -3.33e-05, 10050, 641.1, 2942, 446.5),
+        (756.506, 0.0134, 0.0008651, -2.947e-05, 10040, 546.3, 2961, 465.9),
+        (756.918, 0.0121, 0.0009792, -2.655e-05, 10040, 492.1, 2970, 483.1),
+        (757.236, 0.011, 0.001103, -2.432e-05, 10030, 460.5, 2974, 498.8),
+        (757.48, 0.0102, 0.001241, -2.263e-05, 10030, 443.1, 2976, 513.4),
+        (757.664, 0.0096, 0.001399, -2.138e-05, 10030, 436.6, 2977, 527.2),
+        (757.799, 0.0091, 0.001591, -2.049e-05, 10030, 440.6, 2976, 540.2),
+        (757.896, 0.0088, 0.003462, -1.99e-05, 10030, 837.8, 2889, 552.8),
+        (757.975, 0.0085, 0.004292, -1.959e-05, 10020, 934.1, 2859, 565.8),
+        (758.021, 0.0084, 0.004901, -1.957e-05, 10020, 973.1, 2845, 578.5),
+        (758.624, 0.0064, 0.01764, -2.319e-05, 10010, 2260, 1979, 637),
+        (758.609, 0.0064, 0.02035, -2.761e-05, 10010, 2327, 1900, 666.7),
+        (758.444, 0.007, 0.0218, -3.146e-05, 10010, 2327, 1899, 685.9),
+        (758.222, 0.0077, 0.02281, -3.511e-05, 10020, 2310, 1921, 701.1),
+        (757.968, 0.0086, 0.0236, -3.864e-05, 10020, 2285, 1951, 714),
+        (757.692, 0.0095, 0.02425, -4.21e-05, 10020, 2257, 1985, 725.3),
+        (757.401, 0.0105, 0.02482, -4.549e-05, 10020, 2227, 2020, 735.2),
+        (757.097, 0.0115, 0.02532, -4.883e-05, 10020, 2196, 2054, 744),
+    ),
+    "towards the flange": (
+        (751.873, 0.029, 5.665e-05, -6.302e-05, 9997, 0.2783, -253.6, 338.3),
+        (744.503, 0.0568, -0.0004948, -0.0001233, 9870, -880, -2579, 632.5),
+        (741.991, 0.0696, -0.0006943, -0.000151, 9827, -814.3, -2832, 741.3),
+        (741.377, 0.0753, -0.0007903, -0.0001633, 9811, -619.8, -2877, 754.1),
+        (740.915, 0.0806, -0.0008752, -0.0001746, 9799, -517.3, -2893, 744.8),
+        (740.462, 0.0862, -0.0009607, -0.0001866, 9787, -456.2, -2900, 730.4),
+        (739.97, 0.0923, -0.001052, -0.0001998, 9774, -417.5, -2902, 713.2),
+        (739.407, 0.0994, -0.001154, -0.000215, 9760, -393.1, -2901, 691.6),
+        (738.738, 0.1078, -0.001276, -0.000233, 9745, -379.6, -2898, 664.4),
+        (737.89, 0.1185, -0.00143, -0.0002559, 9726, -376.8, -2893, 625.5),
+        (727.086, 0.2905, -0.004174, -0.0006188, 9619, -763.3, -2738, 1556),
+        (726.117, 0.3363, -0.004379, -0.0007122, 9629, -850.2, -2759, 1486),
+        (725.137, 0.4176, -0.005077, -0.0008744, 9709, -880, -2775, 1149),
+        (718.493, 1.1591, -0.01828, -0.001937, 15440, -1987, -4170, 2603),
+        (719.044, 1.0634, -0.01949, -0.001838, 14030, -2079, -3644, 2622),
+        (719.463, 1.0006, -0.02044, -0.001765, 13260, -2086, -3375, 2630),
+        (719.832, 0.9501, -0.02127, -0.001701, 12720, -2070, -3195, 2634),
+        (720.171, 0.9065, -0.022, -0.001642, 12310, -2044, -3064, 2638),
+        (720.49, 0.8676, -0.02266, -0.001588, 11970, -2014, -2963, 2640),
+        (720.795, 0.8321, -0.02325, -0.001536, 11680, -1981, -2884, 2641),
+        (721.088, 0.7992, -0.02378, -0.001486, 11440, -1947, -2820, 2643),
+    ),
+}
+
+
+def manchester():
+    """S1002 on UIC60, with the gauge of 1435 mm 14 mm below the top."""
+    wheel, rail = read_profile(MESHES / "MBench_S1002_v3.prw"), read_profile(MESHES / "MBench_UIC60_v3.prr")
+    return fc.WheelRail(wheel, rail, 460.0, STEEL)
+
+
+POSITIONS = [(side, k) for side in CONTACT for k in range(21)]
+
+
+@pytest.mark.by_day("towards the flange 8.5 mm")
+@pytest.mark.parametrize(("side", "k"), POSITIONS, ids=[f"{side} {k / 2:g} mm" for side, k in POSITIONS])
+def test_the_manchester_contact_benchmark_against_contact(side, k, row):
+    """Case A-2.2: S1002 on UIC60, 10 kN a wheel, shifts of 0 to 10 mm with yaws of 0 to 24 mrad.
+
+    Source: what CONTACT prints for its examples mbench_a22_left and mbench_a22_right (github.com/eve70a/CONTACT, 2025),
+    by cells of .2 mm; P. Shackleton, S. Iwnicki, Vehicle System Dynamics 46 (2008) 129. Its creepages are those with
+    the largest overlap instead of that at the origin: less than 2e-5 off, 3 % of the forces where some of it sticks.
+    """
+    sign = -1 if "away" in side else 1
+    speed, about_x = MOTION[k]
+    found = manchester().roll(
+        10e3, shift=sign * k / 2, yaw=sign * 1.2e-3 * k, roll=sign * about_x, turning=speed * 460 / 2000
+    )
+    assert abs(found.force_on_rail[2] + 10e3) < 0.2
+    if (side, k) == ("towards the flange", 10):  # CONTACT joins both patches in one plane, with angles .13 apart
+        y, pressure = CONTACT[side][k][0], CONTACT[side][k][-1]
+        assert len(found.patches) == 2
+        assert abs(found.patches[0].place.origin[1] - y) < 0.5
+        assert abs(found.patches[0].contact.max_pressure / pressure - 1) < 0.01
+        assert abs(sum(patch.contact.force for patch in found.patches) / CONTACT[side][k][4] - 1) < 2e-3
+        return
+    (patch,) = found.patches
+    names = ("y", "angle", "creepage_along", "spin", "force", "along", "across", "max_pressure")
+    # places to .003 mm, angles to the printed digits; forces of 10 kN to .1 %, tangential ones to 3 % of the limit
+    slipping = patch.figures["stick_share"] == 0
+    tangential = 4.0 if slipping else 90.0
+    within = (3e-3, 1.5e-4, 2e-5, 6e-7, 10.0, tangential, tangential, 0.022 * patch.contact.max_pressure)
+    for name, target, tolerance in zip(names, CONTACT[side][k], within, strict=True):
+        row(f"{side}, {k / 2:g} mm", name.replace("_", " "), target, patch.figures[name])
+        assert abs(patch.figures[name] - target) < tolerance, (name, target, patch.figures[name])
