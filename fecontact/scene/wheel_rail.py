@@ -42,8 +42,8 @@ FIRST, BESIDE = 40, 2
 LONGER, DOUBLINGS = 1.5, 4
 #: Angles of the rail across a contact, either way from its plane, in radians, that are warned of and refused.
 CURVED, CONFORMAL = math.radians(10), math.radians(30)
-#: Relative tolerances of the load and of the depth whose planes and grids are taken, and steps towards them.
-BALANCED, SAME, MAX_STEPS = 1e-6, 1e-3, 30
+#: Relative tolerances of the load, and of that whose planes and grids are taken, and steps towards them.
+BALANCED, NEAR, MAX_STEPS = 1e-6, 1e-3, 30
 
 
 @compact_repr
@@ -390,14 +390,22 @@ class WheelRail:
     def _lowered(self, pair: WheelOnRail, force: float, depth: float, cells: int) -> tuple[float, list[_Pressed]]:
         """Depth below where they touch at which normal forces bear a load, and the patches pressed there.
 
-        Planes and grids are those of a depth before, which is the same but for `SAME`: forces are smooth on them.
+        Planes and grids are those of a depth nearby, whose load is the same but for `NEAR`: forces are smooth on them.
         """
+        before, at = (0.0, 0.0), depth
+        grids: list[_Grid] = []
         for _ in range(MAX_STEPS):
-            places = replace(pair, lift=pair.lift - depth).places()
-            grids = [grid for place in places if (grid := self._grid(place, cells)) is not None]
-            before, (depth, found) = depth, _balanced(pair, grids, force, depth) if grids else (2 * depth, [])
-            if abs(depth - before) <= SAME * depth:
-                return depth, found
+            lowered = replace(pair, lift=pair.lift - at)
+            settled = bool(grids) and abs(before[1] - 1) < NEAR
+            if not settled:
+                grids = [grid for place in lowered.places() if (grid := self._grid(place, cells)) is not None]
+            found = [pressed for grid in grids if (pressed := grid.pressed(lowered)) is not None]
+            borne = sum(patch.contact.force * math.cos(patch.place.angle) for patch in found)
+            if abs(borne - force) <= BALANCED * force:
+                return at, found
+            value = (borne / force) ** (2 / 3)  # nearly linear in the depth: by secants
+            slope = (value - before[1]) / (at - before[0])
+            before, at = (at, value), max(at + (1 - value) / slope, 0.1 * at) if slope > 0 else 2 * at
         raise SolverError("No depth was found at which the wheel bears the load; patches come and go with the depth.")
 
     def _grid(self, place: Place, cells: int) -> _Grid | None:
@@ -449,21 +457,6 @@ class _Grid:
             return None
         heights = gap + approach
         return _Pressed(place, self.half, self.centre, heights, self.half.press(heights, approach=approach))
-
-
-def _balanced(pair: WheelOnRail, grids: list[_Grid], force: float, depth: float) -> tuple[float, list[_Pressed]]:
-    """Depth at which patches on these grids bear a load; by secants on its power 2/3, nearly linear in the depth."""
-    before, at = (0.0, 0.0), depth
-    for _ in range(MAX_STEPS):
-        lowered = replace(pair, lift=pair.lift - at)
-        found = [pressed for grid in grids if (pressed := grid.pressed(lowered)) is not None]
-        borne = sum(patch.contact.force * math.cos(patch.place.angle) for patch in found)
-        if abs(borne - force) <= BALANCED * force:
-            break
-        value = (borne / force) ** (2 / 3)
-        slope = (value - before[1]) / (at - before[0])
-        before, at = (at, value), max(at + (1 - value) / slope, 0.1 * at) if slope > 0 else 2 * at
-    return at, found
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,7 +37,7 @@ def test_an_elastic_cone_on_a_crowned_rail_against_hertz(slope, row):
     exact = fc.hertz.ellipse(((radius / math.cos(angle), math.inf), (math.inf, 300.0)), (STEEL, STEEL), force=10e3)
     found = {
         "angle": (angle, patch.place.angle, 1e-5),
-        "place": (750 - 300 * math.sin(angle), patch.place.origin[1], 1e-3),
+        "place": (750 - 300 * math.sin(angle), patch.place.origin[1], 5e-3),
         "rolling radius": (radius, patch.place.rolling_radius, 0.02),
         "normal force": (10e3, patch.contact.force, 0.1),
         "largest pressure": (exact.p0, patch.contact.max_pressure, 2e-3 * exact.p0),

@@ -119,5 +119,5 @@ def test_positions_are_a_table_and_a_picture(tmp_path):
     assert len(path.plot().axes) == 6
     drawn = path.last.plot(tmp_path / "last.svg", length="mm", force="N", units="MPa")
     assert (tmp_path / "last.svg").stat().st_size > 10_000
-    assert drawn.axes[1].get_title() == "at 5.1, 2.9 degrees"
+    assert drawn.axes[1].get_title() == "at -15.0, 2.9 degrees"
     assert wheel_rail.COLUMNS[0].name == "y"
