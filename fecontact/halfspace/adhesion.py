@@ -610,9 +610,9 @@ def adhesion_curve(adhesive: Adhesive, approaches: Array, progress: bool | None)
         return point((a.row["approach"] + b.row["approach"]) / 2, a)
 
     def between(a: Point, b: Point, allowed: float, depth: int) -> list[Point]:
-        """Points after one up to another: halved where energy is lost."""
-        lost = a.lost_to(b)
-        if lost <= allowed:
+        """Points after one up to another: halved where energy is lost, and where the surfaces meet or part."""
+        lost, parted = a.lost_to(b), (a.row["adhesive_area"] > 0) != (b.row["adhesive_area"] > 0)
+        if lost <= allowed and not parted:
             return [b]
         if depth == 0:
             on = b.row["adhesive_area"] > a.row["adhesive_area"]

@@ -27,8 +27,8 @@ def law(lam):
 
 @pytest.fixture(scope="module")
 def loop():
-    on = np.linspace(-9e-4, -1e-4, 5)
-    return half(24, 0.1).curve(BALL, approaches=np.r_[on, on[::-1]], adhesion=law(1.0))
+    on = np.linspace(-8.6e-4, -2e-4, 4)
+    return half(24, 0.096).curve(BALL, approaches=np.r_[on, on[::-1]], adhesion=law(1.0))
 
 
 def test_positive_part_over_triangles_by_points():
