@@ -20,7 +20,7 @@ import fecontact as fc
 POLYETHYLENE = fc.Material(E=800.0, nu=0.45)
 HEAD, CUP, THICKNESS, EDGE = 14.0, 14.1, 8.0, 85.0  # radii, thickness of the cup, degrees to its rim
 FRICTION = 0.06
-#: Volume per force and length of slip, mm^3/(N mm): 1e-6 mm^3/(N m), Saikko's of ultra-high-molecular polyethylene.
+#: Volume per force and length of slip, mm^3/(N mm): 1e-6 mm^3/(N m), assumed: take a measured one.
 WEAR = 1e-9
 #: Flexion (degrees) and load (its share of the peak) at six instants of a gait cycle: stance, then swing.
 GAIT = ((20.0, 0.5), (12.0, 1.0), (4.0, 0.8), (-4.0, 0.7), (4.0, 0.2), (12.0, 0.2))

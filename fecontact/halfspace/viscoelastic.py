@@ -1,4 +1,4 @@
-"""Visco-elastic half-spaces: the memory of pressures and tractions, and surfaces that move over them steadily.
+"""Visco-elastic half-spaces: the memory of pressures and tractions.
 
 At a constant Poisson's ratio displacements are those at once, of a compliance K, by forces f and what is left of them,
 

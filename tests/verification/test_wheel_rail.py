@@ -138,8 +138,9 @@ def test_the_manchester_contact_benchmark_against_contact(side, k, row):
     """Case A-2.2: S1002 on UIC60, 10 kN a wheel, shifts of 0 to 10 mm with yaws of 0 to 24 mrad.
 
     Source: what CONTACT prints for its examples mbench_a22_left and mbench_a22_right (github.com/eve70a/CONTACT, 2025),
-    by cells of .2 mm; P. Shackleton, S. Iwnicki, Vehicle System Dynamics 46 (2008) 129. Its creepages are those with
-    the largest overlap instead of that at the origin: less than 2e-5 off, 3 % of the forces where some of it sticks.
+    by cells of .2 mm; P. Shackleton, S. Iwnicki, Vehicle System Dynamics 46 (2008) 129. Its creepages along
+    differ by less than 2e-5, 3 % of the forces where some of it sticks, as rolling radii at the largest overlap would;
+    this reason is not proven.
     """
     sign = -1 if "away" in side else 1
     speed, about_x = MOTION[k]
