@@ -338,7 +338,8 @@ def test_gait(tmp_path):
 
 
 @pytest.mark.full
-def test_hip_wear():
+def test_hip_wear(monkeypatch):
+    monkeypatch.syspath_prepend(FOLDER)  # it has its ball and load from another example
     example = load("hip_wear")
     path = example.walked(1e5)
     cup = path.last.contacts[0]
