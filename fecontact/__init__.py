@@ -65,6 +65,7 @@ if TYPE_CHECKING:
         HalfSpaceContact,
         Layer,
         LoadCurve,
+        MovingContact,
         PressStep,
         RollingContact,
     )
@@ -129,6 +130,7 @@ __all__ = [
     "MeshError",
     "MissingPackageError",
     "MooneyRivlin",
+    "MovingContact",
     "NeoHookean",
     "Ogden",
     "Plane",
@@ -191,7 +193,7 @@ _MODULES = {
     "contact.springs": "Spring",
     "fem.laws": "Fibres HolmesMow MooneyRivlin NeoHookean Ogden StVenantKirchhoff",
     "halfspace": "AdhesionCurve AdhesiveContact CreepCoefficients CreepCurve Dugdale FrictionContact FrictionPath "
-    "HalfSpaceContact Layer LoadCurve PressStep RollingContact",
+    "HalfSpaceContact Layer LoadCurve MovingContact PressStep RollingContact",
     "mesh.layer": "extrude",
     "mesh.mesh": "Mesh merge",
     "mesh.read": "read_mesh read_section read_surface",

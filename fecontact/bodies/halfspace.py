@@ -50,6 +50,7 @@ from fecontact.halfspace.rolling import (
     creep_coefficients,
     roll,
 )
+from fecontact.halfspace.steady import MovingContact, press_moving
 from fecontact.halfspace.validity import overlap_between_cells
 from fecontact.halfspace.viscoelastic import elastic, memory_of
 from fecontact.halfspace.wear import WornSteps
@@ -75,8 +76,8 @@ class HalfSpace(SurfaceBody):
     Parameters
     ----------
     material : Material, Viscoelastic or None
-        None with layers: a rigid base. A visco-elastic one is served by `press_path`, whose steps have times; the
-        attribute is its material at once.
+        None with layers: a rigid base. A visco-elastic one is served by `press_path`, whose steps have times, and
+        by `press` with a velocity; the attribute is its material at once.
     size : (float, float)
         Sides of the grid along x and y.
     cells : (int, int)
@@ -216,6 +217,19 @@ class HalfSpace(SurfaceBody):
         self,
         surface: HeightSurface | ArrayLike,
         *,
+        force: float | None = None,
+        approach: float | None = None,
+        load_point: tuple[float, float] | None = None,
+        velocity: tuple[float, float],
+        tolerance: float = 1e-8,
+        workers: int | None = None,
+    ) -> MovingContact: ...
+
+    @overload
+    def press(
+        self,
+        surface: HeightSurface | ArrayLike,
+        *,
         approach: float,
         adhesion: Dugdale,
         tolerance: float = 1e-8,
@@ -251,6 +265,7 @@ class HalfSpace(SurfaceBody):
         shift: tuple[float, float] | None = None,
         hardness: ArrayLike | None = None,
         adhesion: Dugdale | None = None,
+        velocity: tuple[float, float] | None = None,
         tolerance: float | None = None,
         symmetry: bool = True,
         workers: int | None = None,
@@ -281,6 +296,10 @@ class HalfSpace(SurfaceBody):
             of the contact modulus. Without it the half-space is elastic.
         adhesion : Dugdale, optional
             With an approach: the surfaces, separated before, attract each other. For coming off see `curve`.
+        velocity : (float, float), optional
+            Of the contact over a visco-elastic half-space, along an axis of a free grid: it rolls, or slides without
+            friction, and has done so for long. A visco-elastic counter-body rolls; for one that slides, give what it is
+            after a long time (`.relaxed`).
         tolerance : float
             Relative tolerance of the certificate, see `solvers.Residuals`; 1e-8 unless given, with friction 1e-10.
         symmetry : bool
@@ -291,7 +310,7 @@ class HalfSpace(SurfaceBody):
         Returns
         -------
         HalfSpaceContact
-            A `FrictionContact` with friction, an `AdhesiveContact` with adhesion.
+            A `FrictionContact` with friction, an `AdhesiveContact` with adhesion, a `MovingContact` with a velocity.
 
         Raises
         ------
@@ -317,6 +336,14 @@ class HalfSpace(SurfaceBody):
         >>> dragged = half.press(fc.surfaces.Paraboloid(1.0), force=2 / 3, friction=0.5, tangential=(0.2, 0.0))
         >>> round((dragged.stick_area / dragged.area) ** 0.5, 2), round(dragged.tangential[0], 9)
         (0.74, 0.2)
+
+        A ball that rolls over rubber, whose loss holds it back by a few hundredths of its load:
+
+        >>> rubber = fc.Viscoelastic(fc.Material(E=1.0, nu=0.3), prony=[(0.5, 1.0)])
+        >>> half = fc.HalfSpace(rubber, size=(3.0, 3.0), cells=(32, 32))
+        >>> rolls = half.press(fc.surfaces.Paraboloid(1.0), force=0.1, velocity=(1.0, 0.0))
+        >>> round(rolls.drag / rolls.force, 2)
+        0.04
         """
         if adhesion is not None:
             given: dict[str, object] = {
@@ -326,10 +353,15 @@ class HalfSpace(SurfaceBody):
                 "tangential": tangential,
             }
             within = 1e-8 if tolerance is None else tolerance
-            given |= {"shift": shift, "hardness": hardness}
+            given |= {"shift": shift, "hardness": hardness, "velocity": velocity}
             adhesive = self._adhesive(surface, adhesion, given, within, symmetry, workers)
             Load(None, approach, None)
             return self._between_cells(adhesive.contact(cast(float, approach))[0], surface)
+        if velocity is not None:
+            refused = {"friction": friction, "tangential": tangential, "shift": shift, "hardness": hardness}
+            return self._moving(
+                surface, Load(force, approach, load_point), velocity, refused, tolerance or 1e-8, workers
+            )
         if friction is not None:
             step = PressStep(force, approach, tangential, shift, load_point=load_point)
             within = CERTIFIED if tolerance is None else tolerance
@@ -345,6 +377,31 @@ class HalfSpace(SurfaceBody):
         z, hard = self.heights_of(surface), hardness_field(hardness, self.compliance)
         pressed = press(self.compliance, z, load, tolerance, symmetry, workers, hardness=hard)
         return self._between_cells(pressed, surface)
+
+    def _moving(
+        self,
+        surface: HeightSurface | ArrayLike,
+        load: Load,
+        velocity: tuple[float, float],
+        others: Mapping[str, object],
+        tolerance: float,
+        workers: int | None,
+    ) -> MovingContact:
+        """A contact that moves steadily; other arguments that are given are refused."""
+        if given := [name for name, value in others.items() if value is not None]:
+            raise InputError(
+                "A contact that moves steadily over a visco-elastic half-space is without tractions, such as those of "
+                f"a driven wheel, and does not yield: leave out {', '.join(given)}.",
+                code="velocity-alone",
+            )
+        if self.compliance.memory is None:
+            raise InputError(
+                "A velocity changes nothing on an elastic half-space: leave it out, or give a Viscoelastic material.",
+                code="velocity-elastic",
+            )
+        check_settings(tolerance, True, workers)
+        moved = press_moving(self.compliance, self.heights_of(surface), load, velocity, tolerance, workers)
+        return self._between_cells(moved, surface)
 
     def _between_cells(
         self, contact: C, surface: HeightSurface | ArrayLike, position: tuple[float, float] = (0.0, 0.0)
@@ -813,8 +870,9 @@ class HalfSpace(SurfaceBody):
         """Refuse what does not know of time, if the half-space is visco-elastic."""
         if self.compliance.memory:
             raise InputError(
-                f"A visco-elastic half-space does not serve {what}: use press_path with PressStep(time=), or an "
-                "elastic half-space of its material at once (`.material`) or after a long time (`.relaxed`).",
+                f"A visco-elastic half-space does not serve {what}: use press_path with PressStep(time=), press with "
+                "velocity= for a contact that moves steadily, or an elastic half-space of its material at once "
+                "(`.material`) or after a long time (`.relaxed`).",
                 code="viscoelastic",
             )
 

@@ -7,6 +7,7 @@ from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.layered import Layer
 from fecontact.halfspace.path import FrictionPath, LoadCurve
 from fecontact.halfspace.rolling import CreepCoefficients, CreepCurve, RollingContact
+from fecontact.halfspace.steady import MovingContact
 
 __all__ = [
     "AdhesionCurve",
@@ -20,6 +21,7 @@ __all__ = [
     "HalfSpaceContact",
     "Layer",
     "LoadCurve",
+    "MovingContact",
     "PressStep",
     "RollingContact",
 ]

@@ -30,6 +30,9 @@ NEAR = 32
 #: The same for bilinear pressures, a fourth difference: 5e-10 on either side.
 NEAR_BILINEAR = 20
 
+#: Distance from an edge of a cell that stands for none, over the cell's side: x asinh(y/x) is zero there.
+ON_EDGE = 1e-30
+
 #: Second moment over 2! and fourth over 4! of a uniform and of a linear (hat) weight on cells of unit width.
 BOX_MOMENTS = (1 / 24, 1 / 1920)
 HAT_MOMENTS = (1 / 12, 1 / 360)
@@ -42,7 +45,7 @@ MIN_RATIO = 1.6156
 SELF_TERM_RATIO = 2.0
 
 
-def love(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
+def love(shape: tuple[int, int], cell: tuple[float, float], shift: float = 0.0) -> Array:
     """Mid-cell displacements by unit pressure on one cell (Love's rectangle), for E* = 1.
 
     Parameters
@@ -51,6 +54,8 @@ def love(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
         Number of offsets along x and y.
     cell : (float, float)
         Sides of a cell.
+    shift : float
+        Added to the offsets along x, in cells, not negative.
 
     Returns
     -------
@@ -68,8 +73,9 @@ def love(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
     >>> bool(np.isclose(table[0, 0], 4 * np.log(1 + np.sqrt(2)) / np.pi))
     True
     """
-    X, Y, near = cells_near(shape, cell, NEAR)
-    table = _multipole(shape, cell, BOX_MOMENTS)
+    X, Y, near = cells_near(shape, cell, NEAR, shift=shift)
+    X[X == 0] = ON_EDGE * cell[0]
+    table = _multipole(shape, cell, BOX_MOMENTS, shift)
     potential = X * np.arcsinh(Y / np.abs(X)) + Y * np.arcsinh(X / np.abs(Y))
     table[near] = np.diff(np.diff(potential, axis=0), axis=1) / math.pi
     return table
@@ -120,20 +126,23 @@ def bilinear(shape: tuple[int, int], cell: tuple[float, float]) -> Array:
 
 
 def cells_near(
-    shape: tuple[int, int], cell: tuple[float, float], reach: int, nodes: bool = False
+    shape: tuple[int, int], cell: tuple[float, float], reach: int, nodes: bool = False, shift: float = 0.0
 ) -> tuple[Array, Array, tuple[slice, slice]]:
     """Edges of the cells near the origin (neighbouring nodes for bilinear pressure), and their part of the table."""
-    counts = [min(n, math.ceil(reach * max(cell) / side)) for n, side in zip(shape, cell, strict=True)]
-    shift, more = (1.0, 2) if nodes else (0.5, 1)
-    X = np.asarray((np.arange(counts[0] + more) - shift) * cell[0], dtype=float)[:, None]
-    Y = np.asarray((np.arange(counts[1] + more) - shift) * cell[1], dtype=float)[None, :]
+    far = (reach * max(cell) / cell[0] - shift, reach * max(cell) / cell[1])
+    counts = [min(n, max(math.ceil(f), 0)) for n, f in zip(shape, far, strict=True)]
+    edge, more = (1.0, 2) if nodes else (0.5, 1)
+    X = np.asarray((np.arange(counts[0] + more) - edge + shift) * cell[0], dtype=float)[:, None]
+    Y = np.asarray((np.arange(counts[1] + more) - edge) * cell[1], dtype=float)[None, :]
     return X, Y, (slice(0, counts[0]), slice(0, counts[1]))
 
 
-def _multipole(shape: tuple[int, int], cell: tuple[float, float], moments: tuple[float, float]) -> Array:
+def _multipole(
+    shape: tuple[int, int], cell: tuple[float, float], moments: tuple[float, float], shift: float = 0.0
+) -> Array:
     """Mean of 1/(pi r) under a weight on a cell, times its area, by the weight's second and fourth moments."""
     a, b = cell
-    x2, y2 = (np.arange(shape[0]) * a)[:, None] ** 2, (np.arange(shape[1]) * b)[None, :] ** 2
+    x2, y2 = ((np.arange(shape[0]) + shift) * a)[:, None] ** 2, (np.arange(shape[1]) * b)[None, :] ** 2
     # derivatives of 1/r by cx, the squared direction cosine, and cy = 1 - cx: d_xx = (3 cx - 1)/r^3, d_xxxx = (105 cx^2
     # - 90 cx + 9)/r^5, d_xxyy = (105 cx cy - 12)/r^5; collected by powers of cx
     second = moments[0] * np.array([2 * b * b - a * a, 3 * (a * a - b * b)])
@@ -144,7 +153,7 @@ def _multipole(shape: tuple[int, int], cell: tuple[float, float], moments: tuple
 
     def fill(strip: slice) -> None:
         s = x2[strip] + y2
-        if strip.start == 0:
+        if strip.start == 0 and not shift:
             s[0, 0] = 1.0
         np.divide(1.0, s, out=s)
         cx = x2[strip] * s

@@ -792,7 +792,7 @@ def solve_coarser(
 ) -> tuple[Array, Mask, int, Array | None]:
     """Start (nx, ny) and active cells of a grid from coarser ones; number of grids, pressure on the next coarser."""
     levels = [level]
-    while max(_cells(levels[-1].g.shape, level.symmetric)) > COARSEST and _can_coarsen(levels[-1]):
+    while max(_cells(levels[-1].g.shape, level.symmetric)) > COARSEST and can_coarsen(levels[-1]):
         levels.append(coarser(levels[-1], kernel_of(len(levels))))
         if not levels[-1].is_bounded:  # larger cells have closed holes of the counter-surface
             levels.pop()
@@ -807,7 +807,7 @@ def solve_coarser(
     return start, active, len(levels), coarse
 
 
-def _can_coarsen(level: GridLevel) -> bool:
+def can_coarsen(level: GridLevel) -> bool:
     """Whether the level can be coarsened: a period must remain an even number of cells."""
     cells = _cells(level.g.shape, level.symmetric)
     return min(cells) >= 8 and (not level.periodic or (cells[0] % 4 == 0 and cells[1] % 4 == 0))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +23,9 @@ from fecontact.halfspace.grid import Even, Grid, even_axes, part_of, unfold
 from fecontact.halfspace.hardness import check_bearing, with_hardness, within_bounds, yielded
 from fecontact.halfspace.nested import GridLevel, compliance, solve_level, solve_nested
 from fecontact.solvers import ContactProblem, Residuals
+
+if TYPE_CHECKING:
+    from fecontact.halfspace.steady import Motion
 
 #: Least tolerance of a certificate: rounding of the transforms alone leaves some 1e-15.
 MIN_TOLERANCE = 1e-14
@@ -118,12 +122,13 @@ def press(
     start: HalfSpaceContact | None = None,
     own: Array | None = None,
     hardness: Array | None = None,
+    motion: Motion | None = None,
 ) -> HalfSpaceContact:
     """Solve one contact, see `HalfSpace.press`; without `boxed` contact may reach the border of a free grid.
 
     It starts from coarser grids, or from a contact nearby of the same symmetry. Compliances `own` (nx, ny) of the cells
     by themselves are beside that of the bodies: own p is part of the gap, and none of the displacement. The dent is
-    that by this load.
+    that by this load. With a motion the compliance is that in axes that move with the contact, see `steady`.
     """
     began = time.perf_counter()
     z, allowed = checked_heights(heights, body.grid)
@@ -147,11 +152,15 @@ def press(
         part = part_of(body.grid.shape, symmetric)
         at = solve_level(level, start.pressure[part], start.active[part], tolerance, tally, workers)
         n_levels, coarse = 1, start.coarse
+    elif motion is not None:
+        at, n_levels, coarse = motion.solve(level, body.grid.cell, tolerance, tally)
     else:
         at, n_levels, coarse = solve_nested(level, body.kernel, tolerance, tally, workers)
     if not body.periodic and boxed:
         _check_box(body.grid, at.active, at.p, symmetric)
-    operator = compliance(level, level.whole, tally, workers)
+    operator: Product = compliance(level, level.whole, tally, workers)
+    if motion is not None:
+        operator = motion.compliance(body.grid.shape, body.grid.cell, tally).tractions
     recomputed = at.recomputed and within_bounds(at.p, level.bound)
     p = np.clip(at.p, 0.0, level.bound, out=at.p)
     u = at.u if recomputed else operator.apply(p, at.u)

@@ -211,7 +211,7 @@ def _alternate(problem: TrescaProblem, at: TrescaIterate) -> TrescaIterate:
     near = problem.compliance.own * max(problem.limit.shape) ** 0.5
     D = np.full(problem.limit.shape, near)
     weight = np.sqrt(problem.compliance.own / (problem.compliance.own + D))
-    linear = _Linear(problem, problem.touching, np.zeros(at.q.shape), D, weight)
+    linear = LinearStep(problem, problem.touching, np.zeros(at.q.shape), D, weight)
     disc, scaled = at.q, np.where(problem.touching, -at.s / near, 0.0)
     for _ in range(ALTERNATIONS):
         at = _solve_linear(linear, at, np.zeros(at.q.shape), disc - scaled, 0.0, PER_NEWTON)
@@ -234,7 +234,7 @@ def _measured(problem: TrescaProblem, at: TrescaIterate) -> TrescaIterate:
 
 
 @dataclass(frozen=True, eq=False)
-class _Linear:
+class LinearStep:
     """Linear equations of a Newton step on the unknowns left by a projection."""
 
     problem: TrescaProblem
@@ -245,8 +245,7 @@ class _Linear:
 
     def project(self, v: Array) -> Array:
         """Part of vectors (2, bx, by) in the unknowns: all where it sticks, across the traction where it slips."""
-        along = v[0] * self.across[0] + v[1] * self.across[1]
-        return np.where(self.stick, v, along * self.across)
+        return np.where(self.stick, v, (v * self.across).sum(axis=0) * self.across)
 
     def product(self, d: Array) -> tuple[Array, Array]:
         """Displacements by a change d of tractions, and the matrix times d."""
@@ -260,7 +259,7 @@ class _Linear:
         return self.weight * inner + (1 - self.weight**2) / (alone + self.problem.compliance.own) * v
 
 
-def _linear(problem: TrescaProblem, at: TrescaIterate) -> tuple[_Linear, Array]:
+def _linear(problem: TrescaProblem, at: TrescaIterate) -> tuple[LinearStep, Array]:
     """Equations at an iterate, and the change of tractions along themselves that puts those that slip on their disc."""
     own = problem.compliance.own
     weighed = (WEIGHED if problem.compliance.symmetric else WEIGHED_ROLLING) * own
@@ -274,7 +273,7 @@ def _linear(problem: TrescaProblem, at: TrescaIterate) -> tuple[_Linear, Array]:
     D = np.where(slips, (size - limit) * weighed / limit, 0.0)
     outwards = np.where(slips, limit, 0.0) * n - (at.q * n).sum(axis=0) * n
     weight = np.sqrt(own / (own + D + np.maximum(problem.alone, 0.0)))
-    return _Linear(problem, stick, np.stack([-n[1], n[0]]), D, weight), outwards
+    return LinearStep(problem, stick, np.stack([-n[1], n[0]]), D, weight), outwards
 
 
 def _newton_step(problem: TrescaProblem, at: TrescaIterate, tolerance: float, most: float) -> TrescaIterate:
@@ -294,14 +293,14 @@ def _newton_step(problem: TrescaProblem, at: TrescaIterate, tolerance: float, mo
 
 
 def _solve_linear(
-    linear: _Linear, at: TrescaIterate, change: Array, anchor: Array, small: float, factor: float
+    linear: LinearStep, at: TrescaIterate, change: Array, anchor: Array, small: float, factor: float
 ) -> TrescaIterate:
     """Tractions with P(s + D (q - anchor)) = 0 and the loads in balance, by conjugate gradients from q + change.
 
     They end when the residual is `small` or has fallen by `factor`.
     """
     if not linear.problem.compliance.symmetric:
-        return _solve_by_gmres(linear, at, change, anchor, factor)
+        return solve_by_gmres(linear, at, change, anchor, factor)
     problem, k = linear.problem, len(linear.problem.F)
     rows = np.array([linear.project(row) for row in problem.B]).reshape(problem.B.shape)
     images = np.array([linear.precondition(row) for row in rows]).reshape(problem.B.shape)
@@ -332,7 +331,7 @@ def _solve_linear(
     return replace(at, q=at.q + change, s=s, m=m, nit=at.nit + steps)
 
 
-def _solve_by_gmres(linear: _Linear, at: TrescaIterate, change: Array, anchor: Array, factor: float) -> TrescaIterate:
+def solve_by_gmres(linear: LinearStep, at: TrescaIterate, change: Array, anchor: Array, factor: float) -> TrescaIterate:
     """The same for a compliance that is not symmetric, by GMRES in changes d of tractions and dm of motions.
 
     P(A d + D d - B^T dm) = -P r and B d = e, preconditioned by the same equations with the inverse in wave numbers.
@@ -374,7 +373,7 @@ def _solve_by_gmres(linear: _Linear, at: TrescaIterate, change: Array, anchor: A
     return replace(at, q=at.q + change + d, s=s, m=at.m + dm, nit=at.nit + len(steps) - 1)
 
 
-def _direction(linear: _Linear, residual: Array, rows: Array, images: Array, inverse: Array) -> tuple[Array, Array]:
+def _direction(linear: LinearStep, residual: Array, rows: Array, images: Array, inverse: Array) -> tuple[Array, Array]:
     """Preconditioned residual that does not change the loads, and the change of the multipliers."""
     z = linear.precondition(residual)
     if len(rows) == 0:
