@@ -27,6 +27,8 @@ MARGIN = 0.72
 LAYER_MARGIN = 1.0
 #: Least number of candidates of a contact.
 MIN_CANDIDATES = 12
+#: Differences of gaps, relative to the surface's size, that are rounding of its coordinates.
+ROUNDING = 1e-9
 
 
 def approach_for_load(gap: Array, area: Array, modulus: float, force: float, thickness: float | None = None) -> float:
@@ -69,8 +71,10 @@ def approach_for_load(gap: Array, area: Array, modulus: float, force: float, thi
     return float(g[k - 1] + extra)
 
 
-def choose(gap: Array, approach: float, layer: bool = False) -> IntArray:
+def choose(gap: Array, approach: float, layer: bool = False, equal: float = 0.0) -> IntArray:
     """Pairs whose gap above the smallest is within `MARGIN` (`LAYER_MARGIN`) of an approach, at least `MIN_CANDIDATES`.
+
+    Gaps that differ by at most `equal` are chosen together.
 
     Examples
     --------
@@ -80,8 +84,8 @@ def choose(gap: Array, approach: float, layer: bool = False) -> IntArray:
     """
     order = np.argsort(gap, kind="stable")
     above = gap[order] - gap[order[0]]
-    n = int(np.searchsorted(above, (LAYER_MARGIN if layer else MARGIN) * approach, side="right"))
-    return np.sort(order[: max(n, MIN_CANDIDATES)])
+    within = max((LAYER_MARGIN if layer else MARGIN) * approach, above[min(MIN_CANDIDATES, len(gap)) - 1])
+    return np.sort(order[above <= within + equal])
 
 
 def grow(chosen: IntArray, gap: Array, penetrating: Mask) -> IntArray:
@@ -192,32 +196,33 @@ def _likely(
     """Candidates (k,) among slave nodes (n,), from gaps after the prescribed motions, areas and size of the loads."""
     if not len(opening):
         return np.zeros(0, np.int64)
+    equal = ROUNDING * surface.size
+    nearest = nodes[opening <= opening.min() + equal]
     overlap = approach = max(0.0, -float(opening.min()))
     force = loading.magnitude
     if force > 0:
         compliance = sum(1 / b.contact_modulus for b in bodies)
         if compliance > 0:
-            images = _mirror_images(bodies[0], nodes[[np.argmin(opening)]])
+            images = _mirror_images(bodies[0], nearest)
             along = surface.out_of_plane
             thickness = None if along is None else along.thickness
             scale = approach_for_load(
                 opening - opening.min(), images * areas, 1 / compliance, images * force, thickness
             )
             approach = max(approach, scale)
-    layer = approach == overlap > 0 and _is_layer(bodies, surface, opening, nodes, areas)
-    return choose(opening, approach, layer)
+    layer = approach == overlap > 0 and _is_layer(bodies, surface, nearest, float(areas[opening < 0].sum()))
+    return choose(opening, approach, layer, equal)
 
 
-def _is_layer(bodies: tuple[Body, Body], surface: FacetSurface, opening: Array, nodes: IntArray, areas: Array) -> bool:
+def _is_layer(bodies: tuple[Body, Body], surface: FacetSurface, nearest: IntArray, overlapping: float) -> bool:
     """Whether the overlap of undeformed surfaces has a larger radius than the softer body is thick below it."""
     soft = max(
         (b for b in elastic_among(bodies) if not b.mesh.is_flat), key=lambda b: 1 / b.contact_modulus, default=None
     )
     if soft is None:
         return False
-    nearest = nodes[[np.argmin(opening)]]
     normal = surface.mean_normals[nearest[0]] @ bodies[0].pose.rotation.T @ soft.pose.rotation
-    area = _mirror_images(bodies[0], nearest) * float(areas[opening < 0].sum())
+    area = _mirror_images(bodies[0], nearest) * overlapping
     return area > np.pi * float(np.ptp(soft.mesh.points @ normal)) ** 2
 
 

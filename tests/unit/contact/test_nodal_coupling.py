@@ -174,6 +174,10 @@ def test_choose_and_grow():
     assert np.array_equal(chosen, np.arange(int(0.5 * candidates.MARGIN * 100) + 1))
     assert len(candidates.choose(gap, 0.0)) == candidates.MIN_CANDIDATES
     assert len(candidates.choose(gap[:5], 0.0)) == 5
+    # of gaps that rounding alone tells apart, all or none are chosen: their order is that of the numbering
+    level = 1e-16 * np.arange(40)
+    assert len(candidates.choose(np.r_[level, 1.0], 0.0, equal=1e-12)) == 40
+    assert len(candidates.choose(np.r_[level, 1.0], 0.0)) == candidates.MIN_CANDIDATES
     penetrating = np.zeros(101, bool)
     penetrating[[40, 61]] = True
     assert np.array_equal(candidates.grow(chosen, gap, penetrating), np.arange(92))
