@@ -28,7 +28,7 @@ from fecontact.common.renamed import renamed_argument
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.viscoelastic import Viscoelastic
 from fecontact.halfspace import kernels
-from fecontact.halfspace.adhesion import AdhesionCurve, Adhesive, AdhesiveContact, Dugdale, adhesion_curve
+from fecontact.halfspace.adhesion import AdhesionCurve, Adhesive, AdhesiveContact, ApproachSteps, Dugdale, Given
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.fft import array_module
@@ -230,7 +230,8 @@ class HalfSpace(SurfaceBody):
         self,
         surface: HeightSurface | ArrayLike,
         *,
-        approach: float,
+        force: float | None = None,
+        approach: float | None = None,
         adhesion: Dugdale,
         tolerance: float = 1e-8,
         symmetry: bool = True,
@@ -280,7 +281,7 @@ class HalfSpace(SurfaceBody):
         surface : shape with `heights`, or (nx, ny) array_like
             Heights above the plane z = 0 at the cell centres; infinite where there is no surface.
         force : float, optional
-            Total force (on the grid, or on one period), positive.
+            Total force (on the grid, or on one period), positive but with adhesion.
         approach : float, optional
             Downward displacement of the surface from the given heights. Exactly one of the two.
         load_point : (float, float), optional
@@ -295,7 +296,8 @@ class HalfSpace(SurfaceBody):
             Largest pressure, at which the surface yields and keeps a `dent`, see `halfspace.hardness`; at least 1e-4
             of the contact modulus. Without it the half-space is elastic.
         adhesion : Dugdale, optional
-            With an approach: the surfaces, separated before, attract each other. For coming off see `curve`.
+            The surfaces, separated before, attract each other; under a force, negative for a tension, they have just
+            touched. For coming off see `curve`.
         velocity : (float, float), optional
             Of the contact over a visco-elastic half-space, along an axis of a free grid: it rolls, or slides without
             friction, and has done so for long. A visco-elastic counter-body rolls; for one that slides, give what it is
@@ -346,17 +348,13 @@ class HalfSpace(SurfaceBody):
         0.04
         """
         if adhesion is not None:
-            given: dict[str, object] = {
-                "force": force,
-                "load_point": load_point,
-                "friction": friction,
-                "tangential": tangential,
-            }
+            others: dict[str, object] = {"load_point": load_point, "friction": friction, "tangential": tangential}
+            others |= {"shift": shift, "hardness": hardness, "velocity": velocity}
             within = 1e-8 if tolerance is None else tolerance
-            given |= {"shift": shift, "hardness": hardness, "velocity": velocity}
-            adhesive = self._adhesive(surface, adhesion, given, within, symmetry, workers)
-            Load(None, approach, None)
-            return self._between_cells(adhesive.contact(cast(float, approach))[0], surface)
+            adhesive = self._adhesive(surface, adhesion, others, within, symmetry, workers)
+            Load(force if force is None else abs(force) or 1.0, approach, None)  # a force may be a tension
+            found = adhesive.judged(*adhesive.contact(Given(approach, force)))
+            return self._between_cells(found, surface)
         if velocity is not None:
             refused = {"friction": friction, "tangential": tangential, "shift": shift, "hardness": hardness}
             return self._moving(
@@ -440,6 +438,7 @@ class HalfSpace(SurfaceBody):
         tolerance: float = 1e-8,
         symmetry: bool = True,
         workers: int | None = None,
+        path: str | Path | None = None,
         progress: bool | None = None,
     ) -> AdhesionCurve: ...
 
@@ -515,10 +514,10 @@ class HalfSpace(SurfaceBody):
         """
         self._refuse_memory("a curve over the force")
         if adhesion is not None:
-            refused = {"forces": forces, "load_point": load_point, "hardness": hardness, "path": path}
-            refused |= {"also": also or None}
+            refused = {"forces": forces, "load_point": load_point, "hardness": hardness, "also": also or None}
             adhesive = self._adhesive(surface, adhesion, refused, tolerance, symmetry, workers)
-            return adhesion_curve(adhesive, _listed("approaches", approaches), progress)
+            points = ApproachSteps(adhesive, _listed("approaches", approaches).tolist())
+            return points.curve(follow(points, len(points.approaches), path, progress, "curve", "approach")[0])
         if approaches is not None:
             raise InputError("Approaches are of a curve with adhesion: give adhesion=, a Dugdale, or forces.")
         values = _listed("forces", forces)
@@ -553,8 +552,8 @@ class HalfSpace(SurfaceBody):
         instance("the adhesion", adhesion, Dugdale)
         if given := [name for name, value in others.items() if value is not None]:
             raise InputError(
-                f"With adhesion the approach is prescribed, without tilt and friction: leave out {', '.join(given)}; "
-                "the force is in the result.",
+                f"With adhesion the surface is pressed without tilt, friction and hardness, and a curve goes by "
+                f"approaches: leave out {', '.join(given)}.",
                 code="not-with-adhesion",
             )
         check_settings(tolerance, symmetry, workers)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import zlib
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property, partial
 from pathlib import Path as FilePath
@@ -296,6 +296,15 @@ class Path(Figures, Sequence[Result]):
         """Columns (n_steps,) of the figures by name."""
         rows = self.rows()
         return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+    @staticmethod
+    def _first_warnings(places: Iterable[str], texts: Iterable[Sequence[str]]) -> tuple[str, ...]:
+        """Warnings of the steps, each with the first place that it concerns."""
+        first: dict[str, str] = {}
+        for place, told in zip(places, texts, strict=True):
+            for text in told:
+                first.setdefault(text, place)
+        return tuple(f"{place}: {text}" for text, place in first.items())
 
     def save(self, path: str | FilePath) -> FilePath:
         """Write a CSV file, a row per step.

@@ -15,11 +15,11 @@ D. S. Dugdale, J. Mech. Phys. Solids 8 (1960) 100; D. Maugis, J. Colloid Interfa
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path as FilePath
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -28,20 +28,19 @@ from scipy.sparse.linalg import LinearOperator, cg
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import positive
 from fecontact.common.compact_repr import compact_repr
-from fecontact.common.error_estimate import ErrorEstimate, ResponseError
+from fecontact.common.error_estimate import ErrorEstimate, ResponseError, percent
 from fecontact.common.errors import InputError, SolverError
-from fecontact.common.path import Path
-from fecontact.common.progress import progress_line
-from fecontact.common.table import Table
+from fecontact.common.path import Steps
 from fecontact.common.units import Units
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import HalfSpaceContact
 from fecontact.halfspace.fft import DampedInverse, Product, Tally
-from fecontact.halfspace.grid import Even, part_of, unfold
+from fecontact.halfspace.grid import Even, block_sums, part_of, unfold
 from fecontact.halfspace.grid_error import EdgeCells, edge_cells
-from fecontact.halfspace.nested import GridLevel, compliance, preconditioner
-from fecontact.halfspace.pictures import Drawn, plot_adhesion
-from fecontact.halfspace.pressing import Load, checked_heights, grid_level, press
+from fecontact.halfspace.nested import GridLevel, coarser, compliance, preconditioner
+from fecontact.halfspace.path import Curve, prints_of
+from fecontact.halfspace.pictures import plot_adhesion
+from fecontact.halfspace.pressing import Load, check_box, checked_heights, grid_level, press
 
 #: Steps towards one state.
 MAX_STEPS = 300
@@ -54,8 +53,15 @@ HELD_TOLERANCE = 1e-4
 #: Energy lost in a step of a curve, over force times approach, from which it is halved, how often, and the difference
 #: of forces to which the pull-off is located.
 LOST, HALVINGS, PULLED = 0.05, 7, 2e-3
+#: Change to cells twice as large over the error, of forces, areas and pressures.
+CHANGE = 0.7
+#: Estimate without a coarser grid.
+UNKNOWN = ErrorEstimate.none("not estimated, the grid has no coarser one")
 #: Columns of a curve.
-FIGURES = ("approach", "force", "area", "adhesive_area", "max_pressure", "energy", "stability", "worst_residual")
+FIGURES = (
+    "approach", "force", "area", "adhesive_area", "max_pressure", "energy", "stability", "force_error", "area_error",
+    "worst_residual",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -116,6 +122,8 @@ class AdhesiveContact(HalfSpaceContact):
         Elastic energy less that of adhesion.
     zone_width : float
         Width of the zone at the edge of a large contact.
+    estimate : ErrorEstimate
+    response : ResponseError
     """
 
     adhesion: Dugdale
@@ -124,6 +132,8 @@ class AdhesiveContact(HalfSpaceContact):
     stability: float
     energy: float
     zone_width: float
+    estimate: ErrorEstimate = field(default=UNKNOWN, kw_only=True, repr=False)
+    response: ResponseError = field(default=ResponseError(), kw_only=True, repr=False)
 
     @property
     def active(self) -> Mask:
@@ -146,13 +156,13 @@ class AdhesiveContact(HalfSpaceContact):
 
     @property
     def error_estimate(self) -> ErrorEstimate:
-        """None with adhesion."""
-        return ErrorEstimate.none("not estimated with adhesion")
+        """From the change by a grid of cells twice as large."""
+        return self.estimate
 
     @property
     def response_error(self) -> ResponseError:
-        """None with adhesion."""
-        return ResponseError()
+        """Of the force over what presses or, if more, pulls; or of the approach over the larger of it and the range."""
+        return self.response
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -314,13 +324,22 @@ def cut_triangles(values: Array) -> tuple[Array, Array, IntArray, Array, Array]:
     return moments, mean, crossed, rows.reshape(-1, 3), lengths
 
 
+class Given(NamedTuple):
+    """What is prescribed: an approach or a force."""
+
+    approach: float | None
+    force: float | None = None
+
+
 class State(NamedTuple):
     """A contact under given shares of attraction, of the modelled cells; energies are over the area of a cell."""
 
+    given: Given
     contact: HalfSpaceContact
     share: Array
     zone: Zone
     energy: float
+    potential: float
     scale: float
 
     @property
@@ -356,55 +375,94 @@ class Adhesive:
         x, y = (self.body.periodic and not even for even in self.level.symmetric)
         return Centres(self.level.g.shape, (x, y))
 
+    @cached_property
+    def _coarse(self) -> Adhesive | None:
+        """The same on cells twice as large; None if they do not fit."""
+        if any(n % 4 for n in self.body.grid.shape):
+            return None
+        level = coarser(self.level, self.body.kernel(1))
+        heights = unfold(np.where(level.allowed, level.g, np.inf), level.symmetric)
+        return replace(self, body=replace(self.body, grid=self.body.grid.coarser), heights=heights)
+
     def _of(self, values: Any) -> Any:
         """Values of the modelled cells."""
         return values[part_of(self.body.grid.shape, self.level.symmetric)]
 
-    def contact(self, approach: float, last: State | None = None) -> tuple[AdhesiveContact, State]:
-        """The state that follows the last one; from separated surfaces without it."""
-        at = self._state(approach, np.zeros(self.level.g.shape) if last is None else last.share, last)
+    def contact(
+        self, given: Given, share: Array | None = None, last: State | None = None
+    ) -> tuple[AdhesiveContact, State]:
+        """The state that follows one with shares (nx, ny) of modelled cells; without them from separated surfaces.
+
+        Under a force without shares they follow the first touch.
+        """
+        if share is None and given.approach is None:
+            last = self._settled(Given(float(self.heights.min())), np.zeros(self.level.g.shape), None)
+            share = last.share
+        at = self._settled(given, np.zeros(self.level.g.shape) if share is None else share, last)
+        if not self.body.periodic:
+            check_box(self.body.grid, at.share > 0, None, self.level.symmetric, "zone of adhesion")
+        return self._certified(at), at
+
+    def _settled(self, given: Given, share: Array, last: State | None) -> State:
+        """The state by steps from given shares."""
+        at = self._state(given, share, last)
         for _ in range(MAX_STEPS):
             if at.residual <= OF_LAW * self.tolerance:
-                self._check_box(at.share)
-                return self._certified(at), at
-            at = self._next(approach, at)
+                return at
+            at = self._next(at)
         raise SolverError(
             f"No certified answer after {MAX_STEPS} steps of the adhesive zone: shares differ by {at.residual:.1e} "
             f"from those of the gap. Take smaller cells or a larger range.",
             code="adhesion-not-settled",
         )
 
-    def _next(self, approach: float, at: State) -> State:
+    def _next(self, at: State) -> State:
         """Newton's step where it lowers the energy, else the contact under the tractions of the last gap."""
         found = at.zone.share - at.share
-        B, lowered = self._outline(at), self._lowered(at.contact)
+        B, lowered = self._outline(at), self._lowered(at)
         change, softening = lanczos(lambda y: B @ lowered(B.T @ y), B @ lowered(self.law.traction * found.ravel()))
         if softening < 1:
             step = found + (B.T @ change).reshape(found.shape) / self.law.traction
-            new = self._state(approach, np.clip(at.share + step, 0.0, 1.0), at)
+            new = self._state(at.given, np.clip(at.share + step, 0.0, 1.0), at)
             if new.energy <= at.energy + 10 * self.tolerance * at.scale:
                 return new
-        return self._state(approach, at.zone.share, at)
+        return self._state(at.given, at.zone.share, at)
 
-    def _state(self, approach: float, share: Array, last: State | None) -> State:
+    def _state(self, given: Given, share: Array, last: State | None) -> State:
         """The contact under given shares."""
         lifted = self._products[0].apply(self.law.traction * share)
         z = unfold(np.where(self.level.allowed, self.level.g - lifted, np.inf), self.level.symmetric)
-        load, start = Load(None, approach, None), None if last is None else last.contact
+        load, start = self._load(given, share), None if last is None else last.contact
         contact = press(self.body, z, load, self.tolerance, self.symmetry, self.workers, boxed=False, start=start)
         zone = self._centres.zone(self._of(contact.gap), self.law.range)
         net = self._of(contact.pressure) - self.law.traction * share
         elastic = float(np.vdot(net, self._of(contact.displacement) - lifted)) / 2
         adhesive = self.law.traction * zone.depth
-        return State(contact, share, zone, elastic - adhesive, abs(elastic) + adhesive)
+        work = 0.0 if given.force is None else contact.approach * float(net.sum())
+        return State(
+            given, contact, share, zone, elastic - adhesive - work, elastic - adhesive, abs(elastic) + adhesive
+        )
+
+    def _load(self, given: Given, share: Array) -> Load:
+        """The load of the contact under given shares: a force with what they pull."""
+        if given.force is None:
+            return Load(None, given.approach, None)
+        pull = self.law.traction * float(share.sum()) * self.body.grid.area * 2 ** sum(self.level.symmetric)
+        if given.force + pull <= 0:
+            raise InputError(
+                f"Under a tension of {-given.force:g} the surfaces come off. Take a smaller one: the largest is the "
+                "pull_off of HalfSpace.curve with adhesion, which comes off by approaches.",
+                code="beyond-pull-off",
+            )
+        return Load(given.force + pull, None, None)
 
     def _outline(self, at: State) -> sp.csr_matrix:
         """Rows of gaps at points of the zone's outline, times roots of what comes within the range there."""
         return sp.csr_matrix(sp.diags(np.sqrt(self.law.traction * at.zone.weights)) @ at.zone.points)
 
-    def _lowered(self, contact: HalfSpaceContact) -> Callable[[Array], Array]:
+    def _lowered(self, at: State) -> Callable[[Array], Array]:
         """Function of tractions: by how much they close the gap while what touches stays so, all (n,)."""
-        (A, P), held = self._products, self._of(contact.active)
+        (A, P), held = self._products, self._of(at.contact.active)
 
         def among(product: Product | DampedInverse) -> LinearOperator:
             apply = lambda x: (product.apply(x.reshape(held.shape) * held) * held).ravel()  # noqa: E731
@@ -412,54 +470,76 @@ class Adhesive:
 
         own, inverse = among(A), among(P)
 
+        def carried(u: Array) -> Array:
+            """Pressures of what touches by displacements there."""
+            p = cg(own, (u * held).ravel(), rtol=HELD_TOLERANCE, maxiter=100, M=inverse)[0]
+            return np.asarray(p.reshape(held.shape))
+
+        # under a force the surface moves too: pressures by a unit of its approach
+        unit = carried(np.ones(held.shape)) if at.given.force is not None and held.any() and not held.all() else None
+
         def lowered(tension: Array) -> Array:
-            u = A.apply(tension.reshape(held.shape))
+            t = tension.reshape(held.shape)
+            u = A.apply(t)
             if held.any():
-                p = cg(own, (u * held).ravel(), rtol=HELD_TOLERANCE, maxiter=100, M=inverse)[0]
-                u -= A.apply(p.reshape(held.shape))
+                p = carried(u)
+                moved = 0.0 if unit is None else float((t - p).sum() / unit.sum())
+                u += moved - A.apply(p if unit is None else p + moved * unit)
             return np.asarray(u.ravel())
 
         return lowered
 
     def _certified(self, at: State) -> AdhesiveContact:
-        """The contact with its residuals and its stability."""
-        B, lowered = self._outline(at), self._lowered(at.contact)
+        """The contact with its residuals, stability and estimated errors."""
+        B, lowered = self._outline(at), self._lowered(at)
         start = np.random.default_rng(1).normal(size=B.shape[0])
         softening = lanczos(lambda y: B @ lowered(B.T @ y), start, settled=True)[1]
         attraction = self.law.traction * unfold(at.share, self.level.symmetric)
         lifted = unfold(self._products[0].apply(self.law.traction * at.share), self.level.symmetric)
-        of_all = self.body.grid.area * 2 ** sum(self.level.symmetric)
-        fields = vars(at.contact) | {
+        fields = {name: getattr(at.contact, name) for name in HalfSpaceContact.__dataclass_fields__} | {
             "pressure": at.contact.pressure - attraction,
             "displacement": at.contact.displacement - lifted,
             "coarse": None,
             "status": "solved" if attraction.any() else at.contact.status,
+            "given": "approach" if at.given.force is None else "force",
         }
-        kept = {name: fields[name] for name in HalfSpaceContact.__dataclass_fields__}
         return AdhesiveContact(
-            **kept,
+            **fields,
             adhesion=self.law,
             attraction=attraction,
             law_residual=at.residual,
             stability=1 - softening,
-            energy=at.energy * of_all,
+            energy=at.potential * self.body.grid.area * 2 ** sum(self.level.symmetric),
             zone_width=self.law.zone_width(self.body.modulus),
         )
 
-    def _check_box(self, share: Array) -> None:
-        """Refuse a zone that reaches the border of a free grid."""
-        if self.body.periodic:
-            return
-        for axis in (0, 1):
-            lines = np.moveaxis(share, axis, 0)
-            borders = [-1] if self.level.symmetric[axis] else [0, -1]
-            if any(bool(lines[b].any()) for b in borders):
-                raise InputError(
-                    f"The surfaces adhere up to the border of the grid along {'xy'[axis]}, size "
-                    f"{self.body.grid.size[axis]:g}. Take a larger grid; if the counter-surface ends there, add a rim "
-                    "of cells with infinite height; if it repeats, use periodic=True.",
-                    code="grid-too-small",
-                )
+    def judged(self, contact: AdhesiveContact, at: State) -> AdhesiveContact:
+        """The contact with errors by the change to cells twice as large, whose steps begin with the same shares."""
+        if self._coarse is None or not at.share.any():
+            return contact
+        try:
+            near = self._coarse._settled(at.given, block_sums(at.share) / 4, None)
+        except (InputError, SolverError):
+            return replace(contact, estimate=ErrorEstimate.none("not estimated, cells twice as large have no answer"))
+        coarse = self._coarse._certified(near)
+        means, loaded = block_sums(contact.pressure) / 4, contact.pressure + contact.attraction
+        largest = max(float(loaded.sum()), float(contact.attraction.sum())) * self.body.grid.area
+
+        def change(name: str, scale: float) -> float:
+            return abs(coarse.figures[name] - contact.figures[name]) / (CHANGE * scale) if scale else 0.0
+
+        estimate = ErrorEstimate(
+            pressure=float(np.linalg.norm(means - coarse.pressure) / np.linalg.norm(means)) / CHANGE,
+            geometry=0.0,
+            interior=0.0,
+            peak=change("max_pressure", contact.max_pressure),
+            area=change("area", contact.figures["area"]),
+            faces_across=float(2 * np.sqrt((contact.attraction > 0).sum() / np.pi)),
+        )
+        by = {"force": change("force", largest)}
+        if at.given.force is not None:
+            by = {"approach": change("approach", max(abs(contact.approach), self.law.range))}
+        return replace(contact, estimate=estimate, response=ResponseError(**by))
 
 
 def lanczos(apply: Callable[[Array], Array], b: Array, settled: bool = False) -> tuple[Array, float]:
@@ -511,7 +591,7 @@ class Jump(NamedTuple):
 
 @compact_repr
 @dataclass(frozen=True, eq=False)
-class AdhesionCurve(Path[dict[str, Any]], Drawn):
+class AdhesionCurve(Curve):
     """States of a surface that adheres, one after the other; made by `HalfSpace.curve` with `adhesion`.
 
     Drawn is the force over the approach, coming on and off, with the pull-off.
@@ -520,21 +600,16 @@ class AdhesionCurve(Path[dict[str, Any]], Drawn):
     ----------
     steps : tuple of dict
         Of each approach in the order given, and of others between them where the curve jumps or the pull-off is
-        located: approach, force, area, adhesive_area, max_pressure, energy, stability, worst_residual and warnings.
-    jumps : tuple of Jump
+        located: approach, force, area, adhesive_area, max_pressure, energy, stability, force_error and area_error
+        (estimated, relative), worst_residual, warnings, and the jump to it or None.
     """
 
-    jumps: tuple[Jump, ...] = ()
+    by: ClassVar = "approach"
 
     @property
-    def force(self) -> Array:
-        """Forces (n,); tension is negative."""
-        return self.figures["force"]
-
-    @property
-    def approach(self) -> Array:
-        """Approaches (n,)."""
-        return self.figures["approach"]
+    def jumps(self) -> tuple[Jump, ...]:
+        """Jumps in their order."""
+        return tuple(Jump(*row["jump"]) for row in self.steps if row["jump"])
 
     @cached_property
     def _least(self) -> int:
@@ -557,39 +632,27 @@ class AdhesionCurve(Path[dict[str, Any]], Drawn):
         """Energy lost: work of the force, by the rule of trapezoids, less the energy gained; in a loop its area."""
         return float(np.trapezoid(self.force, self.approach) - np.diff(self.figures["energy"][[0, -1]])[0])
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Warnings, each with the first approach that it concerns."""
-        first: dict[str, float] = {}
-        for row in self.steps:
-            for text in row["warnings"]:
-                first.setdefault(text, row["approach"])
-        return tuple(f"At the approach {at:g}: {text}" for text, at in first.items())
-
-    def rows(self) -> list[dict[str, float]]:
-        """Figures of each state by name."""
-        return [{name: row[name] for name in FIGURES} for row in self.steps]
-
     def _drawn(self, path: str | FilePath | None, units: Units) -> Any:
         return plot_adhesion(self, path, units)
 
-    def __str__(self) -> str:
-        notes = [f"Pull-off {self.pull_off:.6g} at the approach {self.pull_off_approach:.6g}"] if self.pull_off else []
-        notes += [*map(str, self.jumps), f"Energy lost {self.hysteresis:.6g}"]
-        notes += [f"Warning: {text}" for text in self.warnings]
-        return str(Table(FIGURES, [list(row.values()) for row in self.rows()], notes))
+    @property
+    def _notes(self) -> list[str]:
+        error = percent(self.figures["force_error"][self._least])
+        pulled = f"Pull-off {self.pull_off:.6g} at the approach {self.pull_off_approach:.6g}, error about {error}"
+        return [*([pulled] if self.pull_off else []), *map(str, self.jumps), f"Energy lost {self.hysteresis:.6g}"]
 
 
-def coming_off(rows: Sequence[dict[str, Any]]) -> Mask:
+def coming_off(rows: Sequence[Mapping[str, Any]]) -> Mask:
     """Whether the approach falls to states (n,)."""
     return np.diff([row["approach"] for row in rows], prepend=-np.inf) < 0
 
 
 class Point(NamedTuple):
-    """A point of a curve."""
+    """A point of a curve; those from files have no state."""
 
-    row: dict[str, Any]
-    state: State
+    row: Mapping[str, Any]
+    share: Array
+    state: State | None = None
 
     def lost_to(self, other: Point) -> float:
         """Energy lost up to another point, but for the rule of trapezoids."""
@@ -597,65 +660,89 @@ class Point(NamedTuple):
         return (self.row["force"] + other.row["force"]) / 2 * step - (other.row["energy"] - self.row["energy"])
 
 
-def adhesion_curve(adhesive: Adhesive, approaches: Array, progress: bool | None) -> AdhesionCurve:
-    """Follow a surface through approaches (n,), see `HalfSpace.curve`."""
+@dataclass(frozen=True, eq=False)
+class ApproachSteps(Steps[tuple[Point, ...]]):
+    """Approaches of a surface that adheres, see `HalfSpace.curve`; of each the points after the one before."""
 
-    def point(approach: float, last: Point | None) -> Point:
-        contact, state = adhesive.contact(approach, last.state if last else None)
+    adhesive: Adhesive
+    approaches: Sequence[float]
+
+    def halvings(self, k: int, before: tuple[Point, ...] | None) -> int:
+        """None: steps are halved by the energy that they lose."""
+        return 0
+
+    def part(
+        self, k: int, before: tuple[Point, ...] | None, start: float, end: float, last: tuple[Point, ...] | None,
+        known: Any = None,
+    ) -> tuple[Point, ...]:  # fmt: skip
+        """Points up to approach k."""
+        if known is not None:
+            return tuple(Point(**point) for point in known)
+        if before is None:
+            return (self.point(self.approaches[k]),)
+        a = before[-1]
+        if self.approaches[k] == a.row["approach"]:
+            return (a,)
+        b = self.point(self.approaches[k], a)
+        step = abs(b.row["approach"] - a.row["approach"])
+        allowed = LOST * step * max(abs(a.row["force"]), abs(b.row["force"]))
+        return tuple(self.between(a, b, allowed, HALVINGS))
+
+    def point(self, approach: float, last: Point | None = None, judged: bool = True) -> Point:
+        """The point after another one, with estimates of its errors or without."""
+        contact, state = self.adhesive.contact(Given(approach), *(last[1:] if last else ()))
+        contact = self.adhesive.judged(contact, state) if judged else contact
         found = {"adhesive_area": contact.adhesive_area, "energy": contact.energy, "stability": contact.stability}
+        found |= {"force_error": contact.response_error.force or math.nan, "area_error": contact.error_estimate.area}
         found |= {**contact.figures, "worst_residual": max(contact.residuals.worst, contact.law_residual)}
-        return Point({name: found[name] for name in FIGURES} | {"warnings": contact.warnings}, state)
+        row = {name: found[name] for name in FIGURES} | {"warnings": contact.warnings, "jump": None}
+        return Point(row, state.share, state)
 
-    def middle(a: Point, b: Point) -> Point:
-        return point((a.row["approach"] + b.row["approach"]) / 2, a)
+    def middle(self, a: Point, b: Point) -> Point:
+        """The point half way to another one."""
+        return self.point((a.row["approach"] + b.row["approach"]) / 2, a, judged=False)
 
-    def between(a: Point, b: Point, allowed: float, depth: int) -> list[Point]:
+    def between(self, a: Point, b: Point, allowed: float, depth: int) -> Iterator[Point]:
         """Points after one up to another: halved where energy is lost, and where the surfaces meet or part."""
-        lost, parted = a.lost_to(b), (a.row["adhesive_area"] > 0) != (b.row["adhesive_area"] > 0)
-        if lost <= allowed and not parted:
-            return [b]
-        if depth == 0:
-            on = b.row["adhesive_area"] > a.row["adhesive_area"]
-            jumps.append(Jump(b.row["approach"], a.row["force"], b.row["force"], lost, on))
-            return [b]
-        half = middle(a, b)
-        first = between(a, half, allowed, depth - 1)
-        if half.lost_to(b) > allowed:
-            b = point(b.row["approach"], half)
-        return [*first, *between(half, b, allowed, depth - 1)]
+        lost, grows = a.lost_to(b), b.row["adhesive_area"] - a.row["adhesive_area"]
+        if lost <= allowed and (a.row["adhesive_area"] > 0) == (b.row["adhesive_area"] > 0):
+            yield b
+        elif depth == 0:
+            jump = Jump(b.row["approach"], a.row["force"], b.row["force"], lost, grows > 0)
+            yield b._replace(row={**b.row, "jump": tuple(jump)})
+        else:
+            half = self.middle(a, b)
+            yield from self.between(a, half, allowed, depth - 1)
+            if half.lost_to(b) > allowed:
+                b = self.point(b.row["approach"], half)
+            yield from self.between(half, b, allowed, depth - 1)
 
-    jumps: list[Jump] = []
-    points: list[Point] = []
-    lowest, least = 0.0, 0.0
-    with progress_line("curve", progress, total=len(approaches), unit="approach") as line:
-        for approach in approaches.tolist():
-            last = points[-1] if points else None
-            new = point(approach, last)
-            if last and approach == last.row["approach"]:
-                continue
-            if last:
-                step = abs(approach - last.row["approach"])
-                allowed = LOST * step * max(abs(last.row["force"]), abs(new.row["force"]))
-                points += between(last, new, allowed, HALVINGS)
-                least = step / 2**HALVINGS
-            else:
-                points.append(new)
-            lowest = _pulled(points, middle, lowest, least)
-            line.update()
-    rows = tuple(p.row for p in points)
-    return AdhesionCurve(rows, (1,) * len(rows), tuple(jumps))
+    def end(self, part: tuple[Point, ...]) -> Any:
+        """Rows and shares."""
+        return [{"row": point.row, "share": point.share} for point in part]
 
+    def prints(self) -> Mapping[str, Mapping[str, str]]:
+        """Fingerprints by part of each approach by its number."""
+        settings = {"heights": self.adhesive.heights, "adhesion": self.adhesive.law}
+        steps = [{"approach": approach} for approach in self.approaches]
+        return prints_of(self.adhesive.body, steps, **settings, tolerance=self.adhesive.tolerance)
 
-def _pulled(points: list[Point], middle: Callable[[Point, Point], Point], lowest: float, least: float) -> float:
-    """Locate a smallest force of coming off, by points put between others; returns the smallest force so far."""
-    while True:
-        rows = [p.row for p in points]
-        force = np.array([row["force"] for row in rows])
-        k = int(np.where(coming_off(rows), force, np.inf).argmin())
-        if not (0 < k < len(points) - 1 and force[k] < lowest):
-            return lowest
-        a, b, c = points[k - 1 : k + 2]
-        wide = abs(c.row["approach"] - a.row["approach"]) > 2.5 * least
-        if not wide or max(force[k - 1], force[k + 1]) - force[k] <= PULLED * abs(force[k]):
-            return float(force[k])
-        points[k - 1 : k + 2] = [a, middle(a, b), b, middle(b, c), c]
+    def curve(self, parts: Sequence[tuple[Point, ...]]) -> AdhesionCurve:
+        """The curve, with points put round the smallest force of coming off until it is located."""
+        every = [point for part in parts for point in part]
+        at = [point.row["approach"] for point in every]
+        points = [point for k, point in enumerate(every) if k == 0 or at[k] != at[k - 1]]
+        steps = np.abs(np.diff(self.approaches))
+        least = steps[steps > 0].min(initial=np.inf) / 2**HALVINGS
+        while True:
+            force = np.array([point.row["force"] for point in points])
+            k = int(np.where(coming_off([point.row for point in points]), force, np.inf).argmin())
+            around = force[max(k - 1, 0) : k + 2]
+            a, b, c = points[max(k - 1, 0)], points[k], points[min(k + 1, len(points) - 1)]
+            wide = abs(c.row["approach"] - a.row["approach"]) > 2.5 * least
+            if len(around) < 3 or force[k] >= 0 or not wide or around.max() - force[k] <= PULLED * abs(force[k]):
+                if math.isnan(b.row["force_error"]) and force[k] < 0:  # estimates for what lies between those given
+                    row = self.point(b.row["approach"], b).row
+                    points[k] = b._replace(row={**row, "jump": b.row["jump"]})
+                return AdhesionCurve(tuple(point.row for point in points), (1,) * len(points))
+            points[k - 1 : k + 2] = [a, self.middle(a, b), b, self.middle(b, c), c]

@@ -50,6 +50,8 @@ OF_STEPS: Mapping[str, Callable[[FrictionContact], float]] = {
 OF_LOADS = ("force", "approach", "area", "max_pressure", "mean_pressure", "mean_gap", "regions", "pressure_error")
 #: More of both with a hardness.
 OF_HARDNESS = ("plastic_area", "max_dent")
+#: What is in the rows of a curve beside figures.
+HIDDEN = ("warnings", "dent", "jump")
 #: Fields of a contact that a file keeps.
 KEPT = (
     "pressure", "displacement", "gap", "traction", "slip", "coarse", "approach", "tilt", "shift", "twist", "position",
@@ -118,11 +120,8 @@ class FrictionPath(Path[FrictionContact]):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the contacts, each with the first step that it concerns."""
-        first: dict[str, int] = {}
-        for k, contact in enumerate(self.steps, 1):
-            for text in contact.warnings:
-                first.setdefault(text, k)
-        return tuple(f"Step {k}: {text}" for text, k in first.items())
+        places = [f"Step {k}" for k in range(1, len(self) + 1)]
+        return self._first_warnings(places, [contact.warnings for contact in self.steps])
 
     def rows(self) -> list[dict[str, float]]:
         """Figures of each step by name."""
@@ -155,9 +154,44 @@ class FrictionPath(Path[FrictionContact]):
         return f"Half-space with friction {self.last.friction:g}, {len(self)} steps\n{table}"
 
 
+class Curve(Path[Mapping[str, Any]], Drawn):
+    """Figures of contacts by one of them: forces or approaches that were given.
+
+    Attributes
+    ----------
+    steps : tuple of dict
+        Figures and warnings of each contact.
+    """
+
+    by: ClassVar[str]
+
+    force = property(lambda self: self.figures["force"], doc="Forces (n,); tension is negative.")
+    approach = property(lambda self: self.figures["approach"], doc="Approaches (n,).")
+    area = property(lambda self: self.figures["area"], doc="Areas (n,), with the edge located within the cells.")
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings, each with the first force or approach that it concerns."""
+        places = [f"At the {self.by} {row[self.by]:g}" for row in self.steps]
+        return self._first_warnings(places, [row["warnings"] for row in self.steps])
+
+    def rows(self) -> list[dict[str, float]]:
+        """Figures of each contact by name."""
+        return [{name: value for name, value in row.items() if name not in HIDDEN} for row in self.steps]
+
+    @property
+    def _notes(self) -> list[str]:
+        """Lines below the table."""
+        return []
+
+    def __str__(self) -> str:
+        notes = [*self._notes, *(f"Warning: {text}" for text in self.warnings)]
+        return str(Table(list(self.figures), [list(row.values()) for row in self.rows()], notes))
+
+
 @compact_repr
 @dataclass(frozen=True, eq=False)
-class LoadCurve(Path[Mapping[str, Any]], Drawn):
+class LoadCurve(Curve):
     """Figures of contacts over the force, whose loads do not depend on each other; made by `HalfSpace.curve`.
 
     Drawn are approach, area, pressures and mean gap over the force.
@@ -170,31 +204,8 @@ class LoadCurve(Path[Mapping[str, Any]], Drawn):
         plastic_area, max_dent and the dent (nx, ny), from which the next load starts.
     """
 
-    @property
-    def force(self) -> Array:
-        """Forces (n,)."""
-        return self.figures["force"]
-
-    @property
-    def approach(self) -> Array:
-        """Approaches (n,)."""
-        return self.figures["approach"]
-
-    @property
-    def area(self) -> Array:
-        """Areas (n,), with the edge located within the cells."""
-        return self.figures["area"]
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Warnings with the force that each concerns."""
-        return tuple(f"At the force {row['force']:g}: {text}" for row in self.steps for text in row["warnings"])
-
+    by: ClassVar = "force"
     to_csv = renamed("to_csv", "save")
-
-    def rows(self) -> list[dict[str, float]]:
-        """Figures of each load by name."""
-        return [{name: row[name] for name in row if name not in ("warnings", "dent")} for row in self.steps]
 
     def _drawn(self, path: str | FilePath | None, units: Units) -> Any:
         panels = {
@@ -204,10 +215,6 @@ class LoadCurve(Path[Mapping[str, Any]], Drawn):
             units.axis_label("mean gap", "length"): {"": self.figures["mean_gap"]},
         }
         return plot_over_force(self.force, panels, f"{len(self)} loads", units, path, "dent" in self.steps[0])
-
-    def __str__(self) -> str:
-        rows = self.rows()
-        return str(Table(list(rows[0]), [list(row.values()) for row in rows], [f"Warning: {t}" for t in self.warnings]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -157,7 +157,7 @@ def press(
     else:
         at, n_levels, coarse = solve_nested(level, body.kernel, tolerance, tally, workers)
     if not body.periodic and boxed:
-        _check_box(body.grid, at.active, at.p, symmetric)
+        check_box(body.grid, at.active, at.p, symmetric)
     operator: Product = compliance(level, level.whole, tally, workers)
     if motion is not None:
         operator = motion.compliance(body.grid.shape, body.grid.cell, tally).tractions
@@ -327,20 +327,21 @@ def _check_load_point(grid: Grid, allowed: Mask, point: tuple[float, float] | No
             )
 
 
-def _check_box(grid: Grid, active: Mask, p: Array, symmetric: Even) -> None:
-    """Refuse a contact that reaches the border of a free grid; the message estimates the size needed."""
+def check_box(grid: Grid, active: Mask, p: Array | None, symmetric: Even, what: str = "contact") -> None:
+    """Refuse a contact that reaches the border of a free grid; the message estimates the size needed by pressures."""
     for axis in (0, 1):
         lines = np.moveaxis(active, axis, 0)
         borders = [-1] if symmetric[axis] else [0, -1]
         if not any(bool(lines[b].any()) for b in borders):
             continue
-        # Hertz: p = p0 sqrt(1 - x^2/a^2) at the border x of the grid gives a
-        at_border = max(float(np.moveaxis(p, axis, 0)[b].max()) for b in borders)
-        ratio = min(at_border / float(p.max()), 0.99)
-        needed = 1.2 * grid.size[axis] / math.sqrt(1 - ratio**2)
+        needed = 2 * grid.size[axis]
+        if p is not None:  # Hertz: p = p0 sqrt(1 - x^2/a^2) at the border x of the grid gives a
+            at_border = max(float(np.moveaxis(p, axis, 0)[b].max()) for b in borders)
+            ratio = min(at_border / float(p.max()), 0.99)
+            needed = 1.2 * grid.size[axis] / math.sqrt(1 - ratio**2)
         raise InputError(
-            f"The contact reaches the border of the grid along {'xy'[axis]}, size {grid.size[axis]:g}: the grid is "
-            f"smaller than the contact. A size of about {needed:.3g} is needed there. If the counter-surface ends at "
+            f"The {what} reaches the border of the grid along {'xy'[axis]}, size {grid.size[axis]:g}: the grid is "
+            f"smaller than the {what}. A size of about {needed:.3g} is needed there. If the counter-surface ends at "
             "the border, add a rim of cells with infinite height; if it repeats, use periodic=True.",
             code="grid-too-small",
         )

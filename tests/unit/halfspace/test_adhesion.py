@@ -7,7 +7,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.analytic import adhesion
-from fecontact.halfspace.adhesion import Adhesive, Centres, cut_triangles
+from fecontact.halfspace.adhesion import Adhesive, Centres, Given, cut_triangles
 from tests.refusals import refused
 
 BALL = fc.surfaces.Paraboloid(1.0)
@@ -120,13 +120,69 @@ def test_symmetry_does_not_change_the_state():
 def test_stability_is_one_less_the_rate_of_the_plain_iteration():
     body = half(16)
     adhesive = Adhesive(body.compliance, body.heights_of(BALL), law(1.0), 1e-11, True, None)
-    contact, at = adhesive.contact(-3e-4)
-    contact, at = adhesive.contact(-3e-4, at)
+    contact, at = adhesive.contact(Given(-3e-4))
     moved = 1e-4 * np.random.default_rng(0).normal(size=at.share.shape) * (at.share > 0) * (at.share < 1)
     for _ in range(25):
-        after = adhesive._state(-3e-4, at.share + moved, at).zone.share - at.zone.share
+        after = adhesive._state(at.given, at.share + moved, at).zone.share - at.zone.share
         rate, moved = np.linalg.norm(after) / np.linalg.norm(moved), 1e-4 * after / np.linalg.norm(after)
     assert abs(contact.stability - (1 - rate)) < 0.02
+
+
+@pytest.mark.parametrize("symmetry", [True, False])
+def test_a_prescribed_force_has_the_approach_of_its_state(symmetry):
+    """Also a tension, down to the pull-off; by approaches the state is stable where by forces it is hardly so."""
+    body, ball = half(24, 0.15), BALL if symmetry else fc.surfaces.Paraboloid(1.0, 0.9)
+    for approach in (-3.2e-4, 2e-4):
+        by_approach = body.press(ball, approach=approach, adhesion=law(1.0), symmetry=symmetry)
+        by_force = body.press(ball, force=by_approach.force, adhesion=law(1.0), symmetry=symmetry)
+        assert abs(by_force.approach - approach) < 1e-4 * APPROACH
+        assert abs(by_force.force - by_approach.force) < 1e-7 * FORCE
+        assert 0 < by_force.stability < by_approach.stability
+    assert 0 < by_force.response_error.approach < 0.1
+    with refused(fc.InputError, "beyond-pull-off", "pull_off"):
+        body.press(ball, force=-1.7 * FORCE, adhesion=law(1.0), symmetry=symmetry)
+
+
+def test_stability_under_a_force_ends_at_the_pull_off():
+    """There the force has its extreme: it is zero, and by the approach it is not."""
+    body, exact = half(24), adhesion.maugis(1.0, 1.0, WORK, law(1.0).range)
+    near = [body.press(BALL, force=-share * exact.pull_off, adhesion=law(1.0)) for share in (0.9, 0.975)]
+    assert abs(near[1].stability / near[0].stability - 0.5) < 0.15  # as the root of what is left
+    assert body.press(BALL, approach=near[1].approach, adhesion=law(1.0)).stability > 2 * near[1].stability
+
+
+def test_errors_are_estimated_from_cells_twice_as_large():
+    """Of forces from half to twelve times those against Maugis; an area is nearer by chance. Coarse cells are told."""
+    for lam, cells in ((0.5, 32), (1.0, 32), (1.0, 64)):
+        exact, body = adhesion.maugis(1.0, 1.0, WORK, law(lam).range), half(cells, 0.15)
+        rises = slice(int(exact.approach.argmin()), None, -1)
+        contact = body.press(BALL, approach=1e-4, adhesion=law(lam))
+        force, a = (np.interp(1e-4, exact.approach[rises], found[rises]) for found in (exact.force, exact.a))
+        pressing = float((contact.pressure + contact.attraction).sum()) * body.grid.area
+        pulling = float(contact.attraction.sum()) * body.grid.area
+        error = abs(contact.force - force) / max(pressing, pulling)
+        assert 0.5 < contact.response_error.force / error < 12
+        assert 0.3 * abs(contact.figures["area"] / (np.pi * a**2) - 1) < contact.error_estimate.area < 0.05
+    assert "force about" in str(contact)
+    wide = half(16, 0.15).press(BALL, approach=1e-4, adhesion=law(1.0))
+    assert any("may be off by about" in text for text in wide.warnings)
+    odd = half(18, 0.15).press(BALL, approach=1e-4, adhesion=law(1.0))
+    assert "no coarser one" in str(odd.error_estimate)
+
+
+def test_an_interrupted_curve_goes_on(tmp_path, monkeypatch):
+    on, body, file = [-7e-4, -2e-4, 0.0], half(16, 0.16), tmp_path / "curve.jsonl"
+    whole = body.curve(BALL, approaches=on, adhesion=law(1.0), path=file)
+    (jump,) = whole.jumps
+    file.write_text("".join(file.read_text().splitlines(True)[:2]))
+    rest = body.curve(BALL, approaches=on, adhesion=law(1.0), path=file)
+    assert np.abs(rest.force - whole.force).max() < 1e-6 * FORCE
+    assert np.abs(rest.figures["energy"] - whole.figures["energy"]).max() < 1e-6 * FORCE * APPROACH
+    assert rest.jumps[0] == pytest.approx(jump)
+    monkeypatch.setattr(Adhesive, "_settled", lambda *_: pytest.fail("solved"))
+    body.curve(BALL, approaches=on, adhesion=law(1.0), path=file)
+    with refused(fc.InputError, "row-of-another", "adhesion"):
+        body.curve(BALL, approaches=on, adhesion=law(0.5), path=file)
 
 
 def test_units_do_not_matter():
@@ -140,7 +196,7 @@ def test_units_do_not_matter():
 def test_wide_cells_are_warned_of_and_narrow_ones_not():
     wide = half(16).press(BALL, approach=1e-4, adhesion=law(5.0))
     assert any("half the zone of adhesion" in text for text in wide.warnings)
-    narrow = half(24, 0.2).press(BALL, approach=1e-4, adhesion=law(0.5))
+    narrow = half(40, 0.2).press(BALL, approach=1e-4, adhesion=law(0.5))
     assert not narrow.warnings
     assert "a local minimum" in str(narrow)
     assert any("not a local minimum" in text for text in replace(narrow, stability=-0.1).warnings)
@@ -148,7 +204,7 @@ def test_wide_cells_are_warned_of_and_narrow_ones_not():
 
 def test_what_does_not_combine_is_refused():
     body, sticky = half(16), law(1.0)
-    for other in ({"force": 1.0}, {"friction": 0.3}, {"load_point": (0.0, 0.0)}, {"shift": (0.1, 0.0)}):
+    for other in ({"hardness": 1.0}, {"friction": 0.3}, {"load_point": (0.0, 0.0)}, {"shift": (0.1, 0.0)}):
         with refused(fc.InputError, "not-with-adhesion", next(iter(other))):
             body.press(BALL, approach=1e-4, adhesion=sticky, **other)
     with refused(fc.InputError, "not-with-adhesion", "forces"):
