@@ -180,6 +180,10 @@ def detrend(z: ArrayLike, trend: str = "plane") -> Array:
     return np.asarray(heights - (basis @ factors).reshape(heights.shape))
 
 
+#: Power over the largest of a spectrum, up to which it is rounding: the squared one of heights, and what they sum up.
+ROUNDING = 1e-28
+
+
 @dataclass(frozen=True, eq=False)
 class PowerSpectrum:
     """Power spectral density of a surface, mean over directions; made by `power_spectrum`.
@@ -199,7 +203,7 @@ class PowerSpectrum:
         """Draw it over the wave number, both logarithmic; a matplotlib figure."""
         figure = Figure(figsize=(6.4, 4.6), layout="constrained")
         axes = figure.subplots()
-        shown = self.density > 0
+        shown = self.density > ROUNDING * self.density.max()
         axes.loglog(self.wave_number[shown], self.density[shown], marker=".")
         axes.set_xlabel("wave number, 2 pi over the wavelength")
         axes.set_ylabel("power spectral density")

@@ -220,6 +220,12 @@ def test_spectrum_of_waves_and_of_parseval():
     count = np.bincount(ring.astype(int).ravel())[1:]
     total = (found.density * count[: len(found.density)]).sum() * (2 * np.pi / L) ** 2
     assert total == pytest.approx((rough**2).mean(), rel=1e-9)
+    # beyond the shortest wave there is rounding alone, which is not drawn
+    smooth = fc.surfaces.self_affine((n, n), (L, L), hurst=0.7, seed=3, rms_height=0.1, shortest=0.25).z
+    found = fc.surfaces.power_spectrum(smooth, (L, L))
+    drawn = found.plot().axes[0].lines[0].get_xdata()
+    assert found.density[-1] < 1e-28 * found.density.max()
+    assert 0.9 * 2 * np.pi / 0.25 < drawn.max() < 1.1 * 2 * np.pi / 0.25
     with pytest.raises(fc.InputError, match="spectrum"):
         fc.surfaces.power_spectrum([1.0, 2.0], (1.0, 1.0))
 
