@@ -218,7 +218,7 @@ class HalfSpaceContact(Drawn):
         >>> import fecontact as fc
         >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), cells=(64, 64))
         >>> print(half.press(fc.surfaces.Paraboloid(1.0), force=4 / 3).error_estimate)
-        pressure: about 0.9 % (peak 0.2 %, area 0.3 %), resolved by 44 faces across
+        pressure: about 0.9 % (peak 0.2 %, area 0.4 %), resolved by 44 faces across
         """
         part = part_of(self.grid.shape, self.solver.symmetric)
         points = self.pressure_kind == "point"

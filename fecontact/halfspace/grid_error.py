@@ -185,7 +185,12 @@ CHANGE, CHANGE_OF_POINTS, CHANGE_OF_OUTLINE = 1.2, 0.7, 5.0
 BESIDE = 2
 #: Least error of the largest pressure and of the area, as shares of that of the pressure; of the area where the
 #: pressure is largest at its edge, which is steep there: punches r^10 on 24 cells are off by .93 of it.
-MIN_SHARE, AREA_SHARE, AREA_SHARE_STEEP = 0.25, 0.35, 0.65
+MIN_SHARE, AREA_SHARE, AREA_SHARE_STEEP = 0.25, 0.43, 0.65
+#: Error of the area by many spots, and holes, of few cells: a share of the relative difference of counted cells and
+#: outline, about half the outline's length times a cell over the area, and as its square where it is small. Chosen on
+#: 34 self-affine surfaces; on 20 others, on 64 and 128 cells along an axis beside 512, the estimate was at least .74 of
+#: the error, and within .8 and 3 of it in three quarters; where it is more, errors vanish by chance.
+OUTLINE, SMALL_OUTLINE = 0.75, 0.03
 #: Error of a pressure that is so steep at its edge over that of a square root.
 STEEP = 1.3
 #: Exponents s below a tip, and (3^s - 1) / (2^s - 1), the ratio of what means over 6 and 4 cells lack of that over 2.
@@ -329,7 +334,8 @@ def grid_error_estimate(
         return ErrorEstimate.none("not estimated so near an edge where it has no bound")
     at_edge = float(np.sqrt(squares) / norm)
     area = int((pressure > 0).sum())
-    by_gaps, by_pressures = edge_area(edge, area)
+    outline, _ = edge_area(edge, area)
+    within = abs(area / outline - 1) if outline else 1.0
     across = _across(pressure, area)
     peak = peak_of(pressure)
     if coarse is None:
@@ -346,7 +352,7 @@ def grid_error_estimate(
         geometry=0.0,
         interior=inside,
         peak=max(peak.error, of_peak, share * error),
-        area=max(abs(by_pressures / by_gaps - 1) if by_gaps else 1.0, of_area * error),
+        area=max(OUTLINE * within**2 / (within + SMALL_OUTLINE), of_area * error),
         faces_across=across,
     )
     return found if pressure.all() else found.within_resolution()

@@ -104,6 +104,22 @@ def test_estimate_depends_on_no_unit_and_no_symmetry():
             assert abs(getattr(other, name) / getattr(one, name) - 1) < 1e-2
 
 
+@pytest.mark.parametrize("seed", [400, 401, 402])
+def test_area_of_many_spots_and_holes(seed):
+    """Beside four times as many cells, where outlines by gaps and by pressures agree better than either is right."""
+    waves = {"longest": 0.5, "shortest": 0.1, "seed": seed}
+    z = fc.surfaces.self_affine((384, 384), size=(1.0, 1.0), hurst=0.7, rms_slope=0.1, **waves).z
+
+    def pressed(n):
+        half = fc.HalfSpace(UNIT, size=(1.0, 1.0), cells=(n, n), periodic=True)
+        return half.press(z[:: 384 // n, :: 384 // n], force=0.04)
+
+    fine, coarse = pressed(384), pressed(96)
+    error = abs(coarse.figures["area"] / fine.figures["area"] - 1)
+    assert 0.75 <= coarse.error_estimate.area / error <= 3
+    assert fine.error_estimate.area < coarse.error_estimate.area / 4
+
+
 def test_full_contact_of_a_periodic_surface_has_no_error():
     """The compliance of a periodic half-space is exact for a wave given at the centres."""
     half = fc.HalfSpace(UNIT, size=(1.0, 1.0), cells=(32, 32), periodic=True)
