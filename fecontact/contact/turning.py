@@ -14,7 +14,8 @@ body, with its own outward normal, tangents and curvature, the stiffness
 
 It is exact where the conditions of contact hold at every point, and an approximation where their weighted means do.
 Where the master is rigid or linear, its geometry does not follow its displacements: normals turn with the slave's point
-alone, and K = -F U . (dn/dx) v. A point that sticks has none: it stays on its material point.
+alone, and K = -F U . (dn/dx) v. A rigid or linear master that is free to turn takes the slave's surface with it: the
+slave has the stiffness of two bodies with laws. A point that sticks has none: it stays on its material point.
 """
 
 from __future__ import annotations
@@ -72,10 +73,10 @@ def following_stiffness(surface: FacetSurface, pressure: float) -> sp.csr_matrix
     return sp.csr_matrix(half + half.T)
 
 
-def press(interface: Interface, forces: Array, share: float = 1.0) -> None:
+def press(interface: Interface, forces: Array, share: float = 1.0, turns: bool = False) -> None:
     """Add a share of the stiffness of forces (n,) at the contact points to the bodies at a state.
 
-    On a rigid or linear partner all of it.
+    On a rigid or linear partner all of it; `turns` tells whether that is free to turn.
     """
     pairing = interface.pairing
     pressing = np.asarray(pairing.average.T @ forces)
@@ -83,7 +84,7 @@ def press(interface: Interface, forces: Array, share: float = 1.0) -> None:
     soft, other = (body._inner_forces is not None for body in (interface.slave, interface.master))
     if not len(used):
         return
-    if soft and not other:
+    if soft and not other and not turns:
         turn, each = pairing.rotation, np.arange(len(used) + 1)
         H = -pressing[used, None, None] * (turn.T @ _normal_gradients(interface, used) @ turn)
         wide = sp.kron(pairing.slave_weights[used], sp.eye_array(3), format="csr")

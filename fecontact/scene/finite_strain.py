@@ -487,9 +487,11 @@ class _Newton:
         interfaces = scene.interfaces(loading)
         if not (scene.springs or any(len(each.gap) for each in interfaces)):
             raise SolverError(_not_facing(interfaces), code=APART)
+        free = {frame.body for frame in loading.frames if frame.free[3:].any() and frame.body._inner_forces is None}
         for k, interface in enumerate(interfaces):
-            share = turning if self._turned(k, scene, interface) else 0.0
-            press(interface, hold.pressing(k, interface.pairing.nodes), share)
+            turns = interface.master in free
+            share = turning if turns or self._turned(k, scene, interface) else 0.0
+            press(interface, hold.pressing(k, interface.pairing.nodes), share, turns)
         settings = self._settings
         for _ in range(MAX_HOLDS):
             try:

@@ -243,6 +243,33 @@ def test_motions_of_a_free_plate_are_accelerated() -> None:
     assert loaded.finite_strain[0].iterations <= 11
 
 
+@pytest.mark.parametrize(
+    ("shape", "depth", "moment", "mu", "most"),
+    [
+        (fc.Plane(), 0.25, (0.0, 0.15, 0.0), 0.0, 7),
+        (fc.Plane(), 0.25, (0.0, 0.15, 0.0), 0.1, 10),
+        (fc.Plane(), 0.4, (0.1, 0.15, 0.0), 0.0, 11),
+        (fc.surfaces.Paraboloid(4.0), 0.3, (0.0, 0.1, 0.0), 0.0, 13),
+    ],
+    ids=["plate", "friction", "two fifths", "bowl"],
+)
+def test_a_moment_tilts_what_presses_rubber_in_one_step(shape, depth, moment, mu, most) -> None:
+    """Its motion, prescribed, has the same moment along the load as reaction; across it the plate is held."""
+    mesh = fc.shapes.block((2.0, 2.0, 1.0), (4, 4, 2), element="hex8")
+    pad = fc.ElasticBody(mesh, fc.NeoHookean(E=1.0, nu=0.45), "top", {"bottom": "xyz"}, name="pad")
+    upright = isinstance(shape, fc.Plane)
+    plate = fc.RigidBody(shape, name="plate").placed((1.0, 1.0, 1.0), rotation=FLIP if upright else np.eye(3))
+    scene = fc.Scene([pad, plate], [fc.Contact(pad, plate, friction=mu)])
+    held = {"x": 0.0, "y": 0.0, "z": -depth}
+    loaded = scene.solve(motions={plate: held}, moments={plate: moment})
+    (step,) = loaded.finite_strain
+    assert step.iterations <= most
+    assert loaded.residuals().worst < 1e-8
+    turn = loaded.rigid_motion(plate).rotation
+    moved = scene.solve(motions={plate: {**held, **dict(zip(("rx", "ry", "rz"), turn, strict=True))}})
+    assert (moved.reaction(plate)[3:] - moment) @ moment == pytest.approx(0.0, abs=1e-8)
+
+
 def test_a_step_that_fails_is_tried_again_without_its_pressures_tangent_only_where_it_has_one(monkeypatch) -> None:
     """A pressure on a linear partner has none."""
     found = Counter()
