@@ -60,6 +60,7 @@ if TYPE_CHECKING:
         CreepCoefficients,
         CreepCurve,
         Dugdale,
+        FallingFriction,
         FrictionContact,
         FrictionPath,
         HalfSpaceContact,
@@ -110,6 +111,7 @@ __all__ = [
     "ElasticLayer",
     "ErrorEstimate",
     "Explanation",
+    "FallingFriction",
     "FecontactError",
     "Fibres",
     "FrictionContact",
@@ -192,8 +194,8 @@ _MODULES = {
     "contact.contact": "Contact",
     "contact.springs": "Spring",
     "fem.laws": "Fibres HolmesMow MooneyRivlin NeoHookean Ogden StVenantKirchhoff",
-    "halfspace": "AdhesionCurve AdhesiveContact CreepCoefficients CreepCurve Dugdale FrictionContact FrictionPath "
-    "HalfSpaceContact Layer LoadCurve MovingContact PressStep RollingContact",
+    "halfspace": "AdhesionCurve AdhesiveContact CreepCoefficients CreepCurve Dugdale FallingFriction FrictionContact "
+    "FrictionPath HalfSpaceContact Layer LoadCurve MovingContact PressStep RollingContact",
     "mesh.layer": "extrude",
     "mesh.mesh": "Mesh merge",
     "mesh.read": "read_mesh read_section read_surface",

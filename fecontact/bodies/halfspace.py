@@ -33,6 +33,7 @@ from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.fft import array_module
 from fecontact.halfspace.friction import CERTIFIED, Friction, PressStep
+from fecontact.halfspace.friction_law import FrictionLaw, FrictionOfRolling
 from fecontact.halfspace.grid import Grid, GridSurface, grid_surface
 from fecontact.halfspace.hardness import hardness_field
 from fecontact.halfspace.layered import Layer
@@ -664,7 +665,7 @@ class HalfSpace(SurfaceBody):
         *,
         force: float | None = None,
         approach: float | None = None,
-        friction: float,
+        friction: FrictionOfRolling,
         creepage: Pair = (None, None),
         tangential: Pair = (None, None),
         spin: float = 0.0,
@@ -685,8 +686,10 @@ class HalfSpace(SurfaceBody):
         ----------
         surface, force, approach, symmetry, workers
             As in `press`.
-        friction : float
-            Coulomb's mu, zero or positive, one for all directions and speeds; infinite: what touches sticks.
+        friction : float, (float, float), FallingFriction or callable
+            Coulomb's mu, zero or positive; infinite: what touches sticks. Two: along the rolling and to its left. A
+            function: of the velocities of slip over that of rolling, an array; where it falls there may be several
+            solutions: of this one, reached from the friction without slip, `also` and a warning tell.
         creepage : (float or None, float or None)
         tangential : (float or None, float or None)
             For each direction a creepage, a force or none of both.
@@ -712,7 +715,7 @@ class HalfSpace(SurfaceBody):
             If loads or heights are invalid, the half-space is periodic, layers are not bonded, or the forces exceed
             what friction holds.
         SolverError
-            If no certified solution was found.
+            If no certified solution was found; where friction falls steeply there may be none.
 
         Notes
         -----
@@ -759,7 +762,7 @@ class HalfSpace(SurfaceBody):
         creepages: ArrayLike,
         *,
         spins: ArrayLike = 0.0,
-        friction: float,
+        friction: FrictionOfRolling,
         start: RollingContact | None = None,
         tolerance: float = 1e-8,
         symmetry: bool = True,
@@ -853,7 +856,9 @@ class HalfSpace(SurfaceBody):
             )
         return creep_coefficients(setting, normal, step)
 
-    def _rolling(self, step: RollingStep, mu: float, tolerance: float, workers: int | None) -> RollingFriction:
+    def _rolling(
+        self, step: RollingStep, mu: FrictionOfRolling, tolerance: float, workers: int | None
+    ) -> RollingFriction:
         """Friction of rolling on it."""
         self._refuse_memory("rolling with friction")
         if self.periodic:
@@ -862,8 +867,9 @@ class HalfSpace(SurfaceBody):
                 "periodic=False and a grid round the contact.",
                 code="rolling-periodic",
             )
-        mu = friction_coefficient(mu, infinite=True)
-        return RollingFriction(self.compliance, mu, tolerance, workers, axes=step.axes, rule=step.rule)
+        law = FrictionLaw.of(mu)
+        own = law if law.unlike or law.of_slip else None
+        return RollingFriction(self.compliance, law.mu, tolerance, workers, axes=step.axes, rule=step.rule, law=own)
 
     def _refuse_memory(self, what: str) -> None:
         """Refuse what does not know of time, if the half-space is visco-elastic."""

@@ -12,6 +12,9 @@ from numpy.typing import ArrayLike
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, sentence, shown
 
+#: Largest ratio of two coefficients of friction: slip in one direction is certified more loosely by as much.
+MAX_UNLIKE = 1e3
+
 
 def positive(name: str, value: float) -> float:
     """Return `value` as a float, or refuse it if it is not positive and finite.
@@ -179,6 +182,29 @@ def friction(value: float, infinite: bool = False) -> float:
         raise InputError(f"The friction (Coulomb's mu) must be {expected}; found {shown(value)}.", code="friction")
     if math.isfinite(found):
         check_magnitude("the friction (Coulomb's mu)", found)
+    return found
+
+
+def unlike_friction(pair: Any) -> tuple[float, ...]:
+    """Return two coefficients of friction for two directions, or refuse them.
+
+    Raises
+    ------
+    InputError
+        If they are not two positive, finite numbers, or differ by more than `MAX_UNLIKE`.
+
+    Examples
+    --------
+    >>> unlike_friction((0.1, 0.3))
+    (0.1, 0.3)
+    """
+    found = positives("the coefficients of friction", pair, 2)
+    if max(found) > MAX_UNLIKE * min(found):
+        raise InputError(
+            f"Two coefficients of friction may differ by a factor of {MAX_UNLIKE:g}; found {found[0]:g} and "
+            f"{found[1]:g}.",
+            code="friction-too-unlike",
+        )
     return found
 
 

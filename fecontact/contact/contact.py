@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from fecontact.bodies.body import Body, check_body
 from fecontact.common.arguments import texts
 from fecontact.common.arrays import Array, Mask
-from fecontact.common.checks import among, array_of, friction, positives, vector
+from fecontact.common.checks import among, array_of, friction, unlike_friction, vector
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
 
@@ -86,10 +86,6 @@ class Lay:
 
     def _normal_to(self, normals: Array) -> Mask:
         return np.asarray(np.linalg.norm(np.cross(normals, self.axis), axis=1) < NEARLY_NORMAL)
-
-
-#: Largest ratio of two coefficients of friction: slip in one direction is certified more loosely by as much.
-MAX_UNLIKE = 1e3
 
 
 class Side:
@@ -244,13 +240,7 @@ class Contact:
                     code="friction-axis",
                 )
             return
-        pair = positives("the coefficients of friction", self.friction, 2)
-        if max(pair) > MAX_UNLIKE * min(pair):
-            raise InputError(
-                f"Two coefficients of friction may differ by a factor of {MAX_UNLIKE:g}; found {pair[0]:g} and "
-                f"{pair[1]:g}.",
-                code="friction-too-unlike",
-            )
+        pair = unlike_friction(self.friction)
         if self.friction_axis is None:
             raise InputError("Two coefficients of friction need friction_axis, the direction of the first.")
         if not vector("friction_axis", self.friction_axis).any():

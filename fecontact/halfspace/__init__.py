@@ -3,6 +3,7 @@
 from fecontact.halfspace.adhesion import AdhesionCurve, AdhesiveContact, Dugdale
 from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.friction import PressStep
+from fecontact.halfspace.friction_law import FallingFriction
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.layered import Layer
 from fecontact.halfspace.path import FrictionPath, LoadCurve
@@ -15,6 +16,7 @@ __all__ = [
     "CreepCoefficients",
     "CreepCurve",
     "Dugdale",
+    "FallingFriction",
     "FrictionContact",
     "FrictionPath",
     "Grid",

@@ -508,7 +508,7 @@ class HalfSpaceContact(Drawn):
         moved = vector("the velocity", velocity, 2)
         if heat is None:
             mu = getattr(self, "friction", None) if friction is None else friction
-            if mu is None:
+            if mu is None or (friction is None and getattr(self, "law", None)):
                 raise InputError(
                     "The heat is not known: give friction=, Coulomb's mu, or heat= per area and time.", code="no-heat"
                 )
@@ -708,9 +708,14 @@ class TractionContact(HalfSpaceContact):
         return float((x * self.traction[1] - y * self.traction[0]).sum()) * self.grid.area
 
     @cached_property
+    def _bounded(self) -> tuple[Array, Array]:
+        """Tractions (2, nx, ny) and their limits (nx, ny), at which cells slip."""
+        return self.traction, friction_limit(self.friction, self.pressure)
+
+    @cached_property
     def slipping(self) -> Mask:
         """Cells (nx, ny) in contact whose traction is at its limit mu p."""
-        return self.active & ~sticks(self.traction, friction_limit(self.friction, self.pressure))
+        return self.active & ~sticks(*self._bounded)
 
     @property
     def sticking(self) -> Mask:
@@ -727,7 +732,8 @@ class TractionContact(HalfSpaceContact):
         count, area = int(self.sticking.sum()), self.figures["area"]
         if count == 0 or not self.slipping.any():
             return area if count else 0.0
-        left = self.friction * self.pressure - np.hypot(self.traction[0], self.traction[1])
+        traction, limit = self._bounded
+        left = limit - np.hypot(traction[0], traction[1])
         slid = np.where(self.slipping, np.hypot(self.slip[0], self.slip[1]), 0.0)
         slid[~np.isfinite(self.gap)] = np.inf
         edge = edge_cells(np.where(self.sticking, left, 0.0), slid, self.periodic)

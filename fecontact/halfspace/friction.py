@@ -40,7 +40,7 @@ from fecontact.halfspace.fft import Convolution
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.hardness import dented, with_own_dent
 from fecontact.halfspace.pressing import Load, normal_residuals, press
-from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
+from fecontact.halfspace.tresca import TrescaIterate, TrescaProblem, solve_nested_tresca, solve_tresca
 from fecontact.halfspace.viscoelastic import creep_of
 from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit
 
@@ -217,6 +217,11 @@ class Friction:
         return self._made[level, shape]
 
     @property
+    def ratio(self) -> Array:
+        """Coefficients (2,) along both directions of the loads, over the larger."""
+        return np.ones(2)
+
+    @property
     def first_tolerance(self) -> float:
         """Tolerance of the first staggered iteration, the only one without coupling."""
         return max(FIRST_TOLERANCE, self.tolerance) if self.coupled and self.mu > 0 else self.tolerance
@@ -352,7 +357,7 @@ def recertified(tractions: Tractions[Any, C], contact: C, heights: Array, load: 
     q, friction = contact.traction[:, *tractions.box], tractions.friction
     slip = tractions.slip(q, (contact.motion - tractions.before)[tractions.free])
     own = normal_residuals(friction.body, heights + tractions.lift(q), load, pressed)
-    residuals = _residuals(replace(contact, residuals=own), tractions.problem, q, slip, tractions._length)
+    residuals = tractions.residuals(replace(contact, residuals=own), q, slip)
     if not residuals.within(friction.tolerance):
         raise SolverError(f"What the file has of this step is no solution: {residuals}. Choose another file.")
     return replace(contact, slip=tractions.spread(slip), residuals=residuals)
@@ -378,12 +383,12 @@ def _check_holds(friction: Friction, normal: HalfSpaceContact, step: Driven) -> 
     """Refuse loads beyond the limit of friction: necessary conditions, each load alone."""
     x, y, torque = step.loads
     grid, force = normal.grid, normal.force
-    drag = math.hypot(x or 0.0, y or 0.0)
-    if drag > 0 and drag >= SLIDING * friction.mu * force:
+    drag, needed = math.hypot(x or 0.0, y or 0.0), math.hypot(*np.divide((x or 0.0, y or 0.0), friction.ratio))
+    if needed > 0 and needed >= SLIDING * friction.mu * force:
         along = f"({(x or 0.0) / drag:.3g}, {(y or 0.0) / drag:.3g})"
         raise InputError(
             f"The contact slides along {along}: to hold a tangential force of {drag:g} under a normal force of "
-            f"{force:g} it needs a friction above {drag / force:.4g}; found {friction.mu:g}. Prescribe the "
+            f"{force:g} it needs a friction above {needed / force:.4g}; found {friction.mu:g}. Prescribe the "
             f"{step.slides_by} to let it slide.",
             code="slides-as-a-whole",
         )
@@ -482,11 +487,15 @@ class Tractions(Generic[S, C]):
                 exact = self.contact(heights, load, q, m)
                 if exact.residuals.within(friction.tolerance):
                     return _Solved(q, m, 0, 0)
-        if start is not None and start[1] is not None:  # of the iteration before: near, however fine the cells
-            at = solve_tresca(self.problem, q, m, 0.1 * tolerance)
-        else:
-            at = solve_nested_tresca(self.problem, friction.compliance, q, m, 0.1 * tolerance)
+        # of the iteration before: near, however fine the cells
+        at = self.reached(q, m, 0.1 * tolerance, start is not None and start[1] is not None)
         return _Solved(at.q, at.m, at.newton, at.nit)
+
+    def reached(self, q: Array, m: Array, tolerance: float, near: bool = False) -> TrescaIterate:
+        """Tractions on the box and motions, from others, by coarser grids unless they are near."""
+        if near:
+            return solve_tresca(self.problem, q, m, tolerance)
+        return solve_nested_tresca(self.problem, self.friction.compliance, q, m, tolerance)
 
     def spread(self, q: Array) -> Array:
         """Values (2, nx, ny) of the grid from values of the box, zero outside."""
@@ -511,15 +520,14 @@ class Tractions(Generic[S, C]):
             residuals = normal_residuals(self.friction.body, heights + by_traction, load, normal)
             normal = replace(normal, displacement=normal.displacement + by_traction, residuals=residuals)
         known = {name: getattr(normal, name) for name in normal.__dataclass_fields__}
-        known["residuals"] = _residuals(normal, self.problem, q, slip, self._length)
+        known["residuals"] = self.residuals(normal, q, slip)
         fields = {"traction": self.spread(q), "slip": self.spread(slip), "position": self.step.position}
         report = TangentialReport(0, 0, 0, 0.0)
         return self._made(motion, friction=self.friction.mu, tangential_solver=report, **known, **fields)
 
-    @property
-    def _length(self) -> float:
-        """Length over which a slip is counted; 1 for displacements."""
-        return 1.0
+    def residuals(self, normal: HalfSpaceContact, q: Array, slip: Array) -> Residuals:
+        """Certificate of pressures, and of tractions and slip on the box, recomputed."""
+        return certificate(normal, self.problem, q, slip)
 
     @abstractmethod
     def _made(self, motion: Array, **fields: Any) -> C:
@@ -604,10 +612,10 @@ class _Solved:
     nit: int
 
 
-def _residuals(
+def certificate(
     normal: HalfSpaceContact, problem: TrescaProblem, q: Array, slip: Array, length: float = 1.0
 ) -> Residuals:
-    """Certificate of pressures and tractions, recomputed.
+    """Certificate of pressures and tractions, recomputed; a slip per length is counted over a length.
 
     The scales of friction are the largest pressure and the largest normal displacement, for slip over a length.
     """

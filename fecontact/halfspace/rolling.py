@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -37,15 +37,16 @@ from fecontact.common.table import Table
 from fecontact.common.units import Units
 from fecontact.halfspace.compliance import TangentialCompliance
 from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact, TractionContact
-from fecontact.halfspace.fft import Convolution
-from fecontact.halfspace.friction import Friction, Tractions, recertified, restored, staggered
+from fecontact.halfspace.fft import Convolution, Kernels
+from fecontact.halfspace.friction import Friction, Tractions, certificate, recertified, restored, staggered
+from fecontact.halfspace.friction_law import FrictionLaw
 from fecontact.halfspace.grid import Grid, block_means, block_sums, unfold
 from fecontact.halfspace.grid_error import edge_one_way
 from fecontact.halfspace.path import prints_of
 from fecontact.halfspace.pictures import Drawn, plot_creep
 from fecontact.halfspace.pressing import Load, press
-from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca
-from fecontact.solvers.coulomb import friction_limit, sizes
+from fecontact.halfspace.tresca import TrescaIterate, TrescaProblem, solve_nested_tresca, solve_tresca
+from fecontact.solvers.coulomb import Residuals, friction_limit, sizes
 
 #: Weights w of a difference over cells ahead, cells from a cell's middle to where it takes the rigid slip, and whether
 #: cells at the leading edge count by their share. The blended one is between first and second order by Taylor's series,
@@ -77,6 +78,12 @@ COARSE_TOLERANCE = 1e-4
 
 #: Fall of a wave along the grid in the preconditioner; a third of it takes twice as many iterations.
 FALL = 4 * math.pi
+
+#: How often limits of friction follow the slip.
+MAX_LIMITS = 100
+
+#: Difference of tractions over the largest pressure from which two solutions are taken for two.
+SEVERAL = 1e-5
 
 #: Cells that a difference reaches ahead.
 REACH = 2
@@ -219,12 +226,18 @@ class RollingContact(TractionContact):
         Its rotation about the normal per length rolled.
     towards : (float, float)
         Direction of rolling, of length 1.
+    law : FrictionLaw, optional
+        Friction that differs along and across, or depends on the slip; `friction` is then the largest coefficient.
+    also : (float, float, float), optional
+        Forces along and to the left and torque of another solution, reached from sliding, where there is one.
     rolling_error : RollingError
     """
 
     creepage: tuple[float, float]
     spin: float
     towards: tuple[float, float]
+    law: FrictionLaw | None = None
+    also: tuple[float, float, float] | None = None
     rolling_error: RollingError = field(default=RollingError(np.nan, np.nan, np.nan, np.nan))
 
     @cached_property
@@ -233,17 +246,43 @@ class RollingContact(TractionContact):
         (x, y), (fx, fy) = self.towards, self.traction.sum(axis=(1, 2)) * self.grid.area
         return float(x * fx + y * fy), float(x * fy - y * fx)
 
+    @cached_property
+    def _bounded(self) -> tuple[Array, Array]:
+        if (law := self.law) is None:
+            return super()._bounded
+        axes = np.array([self.towards, (-self.towards[1], self.towards[0])])
+        limit = friction_limit(law.coefficient(sizes(self.slip)), self.pressure)
+        t, s = np.tensordot(axes / law.ratio[:, None], self.traction, 1), np.tensordot(axes, self.slip, 1)
+        # beyond the limit where it slips, which limits of that slip are known less exactly than
+        return t - self.max_pressure / max(float(sizes(s).max()), 1e-300) * s, limit
+
+    @property
+    def sliding_integral(self) -> Array:
+        """Pressure times slip."""
+        return super().sliding_integral if self.law is None else self.pressure * sizes(self.slip)
+
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Those of pressing, and one of an error that is estimated from tractions that did not converge."""
-        defect = self.rolling_error.coarse_defect
-        if not defect > COARSE_TOLERANCE:
-            return super().warnings
-        return (
-            *super().warnings,
-            f"The tractions on cells twice as large did not converge ({defect:.1e}; tolerance {COARSE_TOLERANCE:.0e}): "
-            "the errors of rolling estimated from them may be too large or too small. Compare with other cells.",
-        )
+        """Those of pressing, of an error estimated from tractions that did not converge, and of several solutions."""
+        defect, found = self.rolling_error.coarse_defect, []
+        if defect > COARSE_TOLERANCE:
+            found.append(
+                f"The tractions on cells twice as large did not converge ({defect:.1e}; tolerance "
+                f"{COARSE_TOLERANCE:.0e}): the errors of rolling estimated from them may be too large or too small. "
+                "Compare with other cells."
+            )
+        if self.also is not None:
+            found.append(
+                "Friction falls with slip, and there are several solutions: this one is reached from the friction "
+                "without slip; reached from sliding, forces along the rolling and to its left are "
+                f"({self.also[0]:.6g}, {self.also[1]:.6g}), not ({self.tangential[0]:.6g}, {self.tangential[1]:.6g})."
+            )
+        elif self.law and self.rolling_error.creepage and self.law.far * self.force < math.hypot(*self.tangential):
+            found.append(
+                "Friction falls with slip: a larger creepage may transmit the prescribed force, too, as friction of "
+                f"{self.law.far:.6g} at large slips does not hold it. Prescribe creepages for the curve."
+            )
+        return *super().warnings, *found
 
     @property
     def motion(self) -> Array:
@@ -284,6 +323,7 @@ class RollingContact(TractionContact):
     def summary(self) -> dict[str, Any]:
         """Figures for scripts, ready for JSON."""
         more = {name: getattr(self, name) for name in ("creepage", "spin", "towards", "torque")}
+        more |= {"also": self.also, "law": str(self.law)} if self.law else {}
         return {**super().summary(), **more, "rolling_error": vars(self.rolling_error)}
 
     @property
@@ -293,15 +333,20 @@ class RollingContact(TractionContact):
 
     @property
     def _reports(self) -> tuple[object, ...]:
-        return *super()._reports, f"error of {self.rolling_error}"
+        return *super()._reports, f"error of {self.rolling_error}", *([self.law] if self.law else [])
 
 
 @dataclass(frozen=True, eq=False)
 class RollingFriction(Friction):
-    """Friction of a surface that rolls: its compliances give the slip per length rolled."""
+    """Friction of a surface that rolls: its compliances give the slip per length rolled.
+
+    With two coefficients these are in the variables in which friction is isotropic, q = `stretch` q' and s' = stretch^T
+    s, along the direction of rolling and to its left, see `contact.contact`.
+    """
 
     axes: Array = field(default_factory=lambda: np.eye(2), kw_only=True)
     rule: str = field(default="blended", kw_only=True)
+    law: FrictionLaw | None = field(default=None, kw_only=True)
     _others: dict[Grid, RollingFriction] = field(default_factory=dict, repr=False, kw_only=True)
 
     def on(self, grid: Grid) -> RollingFriction:
@@ -309,6 +354,21 @@ class RollingFriction(Friction):
         if grid not in self._others:
             self._others[grid] = replace(self, body=replace(self.body, grid=grid), _made={}, _others={})
         return self._others[grid]
+
+    @property
+    def ratio(self) -> Array:
+        """Coefficients (2,) along the rolling and to its left, over the larger."""
+        return np.ones(2) if self.law is None else self.law.ratio
+
+    @cached_property
+    def stretch(self) -> Array | None:
+        """Tractions (2, 2) by those of the isotropic problem; None: the same."""
+        return None if self.law is None or not self.law.unlike else self.axes.T * self.ratio
+
+    def may_slide(self, step: RollingStep, force: float) -> bool:
+        """Whether friction falls with slip, and holds the loads as a whole when it slides, too."""
+        far = 0.0 if self.law is None or self.law.of_slip is None else self.law.far
+        return far < self.mu and math.hypot(*(f or 0.0 for f in step.loads)) < far * force
 
     def compliance(self, level: int, shape: tuple[int, int]) -> TangentialCompliance:
         """Compliance among as many cells of the grid coarsened `level` times by two, differenced."""
@@ -318,19 +378,21 @@ class RollingFriction(Friction):
         return self._made[level, shape]
 
     def _differenced(self, plain: TangentialCompliance, shape: tuple[int, int], level: int) -> TangentialCompliance:
-        def product(convolution: Convolution, by: NDArray) -> Convolution:
+        def product(convolution: Convolution, by: NDArray, left: Array | None, right: Array | None) -> Convolution:
             by = by.astype(np.complex64) if convolution._is_single else by
-            kernels = tuple(tuple(None if k is None else k * by for k in row) for row in convolution.kernels)
-            return replace(convolution, kernels=kernels, shape=shape)
+            kernels = stretched(convolution.kernels, left, right)
+            made = tuple(tuple(None if k is None else k * by for k in row) for row in kernels)
+            return replace(convolution, kernels=made, shape=shape)
 
-        ahead = self._symbol(plain.tractions.lengths, level)
-        tractions = product(plain.tractions, ahead)
+        L, ahead = self.stretch, self._symbol(plain.tractions.lengths, level)
+        tractions = product(plain.tractions, ahead, L, L)
+        back = None if L is None else np.asarray(np.linalg.inv(L).T, dtype=float)
         own = [scipy.fft.irfft2(tractions.kernels[j][j], s=tractions.lengths)[0, 0] for j in (0, 1)]
         return TangentialCompliance(
             tractions,
             None,
-            None if plain.drag is None else product(plain.drag, ahead),
-            product(plain.inverse, 1 / self._symbol(plain.inverse.lengths, level, damped=True)),
+            None if plain.drag is None else product(plain.drag, ahead, L, None),
+            product(plain.inverse, 1 / self._symbol(plain.inverse.lengths, level, damped=True), back, back),
             float(np.mean(own)),
             False,
             symmetric=False,
@@ -347,11 +409,34 @@ class RollingFriction(Friction):
         return np.asarray(total)
 
 
+def stretched(kernels: Kernels, left: Array | None, right: Array | None) -> Kernels:
+    """Kernels left^T K right, without those that are zero; None is the identity."""
+    if left is None:
+        return kernels
+    right = np.eye(len(kernels[0])) if right is None else right
+
+    def entry(a: int, b: int) -> NDArray | None:
+        parts = [
+            left[i, a] * right[j, b] * k
+            for i, row in enumerate(kernels)
+            for j, k in enumerate(row)
+            if k is not None and abs(left[i, a] * right[j, b]) > ALONG_AXIS
+        ]
+        return np.asarray(sum(parts), dtype=parts[0].dtype) if parts else None
+
+    return tuple(tuple(entry(a, b) for b in range(right.shape[1])) for a in range(left.shape[1]))
+
+
 @dataclass(frozen=True, eq=False)
 class RollingTractions(Tractions[RollingStep, RollingContact]):
-    """Tractions of steady rolling, with what is added to the compliance of cells (nx, ny); None: by their pressures."""
+    """Tractions of steady rolling, with what is added to the compliance of cells (nx, ny); None: by their pressures.
 
+    Where friction depends on the slip, from the limits without slip or from those of sliding.
+    """
+
+    friction: RollingFriction
     added: Array | None = None
+    from_sliding: bool = False
 
     @cached_property
     def rows(self) -> Array:
@@ -362,12 +447,58 @@ class RollingTractions(Tractions[RollingStep, RollingContact]):
         rows = np.zeros((3, 2, *self.compliance.shape))
         rows[:2] = self.step.axes[:, :, None, None]
         rows[2, 0], rows[2, 1] = -y, x
-        return rows
+        L = self.friction.stretch
+        return rows if L is None else np.einsum("ia,kixy->kaxy", L, rows)
 
     @property
     def _alone(self) -> Array | float:
         added = self.at_leading_edge() if self.added is None else self.added
-        return np.asarray(added[self.box] * self.compliance.own)
+        alone, squares = np.asarray(added[self.box] * self.compliance.own), self.friction.ratio**2
+        return alone if self.friction.stretch is None else np.multiply.outer(squares / squares.mean(), alone)
+
+    def reached(self, q: Array, m: Array, tolerance: float, near: bool = False) -> TrescaIterate:
+        """Tractions on the box and motions; where friction depends on the slip, by limits of the slip before."""
+        L, p = self.friction.stretch, self.normal.pressure[self.box]
+        at = super().reached(q if L is None else np.tensordot(np.linalg.inv(L), q, 1), m, tolerance, near)
+        if L is not None:
+            return replace(at, q=np.tensordot(L, at.q, 1))
+        law, problem = self.friction.law, self.problem
+        if law is None or law.of_slip is None:
+            return at
+        for _ in range(MAX_LIMITS):
+            limit = friction_limit(law.coefficient(sizes(at.s)), p)
+            if np.abs(limit - problem.limit).max() <= tolerance * p.max():
+                break
+            problem, before = replace(problem, limit=limit), at
+            at = solve_tresca(problem, at.q, at.m, tolerance)
+            at = replace(at, newton=before.newton + at.newton, nit=before.nit + at.nit)
+        return at
+
+    def slip(self, q: Array, m: Array) -> Array:
+        """Slip (2, bx, by) on the box; zero where nothing touches."""
+        if (L := self.friction.stretch) is None:
+            return super().slip(q, m)
+        back = np.linalg.inv(L)
+        return np.tensordot(back.T, super().slip(np.tensordot(back, q, 1), m), 1)
+
+    def residuals(self, normal: HalfSpaceContact, q: Array, slip: Array) -> Residuals:
+        """Certificate of pressures, and of tractions and slip on the box, with the limits of that slip."""
+        L, law = self.friction.stretch, self.friction.law
+        if L is not None:
+            q, slip = np.tensordot(np.linalg.inv(L), q, 1), np.tensordot(L.T, slip, 1)
+        problem = self.problem
+        if law is not None and law.of_slip:
+            limit = friction_limit(law.coefficient(sizes(slip)), self.normal.pressure[self.box])
+            problem = replace(problem, limit=limit)
+        return certificate(normal, problem, q, slip, self._length)
+
+    @cached_property
+    def problem(self) -> TrescaProblem:
+        """The problem of the tractions, with the first limits where friction depends on the slip."""
+        found, law = super().problem, self.friction.law
+        if law is None or not self.from_sliding:
+            return found
+        return replace(found, limit=friction_limit(law.far, self.normal.pressure[self.box]))
 
     def at_leading_edge(self) -> Array:
         """What is added to the own compliance of cells (nx, ny), over it: of those that the contact covers by a share.
@@ -393,7 +524,8 @@ class RollingTractions(Tractions[RollingStep, RollingContact]):
     def _made(self, motion: Array, **fields: Any) -> RollingContact:
         x, y, spin = motion.tolist()
         along = self.step.axes[0].tolist()
-        return RollingContact(**fields, creepage=(x, y), spin=spin, towards=(along[0], along[1]))
+        law = self.friction.law
+        return RollingContact(**fields, creepage=(x, y), spin=spin, towards=(along[0], along[1]), law=law)
 
 
 def roll(
@@ -425,12 +557,16 @@ def roll(
 
     edges: list[Array] = []  # of the first pressures: edges that move with the tractions may go to and fro
 
-    def tractions_of(normal: HalfSpaceContact) -> RollingTractions:
+    def tractions_of(normal: HalfSpaceContact, from_sliding: bool = False) -> RollingTractions:
         if not edges:
             edges.append(RollingTractions(friction, normal, step).at_leading_edge())
-        return RollingTractions(friction, normal, step, edges[0])
+        return RollingTractions(friction, normal, step, edges[0], from_sliding)
 
     found = staggered(friction, heights, load, tractions_of, begin, symmetry, first)
+    if friction.may_slide(step, found.force):
+        other = staggered(friction, heights, load, partial(tractions_of, from_sliding=True), begin, symmetry, first)
+        if np.abs(other.traction - found.traction).max() > SEVERAL * found.max_pressure:
+            found = replace(found, also=(*other.tangential, other.torque))
     return replace(found, rolling_error=rolling_error(friction, found, step))
 
 
@@ -467,7 +603,7 @@ def rolling_error(friction: RollingFriction, found: RollingContact, step: Rollin
     tractions = RollingTractions(setting, coarse, replace(step, position=position))
     creepage = np.array([found.creepage[j] for j in tractions.free])
     start = own[:, *tractions.box]
-    at = solve_nested_tresca(tractions.problem, setting.compliance, start, creepage, COARSE_TOLERANCE)
+    at = tractions.reached(start, creepage, COARSE_TOLERANCE)
     change = tractions.spread(at.q) - own
     x, y = larger.x[:, None] - position[0], larger.y - position[1]
     error = float(np.linalg.norm(change) / np.linalg.norm(own))
@@ -588,7 +724,7 @@ class CreepSteps(Steps[RollingContact]):
             return roll(setting, self.heights, step, before or self.start, self.symmetry, self.first)
         edge = RollingTractions(setting, self.first, step).at_leading_edge()
         known = {**known, "rolling_error": RollingError(**known["rolling_error"])}
-        contact = restored(setting, RollingContact, known)
+        contact = replace(restored(setting, RollingContact, known), law=setting.law)
         return recertified(RollingTractions(setting, contact, step, edge), contact, self.heights, _load(step), contact)
 
     def end(self, part: RollingContact) -> dict[str, Any]:
@@ -602,14 +738,15 @@ class CreepSteps(Steps[RollingContact]):
     def prints(self) -> Mapping[str, Mapping[str, str]]:
         """Fingerprints by part of each point by its number."""
         setting = self.friction
-        more = {"friction": setting.mu, "tolerance": setting.tolerance, "heights": self.heights}
+        friction = setting.mu if setting.law is None else setting.law.figures
+        more = {"friction": friction, "tolerance": setting.tolerance, "heights": self.heights}
         return prints_of(setting.body, [vars(step) for step in self.steps], **more)
 
 
 #: Fields of a contact that a file keeps.
 KEPT = (
     "pressure", "displacement", "gap", "traction", "slip", "coarse", "approach", "tilt", "creepage", "spin", "towards",
-    "position", "status", "given", "solver", "tangential_solver", "rolling_error",
+    "position", "status", "given", "solver", "tangential_solver", "rolling_error", "also",
 )  # fmt: skip
 
 #: Figures of a creep curve.

@@ -233,11 +233,18 @@ def test_what_is_wrong_is_refused():
         body.roll(BALL, friction=MU)
     with refused(InputError, "slides-as-a-whole", "creepage"):
         rolled(tangential=(1.1 * MU * FORCE, 0.0))
-    for friction in ((0.3, 0.2), np.full((20, 16), 0.3)):
+    for friction in ((0.3, 0.2, 0.1), np.full((20, 16), 0.3)):
         with refused(InputError, "friction-isotropic"):
             rolled(friction=friction)
-    with refused(InputError, "friction-velocity"):
-        rolled(friction=lambda slip: 0.3 / (1 + slip))
+    with refused(InputError, "friction-too-unlike"):
+        rolled(friction=(0.3, 1e-4))
+    for law in (lambda slip: 0.3, lambda slip: -slip, lambda slip: 1 / slip):
+        with refused(InputError, "friction-of-slip"), np.errstate(divide="ignore"):
+            rolled(friction=law)
+    with refused(InputError, "slides-as-a-whole", "(0, 1)", "above 0.33"):  # of the larger coefficient
+        rolled(friction=(0.3, 0.1), tangential=(0.0, 1.1 * 0.1 * FORCE), towards=(0.6, 0.8))
+    with pytest.raises(InputError, match="static >= kinetic"):
+        fc.FallingFriction(0.2, 0.3, 1e-3)
     with refused(InputError, "other-grid"):
         rolled(half(n=24), start=rolled())
     with refused(InputError, "rolling-periodic"):
@@ -379,3 +386,108 @@ def test_a_start_from_another_load_changes_nothing():
     other = rolled(creepage=(3e-3, -6e-3), start=far)
     np.testing.assert_allclose(other.traction, one.traction, atol=1e-7 * one.max_pressure)
     assert other.rolling_error.traction == pytest.approx(one.rolling_error.traction, rel=1e-3)
+
+
+SPINNING = {"creepage": (6e-3, -3e-3), "spin": 0.08}
+
+
+@pytest.mark.parametrize("towards", [(1, 0), (0.6, -0.8)])
+def test_equal_coefficients_and_constant_laws_are_coulombs(towards):
+    one = rolled(towards=towards, **SPINNING)
+    for friction in ((MU, MU * (1 - 1e-12)), lambda slip: MU + 0 * slip, fc.FallingFriction(MU, MU, 1e-3)):
+        other = rolled(friction=friction, towards=towards, **SPINNING)
+        np.testing.assert_allclose(other.traction, one.traction, atol=1e-9 * one.max_pressure)
+        assert other.stick_area == pytest.approx(one.stick_area, rel=1e-6)
+        assert other.rolling_error.traction == pytest.approx(one.rolling_error.traction, rel=1e-6)
+        np.testing.assert_allclose(other.sliding_integral, one.sliding_integral, atol=1e-7 * one.max_pressure)
+
+
+@pytest.mark.parametrize("towards", [(1, 0), (0, -1), (0.6, -0.8)])
+@pytest.mark.parametrize("against", [STEEL, RUBBER])
+def test_unlike_coefficients_slip_normal_to_their_ellipse(towards, against):
+    """t_k = -mu_k^2 s_k p / |mu s| where it slips, within the ellipse where it sticks, whatever the axes."""
+    mu = np.array([0.3, 0.15])
+    found = rolled(half(against=against), friction=tuple(mu), towards=towards, **SPINNING)
+    axes = RollingStep(force=1.0, towards=towards).axes
+    t, s = (np.tensordot(axes, v, 1) for v in (found.traction, found.slip))
+    at = found.slipping
+    assert 0 < at.sum() < found.active.sum()
+    rate = np.hypot(*(mu[:, None, None] * s))[at]
+    exact = mu[:, None] ** 2 * s[:, at] * found.pressure[at] / rate
+    close = rate > 1e-5 * rate.max()  # directions of the least slips are rounding
+    np.testing.assert_allclose(-t[:, at][:, close], exact[:, close], atol=1e-5 * found.max_pressure)
+    assert (np.hypot(*(t / mu[:, None, None])) <= found.pressure + 1e-9 * found.max_pressure).all()
+    assert np.abs(s[:, found.sticking]).max() < 1e-7
+    assert found.residuals.within(1e-8)
+    assert "along the rolling" in str(found)
+
+
+def test_unlike_coefficients_turn_with_the_rolling():
+    one = rolled(friction=(0.3, 0.15), **SPINNING)
+    other = rolled(half(turned=True), Paraboloid(0.6, 1.0), friction=(0.3, 0.15), towards=(0, 3), **SPINNING)
+    np.testing.assert_allclose(other.tangential, one.tangential, atol=1e-9 * MU * FORCE)
+    fx, fy = one.tangential
+    held = rolled(friction=(0.3, 0.15), tangential=(fx, fy), spin=SPINNING["spin"])
+    np.testing.assert_allclose(held.creepage, SPINNING["creepage"], atol=1e-7)
+
+
+def test_full_sliding_has_the_friction_of_its_slip():
+    """At large creepages slip is the rigid one: tractions mu(creepage) p, or on the ellipse."""
+    law = fc.FallingFriction(0.4, 0.2, 0.5, "rational")
+    found = rolled(friction=law, creepage=(0.3, 0.4))
+    assert np.hypot(*found.tangential) == pytest.approx(0.3 * FORCE, rel=1e-2)
+    lay = rolled(friction=(0.3, 0.15), creepage=(0.3, 0.4))
+    exact = np.array([0.09 * 0.3, 0.0225 * 0.4]) / np.hypot(0.09, 0.06)
+    np.testing.assert_allclose(lay.tangential, exact * FORCE, rtol=2e-2)
+
+
+@pytest.mark.parametrize("law", ["exponential", "rational", "linear"])
+def test_falling_friction_is_that_of_its_own_slip(law):
+    of = fc.FallingFriction(MU, 0.18, 5e-3, law)
+    assert of(0.0) == MU
+    assert of(5e-3) == pytest.approx(0.24)
+    found = rolled(friction=of, **SPINNING)
+    limit = of(np.hypot(*found.slip)) * found.pressure
+    np.testing.assert_allclose(np.hypot(*found.traction)[found.slipping], limit[found.slipping], atol=1e-7)
+    assert (np.hypot(*found.traction) <= limit + 1e-8 * found.max_pressure).all()
+    assert 0 < found.sticking.sum() < found.active.sum()
+    assert found.residuals.within(1e-8)
+    assert found.also is None
+    assert "without slip" in str(found)
+    assert 0.4 < found.rolling_error.traction / rolled(**SPINNING).rolling_error.traction < 3
+    with refused(InputError, "no-heat"):
+        found.flash_temperature((1.0, 0.0), conductivity=1.0, diffusivity=1.0)
+
+
+def test_several_solutions_of_falling_friction_are_told(tmp_path):
+    """Steep falls have one solution from the friction without slip and another from sliding; gentle ones have one."""
+    steep = fc.FallingFriction(MU, 0.03, 3e-5)
+    found = rolled(friction=steep, creepage=(3e-3, 0.0))
+    assert found.also is not None
+    assert found.also[0] < found.tangential[0] - 1e-3 * MU * FORCE
+    assert any("several solutions" in text for text in found.warnings)
+    # a force above what sliding holds is held by the same creepage, or transmitted by a larger one
+    held = rolled(friction=fc.FallingFriction(MU, 0.1, 2e-2), tangential=(0.12 * FORCE, 0.0))
+    assert any("larger creepage" in text for text in held.warnings)
+    assert not rolled(friction=fc.FallingFriction(MU, 0.1, 2e-2), tangential=(0.05 * FORCE, 0.0)).warnings
+    options = {"force": FORCE, "friction": steep, "path": tmp_path / "curve.jsonl"}
+    one, other = (half().creep_curve(BALL, [3e-3], **options) for _ in range(2))
+    assert one.last.also == pytest.approx(other.last.also)
+    assert one.warnings == other.warnings
+    with refused(InputError, "row-of-another", "friction"):
+        half().creep_curve(BALL, [3e-3], **{**options, "friction": fc.FallingFriction(MU, 0.03, 4e-5)})
+
+
+def test_figures_of_contact_with_falling_friction():
+    """The first case of its example veldep_fric, as printed in its file veldep_fric.ref_out of 2025, by its rule."""
+    G, nu, force, dx = 82000.0, 0.28, 622216.0, 0.1
+    steel = fc.Material(E=2 * G * (1 + nu), nu=nu)
+    body = fc.HalfSpace(steel, (92 * dx, 800.0), (92, 4), against=steel)
+    z = np.full((92, 4), np.inf)
+    z[:, 1] = (body.grid.x - dx / 2) ** 2 / 2 / 460  # one cell of 200 across, with a middle of a cell below the axle
+    law = fc.FallingFriction(0.3, 0.18, 100 / 45000)
+    found = body.roll(z, force=force, friction=law, creepage=(9.999e-4, 0.0), rule="contact")
+    assert found.tangential[0] / (0.3 * force) == pytest.approx(0.5941, abs=5e-5)
+    assert found.friction_work * 45 == pytest.approx(4849, abs=0.5)  # at 45 m/s
+    assert found.max_pressure == pytest.approx(495.3, abs=0.05)
+    assert (int(found.sticking.sum()), int(found.active.sum())) == (45, 81)
