@@ -53,7 +53,8 @@ from fecontact.surfaces.normals import normals_of
 #: Change of displacements and residual of forces, relative to the size of the bodies and to the largest force inside,
 #: at convergence.
 TOLERANCE = 1e-8
-#: Residual up to which the change alone decides: near nu = 1/2 a change by rounding has large forces.
+#: Residual up to which the change alone decides: near nu = 1/2 a change by rounding has large forces. No residual of
+#: contact and friction may be above it, penetration ten times.
 BALANCED = 1e-6
 #: Ratio of residuals above the tolerance, each to the last one, up to which iterations go on: rounding falls less.
 FALLS = 0.5
@@ -319,6 +320,7 @@ class _Newton:
             ]
             self._model = replace(start.model, contacts=contacts)
         self._changes: list[float] = []
+        self._violated = ""
         self._past: list[tuple[Array, Array]] = []
         #: Motions so far, rotations as lengths.
         self._way = [np.zeros(6)] * len(start.model.bodies)
@@ -352,7 +354,9 @@ class _Newton:
             return best
         raise SolverError(
             f"Newton's method found no equilibrium in {len(self._changes)} iterations (last change of displacements "
-            f"{self._changes[-1]:.1e} of the size); the smallest load step was too large, or the body is not stable.",
+            f"{self._changes[-1]:.1e} of the size); "
+            + (self._violated or "the smallest load step was too large, or the body is not stable")
+            + ".",
             code="no-equilibrium",
         )
 
@@ -432,7 +436,11 @@ class _Newton:
         if share < 1 or not small or (self._damping and residual > TOLERANCE):
             return None
         self._damp(-self._damping)  # the stiffness of the answer is the tangent
-        return self._reached(result, residual)
+        found = self._reached(result, residual)
+        assert found.result is not None
+        certificate = found.result.residuals()
+        self._violated = f"its answer breaks the conditions of contact: {certificate}"
+        return found if certificate.within(BALANCED) else None
 
     def _linearised(self) -> CarriedScene:
         every = zip(self._model.bodies, self._bodies, self._states, self._poses, strict=True)
@@ -491,7 +499,7 @@ class _Newton:
         for k, interface in enumerate(interfaces):
             turns = interface.master in free
             share = turning if turns or self._turned(k, scene, interface) else 0.0
-            press(interface, hold.pressing(k, interface.pairing.nodes), share, turns)
+            press(interface, interface.pairing.of_points(hold.pressing(k, interface.pairing.nodes)), share, turns)
         settings = self._settings
         for _ in range(MAX_HOLDS):
             try:
@@ -686,12 +694,20 @@ def _released(step: LoadStep, body: Body) -> set[str]:
 
 
 def _touching(result: ContactResult) -> Hold:
-    """Slave nodes of the closed points of each contact, and of those that stick."""
+    """Slave nodes of the closed points of each contact, and of those that stick: of the solver's points.
+
+    Points that share means with others, as at a rim, may bear force where the solver's are open.
+    """
     closed, stuck, forces = [], [], []
+    first = start = 0
     for fields, interface in zip(result.contacts, result._interfaces, strict=True):
-        nodes, friction = interface.pairing.nodes, fields.friction
-        sticks = np.zeros(len(nodes), bool) if friction is None else friction.touching & ~friction.sliding
-        closed.append(nodes[fields.active])
+        nodes = interface.pairing.nodes[fields._candidates]
+        pressing = result.solution.forces[first : first + len(nodes)]
+        first, sticks = first + len(nodes), np.zeros(len(nodes), bool)
+        if fields.friction is not None and result.friction is not None:
+            here = slice(start, start + len(nodes))
+            sticks, start = result.friction.touching[here] & ~result.friction.sliding[here], start + len(nodes)
+        closed.append(nodes[pressing > 0])
         stuck.append(nodes[sticks])
-        forces.append(np.where(sticks, 0.0, fields.forces)[fields.active])
+        forces.append(np.where(sticks, 0.0, pressing)[pressing > 0])
     return Hold(closed, stuck, forces=forces)

@@ -14,6 +14,7 @@ from fecontact.bodies import halfspace
 from fecontact.bodies.local import body as local
 from fecontact.fem import model
 from fecontact.halfspace import operator
+from fecontact.results.result import ContactResult
 from fecontact.scene import finite_strain
 from tests.hanging_meshes import step
 from tests.refusals import refused
@@ -332,3 +333,35 @@ def test_numbers_of_nodes_do_not_matter() -> None:
     one, two = (pressed(b, slab(), 0.2, 0.3).contacts[0] for b in (body, other))
     assert two.total_force == pytest.approx(one.total_force, rel=1e-9)
     assert two.max_pressure == pytest.approx(one.max_pressure, rel=1e-9)
+
+
+def test_points_that_bear_the_force_of_others_are_not_held() -> None:
+    # points at the rim of the covered part share means: they bear force where the solver's own ones are open
+    below = fc.shapes.block((1.0, 1.0, 1.0), (2, 1, 1), element="hex27")
+    above = fc.shapes.block((0.8, 1.0, 0.8), (1, 1, 1), element="hex8").mapped(lambda x: x + np.array([0.6, 0.0, 1.0]))
+    found = []
+    for turn in (np.eye(3), fc.rotation_about((0, 0, 1), 1.1)):
+        low = fc.ElasticBody(below, SOFT, "top", {"bottom": "xyz"}, geometry="plain").placed(rotation=turn)
+        up = fc.ElasticBody(above, fc.NeoHookean(5.0, 0.3), "bottom", {"top": "xyz"}, geometry="plain")
+        up = up.placed(rotation=turn)
+        result = fc.Scene([low, up], [fc.Contact(low, up, friction=0.3)]).solve(motions={up: {"z": -0.5}})
+        assert result._condensed.held_motions is not None
+        assert [step.iterations <= 10 for step in result.finite_strain] == [True]
+        assert result.residuals().within(1e-8)
+        found.append(result.contacts[0].force @ turn)
+    # equal to the tolerance of Newton's method
+    assert np.abs(found[0] - found[1]).max() < 1e-8
+
+
+@pytest.mark.parametrize(("penetration", "accepted"), [(9e-6, True), (2e-5, False), (np.nan, False)])
+def test_a_state_that_breaks_a_condition_of_contact_is_no_answer(penetration, accepted, monkeypatch) -> None:
+    true = ContactResult.residuals
+    monkeypatch.setattr(ContactResult, "residuals", lambda self: replace(true(self), penetration=penetration))
+    monkeypatch.setattr(finite_strain, "MAX_ITERATIONS", 6)
+    one, floor = dome(divisions=(1, 1, 1)), fc.RigidBody(fc.Plane(), name="floor")
+    if accepted:
+        assert pressed(one, floor, 0.1).residuals().penetration == penetration
+    else:
+        said = f"breaks the conditions of contact: penetration {penetration:.1e}"
+        with refused(fc.SolverError, "no-equilibrium", said):
+            pressed(one, floor, 0.1)
