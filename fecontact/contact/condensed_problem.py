@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
+import scipy.linalg
 import scipy.optimize
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, aslinearoperator
@@ -370,13 +371,15 @@ def assemble(
     bare = uncondensed(bodies, interfaces, chosen, loading)
     rows = np.zeros(len(bare.g), bool) if hold is None else hold.rows(interfaces, chosen)
     alone = _alone(bare, rows)
+    turns = () if hold is None or not rows.any() else hold.turns
+    stiffness = _turning(bare.parts, turns)
     S: Array | LinearOperator | None = None
-    if not (alone and hold is not None and hold.at_once):
+    if not (alone and hold is not None and (hold.at_once or stiffness.any())):
         for part in bare.parts:
             if part.body._inner_forces is not None:
                 part.body._stiffen(part.rows[:0])
         S, response, by_products, unstable = _condensed(bare, dense, timer, hold is not None)
-        if not unstable:
+        if not unstable and not stiffness.any():
             problem = ContactProblem(S, bare.g + response, bare.B, bare.F)
             return CondensedProblem(problem, tuple(bare.parts), tuple(interfaces), by_products, bare=bare, closed=rows)
     springs = np.zeros(len(rows))
@@ -387,15 +390,22 @@ def assemble(
                 springs[part.index[own]] = part.body._stiffen(part.rows[own])
         S, response, by_products, _ = _condensed(bare, True, timer)
         with timer("condense"):
-            found = held_inside(cast(Array, S), bare.g, response, bare.B, bare.F, springs)
+            found = held_inside(cast(Array, S), bare.g, response, bare.B, bare.F, springs, stiffness)
     else:
         with timer("condense"):
-            found = held(cast(Array, S), bare.g + response, bare.B, bare.F, rows)
+            found = held(cast(Array, S), bare.g + response, bare.B, bare.F, rows, stiffness)
     problem = ContactProblem(found.S, found.g, found.B, found.F)
     return CondensedProblem(
         problem, tuple(bare.parts), tuple(interfaces), by_products, found.motions,
         lambda q: np.asarray(springs * (bare.g + bare.B.T @ q)), bare, rows,
     )  # fmt: skip
+
+
+def _turning(parts: Sequence[BodyBlock], turns: Sequence[Array]) -> Array:
+    """Stiffness (m, m) of the free motions by that (3, 3) of the bodies' rotations."""
+    zero = np.zeros((3, 3))
+    each = zip(parts, turns or [zero] * len(parts), strict=True)
+    return np.asarray(scipy.linalg.block_diag(*(part.free[3:].T @ turn @ part.free[3:] for part, turn in each)))
 
 
 def _alone(bare: Uncondensed, rows: Mask) -> bool:

@@ -50,13 +50,15 @@ class Hold:
 
     They are known by nodes, as points are renumbered when surfaces are paired anew. `at_once`: whether bodies get their
     springs without a look at the compliance, as it was not semidefinite last time. `forces`: of the closed points, zero
-    of those that stick, for `contact.turning`.
+    of those that stick, for `contact.turning`. `turns`: of each body, the stiffness (3, 3) by which forces of points
+    that stick resist its rotations.
     """
 
     closed: Sequence[IntArray]
     stuck: Sequence[IntArray]
     at_once: bool = False
     forces: Sequence[Array] = ()
+    turns: Sequence[Array] = ()
 
     def pressing(self, k: int, nodes: IntArray) -> Array:
         """Forces (n,) of points of contact k by their nodes."""
@@ -100,8 +102,10 @@ class Held:
     motions: Callable[[Array], Array]
 
 
-def held(S: Array, g: Array, B: Array, F: Array, rows: Mask) -> Held:
+def held(S: Array, g: Array, B: Array, F: Array, rows: Mask, stiffness: Array | float = 0.0) -> Held:
     """The problem with held rows (n,), of a compliance that is not positive semidefinite.
+
+    `stiffness` (m, m) resists the free motions: B l = F + stiffness q.
 
     Raises
     ------
@@ -119,10 +123,12 @@ def held(S: Array, g: Array, B: Array, F: Array, rows: Mask) -> Held:
 
     S1, g1, B1 = less(S), less(g), less(B.T).T
     springs = np.where(rows, w, 0.0)
-    return _without_motions((S1 + S1.T) / 2, g1, B1, B * springs, F)
+    return _without_motions((S1 + S1.T) / 2, g1, B1, B * springs, F, stiffness)
 
 
-def held_inside(T: Array, g: Array, response: Array, B: Array, F: Array, springs: Array) -> Held:
+def held_inside(
+    T: Array, g: Array, response: Array, B: Array, F: Array, springs: Array, stiffness: Array | float = 0.0
+) -> Held:
     """The problem with springs (n,) inside the bodies, zero where no row is held: T and the response have them.
 
     Raises
@@ -131,14 +137,14 @@ def held_inside(T: Array, g: Array, response: Array, B: Array, F: Array, springs
         If T is not positive semidefinite.
     """
     pulled = T * springs
-    return _without_motions(T, g + response - pulled @ g, B - B @ pulled.T, B * springs, F)
+    return _without_motions(T, g + response - pulled @ g, B - B @ pulled.T, B * springs, F, stiffness)
 
 
-def _without_motions(S1: Array, g1: Array, B1: Array, Bw: Array, F: Array) -> Held:
+def _without_motions(S1: Array, g1: Array, B1: Array, Bw: Array, F: Array, stiffness: Array | float) -> Held:
     """The held problem S', g', B' without its free motions; Bw is B with springs."""
     if not len(F):
         return Held(*_without_rounding(S1, g1), B1, F, lambda forces: np.zeros(0))
-    D = Bw @ B1.T
+    D = Bw @ B1.T + stiffness
     load = F + Bw @ g1
     try:
         factor = scipy.linalg.cho_factor((D + D.T) / 2)

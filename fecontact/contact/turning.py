@@ -73,6 +73,16 @@ def following_stiffness(surface: FacetSurface, pressure: float) -> sp.csr_matrix
     return sp.csr_matrix(half + half.T)
 
 
+def turning_with(points: Array, forces: Array) -> Array:
+    """Stiffness (3, 3) against rotations of a body of dead forces (n, 3) that move with its points (n, 3).
+
+    A turn t has the moments (t x r) x F, so that K = sum (F . r) I - sym(F r^T), with r from the centre of the turn
+    (Simo & Vu-Quoc, Comput. Methods Appl. Mech. Eng. 58 (1986) 79; the symmetric part is that of a conserved moment).
+    """
+    virial = points.T @ forces
+    return np.asarray(np.trace(virial) * np.eye(3) - (virial + virial.T) / 2)
+
+
 def press(interface: Interface, forces: Array, share: float = 1.0, turns: bool = False) -> None:
     """Add a share of the stiffness of forces (n,) at the contact points to the bodies at a state.
 

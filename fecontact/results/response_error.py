@@ -159,9 +159,11 @@ class ResponseErrors:
             cells = tuple(_amplified(each, each.error) / elastic for each in self.primal)
             whole = self._with_faces(cells, forces, elastic)
             yield ("approach", whole.over(1 + whole.growth)) if driven else ("force", whole)
+        if not known:  # free motions of held problems are eliminated: they have no rows
+            return
         turned = list(self._turned())
         several = [] if alone else sorted(touching, key=lambda k: -self.contacts[k].total_force)[:MAX_CONTACTS]
-        if not known or not (several or turned):
+        if not (several or turned):
             return
         change = _Change.of(problem.S[np.ix_(closed, closed)], problem.B[:, closed])
         if change is None:

@@ -38,7 +38,7 @@ from fecontact.contact.loads import Loading, LoadStep
 from fecontact.contact.model import SceneModel
 from fecontact.contact.springs import spring_rows
 from fecontact.contact.step_end import StepEnd
-from fecontact.contact.turning import following_stiffness, press
+from fecontact.contact.turning import following_stiffness, press, turning_with
 from fecontact.fem.finite_strain import State
 from fecontact.fem.laws import InvertedError
 from fecontact.fem.rigid import COMPONENTS
@@ -491,7 +491,7 @@ class _Newton:
     def _solved(self, scene: SceneModel, loading: Loading, turning: float) -> tuple[ContactResult, Hold]:
         """Solution of the linear scene; where it needs held points, with those that stay closed."""
         past = self._slip_since(scene, loading) if scene.has_friction else None
-        hold = self._hold
+        hold = self._hold if turning else replace(self._hold, turns=())
         interfaces = scene.interfaces(loading)
         if not (scene.springs or any(len(each.gap) for each in interfaces)):
             raise SolverError(_not_facing(interfaces), code=APART)
@@ -700,6 +700,7 @@ def _touching(result: ContactResult) -> Hold:
     """
     closed, stuck, forces = [], [], []
     first = start = 0
+    turns = [np.zeros((3, 3)) for _ in result._loading.frames]
     for fields, interface in zip(result.contacts, result._interfaces, strict=True):
         nodes = interface.pairing.nodes[fields._candidates]
         pressing = result.solution.forces[first : first + len(nodes)]
@@ -710,4 +711,12 @@ def _touching(result: ContactResult) -> Hold:
         closed.append(nodes[pressing > 0])
         stuck.append(nodes[sticks])
         forces.append(np.where(sticks, 0.0, pressing)[pressing > 0])
-    return Hold(closed, stuck, forces=forces)
+        if fields.friction is None or not sticks.any():
+            continue
+        at = fields._candidates[sticks]
+        on_slave = fields.forces[at, None] * fields.normals[at] + fields.friction.forces[at]
+        for k, frame in enumerate(result._loading.frames):
+            sign = (frame.body is interface.slave) - 1.0 * (frame.body is interface.master)
+            if sign and frame.free[3:].any() and frame.body._inner_forces is None:
+                turns[k] += turning_with(fields.points[at] - frame.point, sign * on_slave)
+    return Hold(closed, stuck, forces=forces, turns=turns)

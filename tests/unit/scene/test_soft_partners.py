@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 import fecontact as fc
 from fecontact.bodies import halfspace
 from fecontact.bodies.local import body as local
+from fecontact.contact.turning import turning_with
 from fecontact.fem import model
 from fecontact.halfspace import operator
 from fecontact.results.result import ContactResult
@@ -242,6 +243,45 @@ def test_motions_of_a_free_plate_are_accelerated() -> None:
     loaded = scene.solve(motions={plate: {"z": 0.08}}, moments={plate: (0, 0, torque)})
     assert loaded.rigid_motion(plate).rotation[2] == pytest.approx(0.1, abs=1e-7)
     assert loaded.finite_strain[0].iterations <= 11
+
+
+def test_a_torque_turns_a_plate_that_is_pressed_by_a_quarter_as_its_motion_does() -> None:
+    """The forces that stick press towards the middle: they resist the turn 2.6 times as much as the rubber does."""
+    body, plate = dome(curve=0.0), fc.RigidBody(fc.Plane(), name="plate")
+    scene = fc.Scene([body, plate], [fc.Contact(body, plate, friction=np.inf)])
+    torque = scene.solve(motions={plate: {"z": 0.2, "rz": 0.1}}).reaction(plate)[5]
+    loaded = scene.solve(motions={plate: {"z": 0.2}}, moments={plate: (0, 0, torque)})
+    assert loaded.rigid_motion(plate).rotation[2] == pytest.approx(0.1, abs=2e-7)
+    assert [step.iterations for step in loaded.finite_strain] == [9]
+
+
+def test_forces_that_move_with_a_body_resist_its_turns_as_differences_say() -> None:
+    """Moments of dead forces after turns by a small angle, with a force whose moment is zero: K is symmetric then."""
+    rng = np.random.default_rng(3)
+    points, forces = rng.normal(size=(2, 7, 3))
+    forces -= forces.mean(axis=0)
+    cross = np.stack([np.cross(np.eye(3), p) for p in points], axis=1).reshape(3, -1)  # moment of unit forces
+    forces -= (np.linalg.pinv(cross) @ (cross @ forces.ravel())).reshape(-1, 3)
+    step = 1e-5
+    K = np.empty((3, 3))
+    for k, axis in enumerate(np.eye(3)):
+        ends = [np.cross(points @ fc.rotation_about(axis, turn).T, forces).sum(axis=0) for turn in (step, -step)]
+        K[:, k] = (ends[1] - ends[0]) / (2 * step)
+    assert np.abs(K - turning_with(points, forces)).max() < 1e-9
+
+
+def test_a_free_soft_body_under_a_tilted_plate_has_its_warnings() -> None:
+    """Its motions are eliminated with the closed gaps that hold it, and have no rows in the estimates."""
+    mesh = fc.shapes.block((2.0, 2.0, 1.0), (2, 2, 2), element="hex8")
+    pad = fc.ElasticBody(mesh, fc.NeoHookean(E=1.0, nu=0.45), ("top", "bottom"), name="pad")
+    plate = fc.RigidBody(fc.Plane(), name="plate").placed((1.0, 1.0, 1.0), rotation=FLIP)
+    floor = fc.RigidBody(fc.Plane(), name="floor")
+    contacts = [fc.Contact(pad, each, surfaces=(name, "surface")) for name, each in (("top", plate), ("bottom", floor))]
+    held = {pad: {"x": 0.0, "y": 0.0, "rz": 0.0}, plate: {"z": -0.25}}
+    result = fc.Scene([pad, plate, floor], contacts).solve(motions=held, moments={plate: (0, 0.05, 0)})
+    assert result._condensed.held_motions is not None
+    assert result.response_error.approach > 0
+    assert isinstance(result.warnings, tuple)
 
 
 @pytest.mark.parametrize(
