@@ -154,7 +154,7 @@ def _friction(parser: argparse.ArgumentParser) -> None:
 
 
 def _roll(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--radius", type=float, default=10.0, help="of the body along x, on a plane")
+    parser.add_argument("--radius", type=float, help="of the body along x, 10 unless given; nominal one of a wheel")
     parser.add_argument("--radius-y", type=float, help="along y; the same unless given")
     parser.add_argument("--E", type=float, default=210e3, help="Young's modulus of both bodies")
     parser.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio of both bodies")
@@ -171,15 +171,33 @@ def _roll(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tangential", nargs=2, type=float, metavar=("ALONG", "LEFT"), help="force in place of creepage; 0 0: free"
     )
-    parser.add_argument("--spin", nargs="+", type=float, default=[0.0], help="several: a family of creep curves")
+    parser.add_argument("--spin", nargs="+", type=float, help="0 unless given; several: a family of creep curves")
     parser.add_argument(
-        "--towards", nargs=2, type=float, default=(1.0, 0.0), metavar=("X", "Y"), help="direction of rolling"
+        "--towards", nargs=2, type=float, metavar=("X", "Y"), help="direction of rolling; along x unless given"
     )
     parser.add_argument(
-        "--rule", default="blended", choices=("blended", "contact"), help="difference along the rolling"
+        "--rule", choices=("blended", "contact"), help="difference along the rolling; blended unless given"
     )
-    parser.add_argument("--cells", type=int, default=64, metavar="N", help="along a side")
-    _outputs(parser, "stick, slip and tractions, or curves", "one row per creepage and spin", units=True)
+    parser.add_argument("--cells", type=int, default=64, metavar="N", help="along a side, of each patch")
+    pair = parser.add_argument_group("wheel and rail")
+    files = ("WHEEL", "RAIL")
+    pair.add_argument(
+        "--profiles", nargs=2, metavar=files, help="files .prw .prr .whl .ban .csv, in mm, of a left wheel"
+    )
+    for name, text in {
+        "shift": "of the axle to the left; 0 unless given",
+        "yaw": "about z in radians, one or as many as shifts; 0 unless given",
+        "roll": "about x, likewise",
+        "turning": "speed of the tread over that along the track, likewise; 1 unless given",
+    }.items():
+        pair.add_argument(f"--{name}", nargs="+", type=float, metavar="V", help=text)
+    gauge = "of the track, and how far below the rail's top; 1435 14 unless given"
+    pair.add_argument("--gauge", nargs=2, type=float, metavar=("WIDTH", "BELOW"), help=gauge)
+    pair.add_argument("--rail-position", type=float, metavar="Y", help="of the rail's origin, in place of the gauge")
+    pair.add_argument("--wheel-position", type=float, metavar="Y", help="of the wheel's origin; 750 unless given")
+    pair.add_argument("--join", type=float, metavar="D", help="patches nearer than this share a plane, as in CONTACT")
+    pictures = "stick, slip and tractions, or curves; patches on the profiles, or figures over the shifts"
+    _outputs(parser, pictures, "one row per creepage and spin, or patch", units=True)
 
 
 def _ancf(parser: argparse.ArgumentParser) -> None:
@@ -294,9 +312,9 @@ COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] 
         _friction,
     ),
     "roll": (
-        "a ball or an ellipsoid that rolls steadily, with creepage and spin, and creep curves",
-        "Roll a curved body on a plane of the same material: tractions, slip, forces and work of friction of Kalker's "
-        "problem, with their errors. Any consistent units.",
+        "a ball, an ellipsoid or a wheel that rolls steadily, with creepage and spin; creep curves, lateral shifts",
+        "Roll a curved body on a plane of the same material, or a wheel on a rail of profiles in files: tractions, "
+        "slip, forces and work of friction of Kalker's problem, with their errors. Any consistent units.",
         _roll,
     ),
     "ancf": (

@@ -1,16 +1,19 @@
 """A wheel on a rail: its contact patches, pressed and rolled on half-spaces in their planes, until they bear the load.
 
 Each patch has a grid of its own in its plane. The wheel is lowered until the vertical parts of normal and tangential
-forces are those of the load; patches act on each other only where they share a plane.
+forces are those of the load. Pressures of a patch lift the others, as far away on one half-space; what tractions of one
+do to the slip of another is left out.
 
 References
 ----------
+K. L. Johnson, Contact Mechanics, 1985, section 3.2 (a concentrated force);
 E. A. H. Vollebregt, User guide for CONTACT, 2023, chapter 3.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path as FilePath
 from typing import Any
@@ -18,6 +21,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
+from scipy.spatial.distance import cdist
 
 from fecontact.bodies import HalfSpace
 from fecontact.common import checks
@@ -223,10 +227,14 @@ class WheelRailPath(Path[WheelRailContact], Drawn):
             axes.grid(alpha=0.3)
         return save_figure(figure, path)
 
-    def __str__(self) -> str:
+    @property
+    def table(self) -> Table:
+        """The columns that are printed."""
         columns = (Column("shift"), *COLUMNS)
-        rows = [[row[column.name] for column in columns] for row in self.rows()]
-        return str(Table(columns, rows, [f"Warning: {text}" for text in self.warnings]))
+        return Table(columns, [[row[column.name] for column in columns] for row in self.rows()])
+
+    def __str__(self) -> str:
+        return "\n".join([str(self.table), *(f"Warning: {text}" for text in self.warnings)])
 
 
 @compact_repr
@@ -304,6 +312,7 @@ class WheelRail:
         roll: float = 0.0,
         turning: float = 1.0,
         cells: int = 48,
+        join: float = 0.0,
     ) -> WheelRailContact:
         """The wheel rolls steadily along the track under a vertical force.
 
@@ -319,6 +328,9 @@ class WheelRail:
             Speed of the tread at the nominal radius over that along the track: above 1 the wheel drives.
         cells : int
             Cells along each side of a patch's grid.
+        join : float
+            Patches nearer than this share one plane, of their mean angle, as within CONTACT's D_COMB; without it each
+            has its own.
 
         Returns
         -------
@@ -333,7 +345,7 @@ class WheelRail:
         """
         checks.positive("the force of a wheel", force)
         checks.whole("the cells of a patch", cells, 4)
-        for name, value in {"shift": shift, "yaw": yaw, "roll": roll, "turning": turning}.items():
+        for name, value in {"shift": shift, "yaw": yaw, "roll": roll, "turning": turning, "join": join}.items():
             checks.finite(f"the {name}", value)
         assert self.rail_position is not None
         pair = WheelOnRail(
@@ -349,7 +361,7 @@ class WheelRail:
         modulus = HalfSpace(self.material, (1.0, 1.0), (2, 2), against=self.against or self.material).contact_modulus
         depth = (0.75 * force / modulus / math.sqrt(self.radius)) ** (2 / 3)
         for _ in range(MAX_STEPS):
-            depth, found = self._lowered(pair, normal, depth, cells)
+            depth, found = self._lowered(pair, normal, depth, cells, join)
             patches = tuple(patch.rolled(friction, turning) for patch in found)
             borne = -float(sum(patch.force_on_rail[2] for patch in patches))
             if abs(borne - force) <= 10 * BALANCED * force:
@@ -387,22 +399,26 @@ class WheelRail:
         ]
         return WheelRailPath(tuple(found), (1,) * len(found))
 
-    def _lowered(self, pair: WheelOnRail, force: float, depth: float, cells: int) -> tuple[float, list[_Pressed]]:
+    def _lowered(
+        self, pair: WheelOnRail, force: float, depth: float, cells: int, join: float
+    ) -> tuple[float, list[_Pressed]]:
         """Depth below where they touch at which normal forces bear a load, and the patches pressed there.
 
         Planes and grids are those of a depth nearby, whose load is the same but for `NEAR`: forces are smooth on them.
         """
         before, at = (0.0, 0.0), depth
         grids: list[_Grid] = []
+        found: list[_Pressed | None] = []
         for _ in range(MAX_STEPS):
             lowered = replace(pair, lift=pair.lift - at)
             settled = bool(grids) and abs(before[1] - 1) < NEAR
             if not settled:
-                grids = [grid for place in lowered.places() if (grid := self._grid(place, cells)) is not None]
-            found = [pressed for grid in grids if (pressed := grid.pressed(lowered)) is not None]
-            borne = sum(patch.contact.force * math.cos(patch.place.angle) for patch in found)
+                grids = [grid for place in lowered.places(join) if (grid := self._grid(place, cells)) is not None]
+            found = pressed_together(grids, lowered, found if settled else [])
+            patches = [patch for patch in found if patch]
+            borne = sum(patch.contact.force * math.cos(patch.place.angle) for patch in patches)
             if abs(borne - force) <= BALANCED * force:
-                return at, found
+                return at, patches
             value = (borne / force) ** (2 / 3)  # nearly linear in the depth: by secants
             slope = (value - before[1]) / (at - before[0])
             before, at = (at, value), max(at + (1 - value) / slope, 0.1 * at) if slope > 0 else 2 * at
@@ -448,10 +464,15 @@ class _Grid:
     half: HalfSpace
     centre: tuple[float, float]
 
-    def pressed(self, pair: WheelOnRail) -> _Pressed | None:
-        """The patch with the wheel at another height; None without overlap."""
-        place, grid = replace(self.place, pair=pair), self.half.grid
-        gap = place.gap(grid.x + self.centre[0], grid.y + self.centre[1])
+    def pressed(self, pair: WheelOnRail, others: Sequence[_Pressed] = ()) -> _Pressed | None:
+        """The patch with the wheel at another height, beside others; None without overlap."""
+        place = replace(self.place, pair=pair)
+        x, y = self.half.grid.x + self.centre[0], self.half.grid.y + self.centre[1]
+        gap = place.gap(x, y)
+        if others:
+            points = place.points(x, y)
+            gap = gap + sum(other.lifts(points) for other in others)
+            gap[:, (y < place.ends[0]) | (y > place.ends[1])] = np.inf  # may be within another patch
         approach = -float(gap.min())
         if approach <= 0:
             return None
@@ -468,6 +489,13 @@ class _Pressed:
     centre: tuple[float, float]
     heights: Array
     contact: HalfSpaceContact
+
+    def lifts(self, points: Array) -> Array:
+        """What the pressures open gaps at points (nx, ny, 3) of other patches: as forces at the middles of cells."""
+        grid, on = self.half.grid, self.contact.active
+        sources = self.place.points(grid.x + self.centre[0], grid.y + self.centre[1])[on]
+        lift = (1 / cdist(points.reshape(-1, 3), sources)) @ self.contact.pressure[on]
+        return lift.reshape(points.shape[:2]) * grid.area / (math.pi * self.half.contact_modulus)
 
     def rolled(self, friction: float, turning: float) -> ContactPatch:
         """The patch, rolling."""
@@ -486,6 +514,23 @@ class _Pressed:
             spin=spin,
         )
         return ContactPatch(self.place, contact, self.centre, (x, y), spin)
+
+
+def pressed_together(
+    grids: Sequence[_Grid], pair: WheelOnRail, found: Sequence[_Pressed | None]
+) -> list[_Pressed | None]:
+    """Patches on their grids, each lifted by the others, from those nearby: block by block until the forces settle."""
+    if len(grids) == 1:
+        return [grids[0].pressed(pair)]
+    now = list(found) or [grid.pressed(pair) for grid in grids]
+    for _ in range(MAX_STEPS):
+        before = [at.contact.force if at else 0.0 for at in now]
+        for k, grid in enumerate(grids):
+            now[k] = grid.pressed(pair, [at for i, at in enumerate(now) if at and i != k])
+        forces = [at.contact.force if at else 0.0 for at in now]
+        if math.dist(forces, before) <= (BALANCED if found else NEAR / 10) * sum(forces):
+            return now
+    raise SolverError("The pressures of patches beside each other do not settle: give join= to solve them as one.")
 
 
 def angle_across(place: Place, contact: HalfSpaceContact, centre: tuple[float, float]) -> float:

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -25,10 +26,6 @@ from scipy.spatial.transform import Rotation
 from fecontact.common.arrays import Array, IntArray
 from fecontact.surfaces.profile import Profile
 
-#: Places whose distance is below this part of the wider one are solved together, if their planes are alike.
-TOGETHER = 1.0
-#: Largest angle, in radians, between planes of places that are solved together.
-ALIKE = math.radians(5)
 #: Power of the overlap seen along the track, in which its square counts over the plane: its length is as its root.
 BY_SQUARE = 2.5
 #: Newton's steps on the wheel's surface, and the last one over the radius.
@@ -91,26 +88,16 @@ class WheelOnRail:
         over = (rail - points[:, 2])[np.isfinite(rail - points[:, 2])]
         return self.lift + float(over.max()) if len(over) else math.nan
 
-    def places(self) -> list[Place]:
-        """Places where they overlap, from the inner to the outer one."""
+    def places(self, join: float = 0.0) -> list[Place]:
+        """Places where they overlap, from the inner to the outer one; those nearer than `join` share a plane."""
         points, rail = self.outline
         overlap = np.nan_to_num(rail - points[:, 2], nan=-1.0)
         inside = np.concatenate([[False], overlap > 0, [False]])
         ends = np.flatnonzero(inside[1:] != inside[:-1]).reshape(-1, 2)
         runs = [np.arange(*pair) for pair in ends if pair[1] - pair[0] > 1]
-        joined: list[list[IntArray]] = []
-        for run in runs:
-            if joined and self._together(joined[-1][-1], run):
-                joined[-1].append(run)
-            else:
-                joined.append([run])
-        return [self._place(np.concatenate(group), overlap) for group in joined]
-
-    def _together(self, first: IntArray, second: IntArray) -> bool:
-        y = self.outline[0][:, 1]
-        widest = max(np.ptp(y[first]), np.ptp(y[second]))
-        angles = self.rail.angle(y[[first[len(first) // 2], second[len(second) // 2]]] - self.rail_position)
-        return bool(y[second[0]] - y[first[-1]] < TOGETHER * widest and abs(np.diff(angles)[0]) < ALIKE)
+        apart = [math.dist(points[a[-1], 1:], points[b[0], 1:]) >= join for a, b in pairwise(runs)]
+        groups = np.split(np.arange(len(runs)), np.flatnonzero(apart) + 1)
+        return [self._place(np.concatenate([runs[k] for k in group]), overlap) for group in groups if len(group)]
 
     def _place(self, run: IntArray, overlap: Array) -> Place:
         x, y, _ = self.outline[0][run].T
@@ -150,6 +137,11 @@ class Place:
         """Along the track, across it to the left, and normal of the plane, upwards: rows (3, 3)."""
         c, s = math.cos(self.angle), math.sin(self.angle)
         return np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
+
+    def points(self, x: Array, y: Array) -> Array:
+        """Points (nx, ny, 3) of the plane at distances along and across from the origin."""
+        along, across, _ = self.axes
+        return np.asarray(self.origin + np.multiply.outer(x, along)[:, None] + np.multiply.outer(y, across))
 
     def gap(self, x: Array, y: Array) -> Array:
         """Gap (nx, ny) along the normal, below zero in the overlap, at distances along and across from the origin.
@@ -192,9 +184,8 @@ class Place:
 
     def _wheel_above(self, x: Array, y: Array) -> Array:
         """Heights (nx, ny) of the wheel over the plane, by Newton's method on its meridian; not a number beyond it."""
-        pair, (along, across, normal) = self.pair, self.axes
-        n = np.zeros((len(x), len(y)))
-        base = self.origin + np.multiply.outer(x, along)[:, None] + np.multiply.outer(y, across)
+        pair, normal = self.pair, self.axes[2]
+        n, base = np.zeros((len(x), len(y))), self.points(x, y)
         turned = normal @ pair.axes
         angle = self.angle - pair.roll
         c, s = math.cos(angle), math.sin(angle)

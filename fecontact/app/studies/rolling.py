@@ -1,4 +1,4 @@
-"""Steady rolling of a curved body on a plane of the same material, at one creepage or several."""
+"""Steady rolling of a curved body on a plane of the same material, or of a wheel on a rail of given profiles."""
 
 from __future__ import annotations
 
@@ -14,14 +14,19 @@ from fecontact.common.material import Material
 from fecontact.common.table import Table
 from fecontact.halfspace import CreepCurve
 from fecontact.halfspace.pressing import Load
-from fecontact.surfaces import Paraboloid
+from fecontact.scene.wheel_rail import WheelRail
+from fecontact.surfaces import Paraboloid, read_profile
 
 #: Side of the grid in half-widths of the contact.
 BOX = 2.4
 
+#: Options of a body on a plane alone, and of a wheel on a rail.
+OF_A_BODY = ("radius_y", "creepage", "tangential", "spin", "towards", "rule")
+OF_A_WHEEL = ("shift", "yaw", "roll", "turning", "gauge", "rail_position", "wheel_position", "join")
+
 
 def run(options: Mapping[str, Any]) -> Study:
-    """Roll a body, or follow creep curves.
+    """Roll a body, follow creep curves, or roll a wheel on a rail at lateral shifts.
 
     Parameters
     ----------
@@ -31,7 +36,7 @@ def run(options: Mapping[str, Any]) -> Study:
     Raises
     ------
     InputError
-        For creepages with a tangential force, or numbers that do not fit.
+        For creepages with a tangential force, options of the other kind of bodies, or numbers that do not fit.
 
     Examples
     --------
@@ -40,19 +45,57 @@ def run(options: Mapping[str, Any]) -> Study:
     >>> round(1e5 * run({**given, "creepage": [(1.0, 0.0)]}).figures["force_along"].found, 4)
     3.0
     """
-    creepages, forces, spins = options.get("creepage"), options.get("tangential"), options["spin"]
+    rail = options.get("profiles") is not None
+    if wrong := [name for name in (OF_A_BODY if rail else OF_A_WHEEL) if options.get(name) is not None]:
+        raise InputError(
+            f"--{wrong[0].replace('_', '-')} is for {'a body on a plane' if rail else 'a wheel on a rail'}: "
+            f"{'leave it or --profiles out' if rail else 'give --profiles WHEEL RAIL, too'}."
+        )
+    return _wheel_on_rail(options) if rail else _body_on_plane(options)
+
+
+def _wheel_on_rail(options: Mapping[str, Any]) -> Study:
+    """A wheel at lateral shifts; at a single one its patches are drawn."""
+
+    def given(**names: str) -> dict[str, Any]:
+        return {ours: value for ours, name in names.items() if (value := options.get(name)) is not None}
+
+    if options["radius"] is None:
+        raise InputError("Give --radius: that of the wheel where its profile has y = z = 0.")
+    wheel, rail = map(read_profile, options["profiles"])
+    places = given(gauge="gauge", rail_position="rail_position", wheel_position="wheel_position")
+    pair = WheelRail(wheel, rail, options["radius"], Material(options["E"], options["nu"]), **places)
+    more = given(yaws="yaw", rolls="roll", turnings="turning", friction="friction", cells="cells", join="join")
+    path = pair.positions(options["force"], options.get("shift") or [0.0], **more)
+    solved = path.last if len(path) == 1 else path
+    return Study(
+        "a wheel that rolls steadily on a rail, a row for each patch; forces on the rail",
+        {},
+        path.table,
+        lambda units: solved.plot(units=units.stress, length=units.length, force=units.force),
+        {"rows": path.rows()},
+        solved,
+        notes=[f"Warning: {text}" for text in path.warnings],
+    )
+
+
+def _body_on_plane(options: Mapping[str, Any]) -> Study:
+    """One state, or creep curves."""
+    creepages, forces, spins = options.get("creepage"), options.get("tangential"), options["spin"] or [0.0]
     if creepages and forces:
         raise InputError("Give --creepage or --tangential: one follows from the other.", code="one-of")
     if len(spins) > 1 and not creepages:
         raise InputError("Several spins are a family of creep curves: give --creepage, too.")
-    checks.lengths(radius=options["radius"], force=options["force"])
+    radius = 10.0 if options["radius"] is None else options["radius"]
+    checks.lengths(radius=radius, force=options["force"])
     material, force = Material(options["E"], options["nu"]), options["force"]
-    body = Paraboloid(options["radius"], options["radius_y"] or options["radius"])
+    body = Paraboloid(radius, options["radius_y"] or radius)
     exact = closed_form(body, HalfSpace(material, (1.0, 1.0), (2, 2), against=material), Load(force, None, None))
     assert exact is not None
     x, y = exact.half_widths
     half = HalfSpace(material, (BOX * x, BOX * y), (options["cells"],) * 2, against=material)
-    given = {name: options[name] for name in ("force", "friction", "rule")} | {"towards": tuple(options["towards"])}
+    given = {name: options[name] for name in ("force", "friction")}
+    given |= {"towards": tuple(options["towards"] or (1.0, 0.0)), "rule": options["rule"] or "blended"}
     if creepages:
         curve = half.creep_curve(body, creepages, spins=spins, **given)
     else:

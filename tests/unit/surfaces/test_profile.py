@@ -187,9 +187,10 @@ def bumps(distance, at=0.0):
     return Profile(np.stack([y, -((np.abs(y) - distance / 2) ** 2) / 600 - at * y], axis=1), 1e-4)
 
 
-def test_places_beside_each_other_share_a_plane_and_others_do_not():
+@pytest.mark.parametrize(("join", "count"), [(0.0, 2), (5.0, 2), (12.0, 1)])
+def test_places_nearer_than_asked_share_a_plane(join, count):
     wheel = Profile(np.stack([np.linspace(-60, 60, 31), np.zeros(31)], axis=1))
-    for distance, count in ((12.0, 1), (30.0, 2)):
-        pair = WheelOnRail(wheel, bumps(distance), 460.0, 0.0, 0.0)
-        pair = replace(pair, lift=pair.touching_lift - 0.02)
-        assert len(pair.places()) == count
+    pair = WheelOnRail(wheel, bumps(15.0), 460.0, 0.0, 0.0)
+    pair = replace(pair, lift=pair.touching_lift - 0.02)
+    assert len(pair.places(join)) == count  # overlaps 15 mm apart, less twice the root of 2 x 300 x .02
+    assert not replace(pair, lift=pair.lift + 1.0).places(join)
