@@ -34,16 +34,24 @@ from fecontact.surfaces.normals import field_derivative, normal_derivative
 
 def turning_stiffness(surface: FacetSurface, facet: IntArray, local: Array, forces: Array) -> sp.csr_matrix:
     """Stiffness (n_dofs, n_dofs) of forces (n,) that press on points of a surface in contact."""
-    _, tangents, N = surface.evaluate(facet, local)
-    at, slopes = surface.rows_of(facet, N), surface.slopes(facet, local)
-    dual = np.asarray(np.linalg.pinv(tangents).swapaxes(1, 2), dtype=float)
+    _, _, at, sloped, dual = _rows(surface, facet, local)
     normals, turned = field_derivative(surface, facet, local)
     half = sp.csr_matrix((3 * at.shape[1], 3 * at.shape[1]))
     for a in range(2):
-        turn = components_along(surface.rows_of(facet, slopes[..., a]), normals)
+        turn = components_along(sloped[a], normals)
         turn = turn + components_along(at, turned[..., a] / 2)
         half = half - components_along(at, dual[..., a]).T @ sp.diags_array(forces) @ turn
     return sp.csr_matrix(half + half.T)
+
+
+def _rows(
+    surface: FacetSurface, facet: IntArray, local: Array
+) -> tuple[Array, Array, sp.csr_matrix, list[sp.csr_matrix], Array]:
+    """Points (n, 3), tangents, weights of nodes, those of both slopes, and the dual tangents (n, 3, 2)."""
+    x, tangents, N = surface.evaluate(facet, local)
+    slopes = surface.slopes(facet, local)
+    dual = np.asarray(np.linalg.pinv(tangents).swapaxes(1, 2), dtype=float)
+    return x, tangents, surface.rows_of(facet, N), [surface.rows_of(facet, slopes[..., a]) for a in range(2)], dual
 
 
 def following_stiffness(surface: FacetSurface, pressure: float) -> sp.csr_matrix:
@@ -53,21 +61,18 @@ def following_stiffness(surface: FacetSurface, pressure: float) -> sp.csr_matrix
     and zero on planes of symmetry (Simo, Taylor & Wriggers, Commun. Appl. Numer. Methods 7 (1991) 513).
     """
     facet, local, weight = quadrature(surface)
-    x, tangents, N = surface.evaluate(facet, local)
+    x, tangents, at, sloped, dual = _rows(surface, facet, local)
     across = np.cross(tangents[:, :, 0], tangents[:, :, 1])
     area = np.linalg.norm(across, axis=1)
     outward = np.sign((across * field_derivative(surface, facet, local)[0]).sum(axis=1))
     normals = across * (outward / area)[:, None]
-    at, slopes = surface.rows_of(facet, N), surface.slopes(facet, local)
-    dual = np.asarray(np.linalg.pinv(tangents).swapaxes(1, 2), dtype=float)
     radial = np.zeros_like(x)
     if surface.revolved:
         radial[:, 0] = 1 / x[:, 0]
     swelling, turns = components_along(at, radial), []
     for a in range(2):
-        sloped = surface.rows_of(facet, slopes[..., a])
-        swelling = swelling + components_along(sloped, dual[..., a])
-        turns.append((components_along(at, dual[..., a]), components_along(sloped, normals)))
+        swelling = swelling + components_along(sloped[a], dual[..., a])
+        turns.append((components_along(at, dual[..., a]), components_along(sloped[a], normals)))
     forces = sp.diags_array(pressure * weight * area * surface.extent(x) / 2)
     half = components_along(at, normals).T @ forces @ swelling - sum(b.T @ forces @ t for b, t in turns)
     return sp.csr_matrix(half + half.T)

@@ -349,16 +349,20 @@ def crossed(b: Array) -> Array:
     return np.asarray(straight + b[..., FIRST[:, None], SECOND] * b[..., SECOND[:, None], FIRST]) / 2
 
 
+class _Checked(Law):
+    """A law that refuses bad constants when it is made."""
+
+    def __post_init__(self) -> None:
+        self.at_rest  # noqa: B018 - refuses bad input
+
+
 @dataclass(frozen=True)
-class _ByModuli(Law):
+class _ByModuli(_Checked):
     """A law with Young's modulus and Poisson's ratio of small strains."""
 
     E: float
     nu: float
     density: float | None = None
-
-    def __post_init__(self) -> None:
-        self.at_rest  # noqa: B018 - refuses bad input now
 
     @cached_property
     def at_rest(self) -> Material:
@@ -504,7 +508,7 @@ class HolmesMow(_ByModuli, InvariantLaw):
         )
 
 
-class _Rubber(Law):
+class _Rubber(_Checked):
     """A law with a shear and a bulk modulus of small strains."""
 
     @property
@@ -512,14 +516,10 @@ class _Rubber(Law):
     def _shear(self) -> float:
         """The shear modulus at small strains."""
 
-    def __post_init__(self) -> None:
-        positive("the bulk modulus", self.bulk)
-        self.at_rest  # noqa: B018 - refuses bad input now
-
     @cached_property
     def at_rest(self) -> Material:
         """The linear material that it is at small strains."""
-        G, K = self._shear, self.bulk
+        G, K = self._shear, positive("the bulk modulus", self.bulk)
         return Material(9 * K * G / (3 * K + G), (3 * K - 2 * G) / (2 * (3 * K + G)), self.density)
 
 
@@ -597,36 +597,44 @@ class StretchLaw(Law):
         return Response(energy, stress, zero, zero, np.swapaxes(dyads, -1, -2) @ D @ dyads)
 
 
-def _powers(logs: Array, mu: Sequence[float], alpha: Sequence[float]) -> tuple[Array, Array, Array]:
-    """Sum of 2 mu / alpha^2 (l^alpha - 1) over stretches of logarithms (..., 3), and its derivatives (..., 3)."""
-    exponents, weights = np.array(alpha), 2 * np.array(mu)
-    powers = np.exp(exponents[:, None] * logs[..., None, :])  # (..., k, 3)
-    energy = (powers.sum(axis=-1) - 3) @ (weights / exponents**2)
-    first, second = (np.einsum("...ki,k->...i", powers, w) for w in (weights / exponents, weights))
-    return energy, first, second
+@dataclass(frozen=True)
+class _Powers(_Checked, StretchLaw):
+    """A law with a sum of powers of the stretches, of moduli mu_k and exponents alpha_k."""
 
+    mu: Sequence[float]
+    alpha: Sequence[float]
 
-def _sums(*given: object) -> tuple[tuple[float, ...], ...]:
-    """Moduli mu and exponents alpha of Ogden's sum, checked."""
-    out = []
-    for name, each in zip(("mu", "alpha"), given, strict=True):
-        found = array_of(each)
-        if found is None or found.ndim != 1 or not len(found) or not np.isfinite(found).all():
+    def __post_init__(self) -> None:
+        for name in ("mu", "alpha"):
+            found = array_of(getattr(self, name))
+            if found is None or found.ndim != 1 or not len(found) or not np.isfinite(found).all():
+                raise InputError(
+                    f"{name} of Ogden's law must be a sequence of numbers; found {shown(getattr(self, name))}.",
+                    code="exponents",
+                )
+            object.__setattr__(self, name, tuple(found.tolist()))
+        if len(self.mu) != len(self.alpha) or 0 in self.alpha:
             raise InputError(
-                f"{name} of Ogden's law must be a sequence of numbers; found {shown(each)}.", code="exponents"
+                f"Ogden's law needs as many exponents alpha as moduli mu, none zero; found {self.alpha} and {self.mu}.",
+                code="exponents",
             )
-        out.append(tuple(found.tolist()))
-    mu, alpha = out
-    if len(mu) != len(alpha) or 0 in alpha:
-        raise InputError(
-            f"Ogden's law needs as many exponents alpha as moduli mu, none zero; found {alpha} and {mu}.",
-            code="exponents",
-        )
-    return mu, alpha
+        super().__post_init__()
+
+    @property
+    def _shear(self) -> float:
+        return positive("the sum of the moduli mu", sum(self.mu))
+
+    def _powers(self, logs: Array) -> tuple[Array, Array, Array]:
+        """Sum of 2 mu / alpha^2 (l^alpha - 1) over stretches of logarithms (..., 3), and its derivatives (..., 3)."""
+        exponents, weights = np.array(self.alpha), 2 * np.array(self.mu)
+        powers = np.exp(exponents[:, None] * logs[..., None, :])  # (..., k, 3)
+        energy = (powers.sum(axis=-1) - 3) @ (weights / exponents**2)
+        first, second = (np.einsum("...ki,k->...i", powers, w) for w in (weights / exponents, weights))
+        return energy, first, second
 
 
 @dataclass(frozen=True)
-class Ogden(_Rubber, StretchLaw):
+class Ogden(_Powers, _Rubber):
     """Rubber: W = sum_k 2 mu_k / alpha_k^2 (sum_i (J^(-1/3) l_i)^alpha_k - 3) + bulk/2 (ln J)^2 of stretches l_i.
 
     The shear modulus at small strains is the sum of mu_k. Source: Ogden, Proc. R. Soc. Lond. A 326 (1972) 565; moduli
@@ -649,30 +657,18 @@ class Ogden(_Rubber, StretchLaw):
     0.5
     """
 
-    mu: Sequence[float]
-    alpha: Sequence[float]
     bulk: float
     density: float | None = None
-
-    def __post_init__(self) -> None:
-        mu, alpha = _sums(self.mu, self.alpha)
-        object.__setattr__(self, "mu", mu)
-        object.__setattr__(self, "alpha", alpha)
-        super().__post_init__()
-
-    @property
-    def _shear(self) -> float:
-        return positive("the sum of the moduli mu", sum(self.mu))
 
     def principal(self, logs: Array) -> tuple[Array, Array, Array]:
         """Energy W_c and derivatives, by the deviator P = 1 - 1/3."""
         P = np.eye(3) - 1 / 3
-        energy, first, second = _powers(logs @ P, self.mu, self.alpha)
+        energy, first, second = self._powers(logs @ P)
         return energy, first @ P, P @ (second[..., None] * P)
 
 
 @dataclass(frozen=True)
-class CompressibleOgden(StretchLaw):
+class CompressibleOgden(_Powers):
     """W = sum_k 2 mu_k / alpha_k^2 (sum_i l_i^alpha_k - 3 - alpha_k ln J) + lame/2 (J - 1)^2 of stretches l_i.
 
     For soft tissue and foam: FEBio's "Ogden unconstrained", with c_k = 2 mu_k and cp = lame. The Lame constants at
@@ -695,21 +691,13 @@ class CompressibleOgden(StretchLaw):
     (0.25, [-1.0, -0.25, -0.25])
     """
 
-    mu: Sequence[float]
-    alpha: Sequence[float]
     lame: float
     density: float | None = None
-
-    def __post_init__(self) -> None:
-        mu, alpha = _sums(self.mu, self.alpha)
-        object.__setattr__(self, "mu", mu)
-        object.__setattr__(self, "alpha", alpha)
-        self.at_rest  # noqa: B018 - refuses bad input now
 
     @cached_property
     def at_rest(self) -> Material:
         """The linear material that it is at small strains."""
-        mu = positive("the sum of the moduli mu", sum(self.mu))
+        mu = self._shear
         both = positive("the sum of lame and the moduli mu", number(self.lame) + mu)
         return Material(mu * (3 * self.lame + 2 * mu) / both, self.lame / (2 * both), self.density)
 
@@ -720,7 +708,7 @@ class CompressibleOgden(StretchLaw):
 
     def principal(self, logs: Array) -> tuple[Array, Array, Array]:
         """Energy W_c, all but bulk/2 (ln J)^2, and derivatives."""
-        energy, first, second = _powers(logs, self.mu, self.alpha)
+        energy, first, second = self._powers(logs)
         y, J = logs.sum(axis=-1), np.exp(logs.sum(axis=-1))
         rate = 2 * sum(m / a for m, a in zip(self.mu, self.alpha, strict=True))
         pressure = self.lame * J * (J - 1) - self.bulk * y - rate
