@@ -32,10 +32,14 @@ def main(n: int = 28, out: str | Path = "out") -> dict[str, float]:
     creep = np.diff(begins.shift[:, 0]) / cell
     steady = half.roll(BALL, force=FORCE, friction=MU, tangential=PULL, rule="contact")
 
-    # on from the steady state, over a ridge across the way
-    ridge = 0.004 * np.exp(-(((half.grid.x - 0.6 * WIDTH) / 0.7) ** 2))
-    track = np.repeat(ridge[:, None], across, axis=1)
-    bumped = half.press_path(BALL, [at(k * cell) for k in range(1, n + 1)], MU, start=steady, track=track)
+    # on from the steady state of cells half as large, over a ridge across the way
+    cell, fine = cell / 2, 2 * n
+    cells = (4 * fine + 5, fine + 5)
+    half = fc.HalfSpace(BODY, (cells[0] * cell, cells[1] * cell), cells, against=BODY)
+    first = half.roll(BALL, force=FORCE, friction=MU, tangential=PULL, rule="contact")
+    ridge = 0.004 * np.exp(-((half.grid.x - 0.85 * WIDTH) ** 2))
+    track = np.repeat(ridge[:, None], fine + 5, axis=1)
+    bumped = half.press_path(BALL, [at(k * cell) for k in range(1, 5 * fine // 4 + 1)], MU, start=first, track=track)
     over = np.diff(bumped.shift[:, 0], prepend=0.0) / cell
 
     figures = {
@@ -43,6 +47,7 @@ def main(n: int = 28, out: str | Path = "out") -> dict[str, float]:
         "creepage of the first cell": float(creep[0]),
         "creepage after two widths": float(creep[-1]),
         "of steady rolling, one solve": steady.creepage[0],
+        "and on cells half as large": first.creepage[0],
         "creepage over the bump, least": float(over.min()),
         "creepage over the bump, most": float(over.max()),
         "pressure over the bump, most": max(contact.max_pressure for contact in bumped.steps),
@@ -53,8 +58,8 @@ def main(n: int = 28, out: str | Path = "out") -> dict[str, float]:
 
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    draw(begins, bumped, creep, over, steady.creepage[0], n, folder / "rolling.png")
-    animate([*begins.steps, *bumped.steps], folder / "rolling.gif")
+    draw(begins, bumped, creep / steady.creepage[0], over / first.creepage[0], folder / "rolling.png")
+    animate([*begins.steps, *bumped.steps[::2]], folder / "rolling.gif")
     return figures
 
 
@@ -64,16 +69,16 @@ def line(contact: FrictionContact) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return contact.grid.x - contact.position[0], contact.traction[0][:, middle], MU * contact.pressure[:, middle]
 
 
-def draw(
-    begins: FrictionPath, bumped: FrictionPath, creep: np.ndarray, over: np.ndarray, steady: float, n: int, file: Path
-) -> None:
+def draw(begins: FrictionPath, bumped: FrictionPath, creep: np.ndarray, over: np.ndarray, file: Path) -> None:
     """Tractions at some distances, creepages over the distance, and tractions over the bump."""
     figure = Figure(figsize=(12.0, 4.2), layout="constrained")
     left, middle, right = figure.subplots(1, 3)
-    for axes, path, steps in ((left, begins, (0, n // 4, n // 2, 2 * n)), (right, bumped, (0, n // 3, n // 2, n - 1))):
-        for k in steps:
+    for axes, path, ways in ((left, begins, (0, 0.25, 0.5, 2)), (right, bumped, (0.4, 0.6, 0.85, 1.25))):
+        cell = path[1].position[0] - path[0].position[0]
+        for way in ways:
+            k = round(way * WIDTH / cell) - (path is bumped)
             x, q, _ = line(path[k])
-            axes.plot(x, 1e3 * q, label=f"after {(k + (path is bumped)) * WIDTH / n:.2g} mm")
+            axes.plot(x, 1e3 * q, label=f"after {way * WIDTH:.2g} mm")
         x, _, limit = line(path[0])
         axes.plot(x, 1e3 * limit, "--", color="0.6", label="limit of friction")
         axes.set_xlim(-0.7 * WIDTH, 0.7 * WIDTH)
@@ -82,11 +87,11 @@ def draw(
         axes.legend(fontsize="small")
     left.set_title("dragged, then rolling")
     right.set_title("over a bump")
-    middle.plot(np.arange(1, 2 * n + 1) * WIDTH / n, 1e3 * creep, label="begins to roll")
-    middle.plot(np.arange(1, n + 1) * WIDTH / n, 1e3 * over, label="over a bump, from the steady state")
-    middle.axhline(1e3 * steady, color="0.6", linestyle="--", label="steady, one solve")
+    middle.plot(np.linspace(0, 2 * WIDTH, len(creep) + 1)[1:], creep, label="begins to roll")
+    middle.plot(np.linspace(0, 1.25 * WIDTH, len(over) + 1)[1:], over, label="over a bump, from the steady state")
+    middle.axhline(1.0, color="0.6", linestyle="--", label="steady, one solve")
     middle.set_xlabel("distance [mm]")
-    middle.set_ylabel("creepage, thousandths")
+    middle.set_ylabel("creepage over the steady one")
     middle.legend(fontsize="small")
     figure.savefig(file, dpi=150)
 

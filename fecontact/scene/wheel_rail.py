@@ -444,11 +444,11 @@ class WheelRail:
         return self._around(place, x, y, pressed.contact.active, cells, BESIDE)
 
     def _around(self, place: Place, x: Array, y: Array, inside: Mask, cells: int, beside: int) -> _Grid:
-        """A grid round what is inside (nx, ny), with some of the former steps beside it."""
+        """A grid round what is inside (nx, ny), with some of the former steps and a cell of its own beside it."""
         ends = []
         for axis, values in enumerate((x, y)):
             at = values[np.any(inside, axis=1 - axis)]
-            margin = (beside + 0.5) * (values[1] - values[0])
+            margin = max((beside + 0.5) * (values[1] - values[0]), 1.5 * (at[-1] - at[0]) / (cells - 3))
             ends.append((float(at[0] - margin), float(at[-1] + margin)))
         (left, right), (low, high) = ends
         size = (right - left, high - low)
@@ -559,6 +559,7 @@ def _draw_profiles(axes: Any, at: WheelRailContact, names: Units, whole: bool) -
         axes.set_xlim(y - reach, y + reach)
         axes.set_ylim(z - reach, z + reach)
     axes.set_aspect("equal", adjustable="box")
+    axes.locator_params(axis="x", nbins=6)
     axes.set_xlabel(names.axis_label("y", "length"))
     axes.set_ylabel(names.axis_label("z", "length"))
     axes.legend(fontsize="small")

@@ -187,6 +187,17 @@ def test_rolling(tmp_path):
         assert (tmp_path / name).stat().st_size > 10_000
 
 
+@pytest.mark.full
+def test_wheel_on_rail(tmp_path):
+    rows = load("wheel_on_rail").main(n=2, cells=12, out=tmp_path)
+    first, last = rows[0], rows[-1]
+    assert first["angle"] < 0.05 < 0.8 < last["angle"]  # on the tread, on the flange
+    # the load is borne: normal forces along the normals, tangential ones across
+    assert abs(last["force"] * np.cos(last["angle"]) - last["across"] * np.sin(last["angle"]) - 10e3) < 0.2
+    for name in ("wheel_on_rail.png", "wheel_on_rail_patches.png"):
+        assert (tmp_path / name).stat().st_size > 10_000
+
+
 def test_press_fit_torque(tmp_path):
     figures = load("press_fit_torque").main(n=2, out=tmp_path)
     # two cells through the wall err by 1e-3 in the pressure
