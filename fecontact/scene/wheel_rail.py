@@ -66,6 +66,8 @@ class ContactPatch:
     creepage : (float, float)
     spin : float
         Of the wheel against the rail at the origin.
+    angle_across : float
+        Largest angle between the rail within the contact and its plane, in radians.
     """
 
     place: Place
@@ -73,16 +75,12 @@ class ContactPatch:
     centre: tuple[float, float]
     creepage: tuple[float, float]
     spin: float
+    angle_across: float
 
     @property
     def force_on_rail(self) -> Array:
         """Force (3,) on the rail along the track, to the left, and upwards."""
         return np.array([*self.contact.tangential, -self.contact.force]) @ self.place.axes
-
-    @property
-    def angle_across(self) -> float:
-        """Largest angle between the rail within the contact and its plane, in radians."""
-        return angle_across(self.place, self.contact, self.centre)
 
     @property
     def figures(self) -> dict[str, float]:
@@ -109,12 +107,9 @@ class ContactPatch:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of the contact, and of a rail that is curved too much for a plane."""
-        angle = self.angle_across
-        curved = (
-            f"The rail turns by {math.degrees(angle):.1f} degrees across a contact: its "
-            "plane is a model of a conformal contact there."
-        )
-        return (*self.contact.warnings, *([curved] if angle > CURVED else []))
+        turns = f"The rail turns by {math.degrees(self.angle_across):.1f} degrees across a contact"
+        curved = f"{turns}: its plane is a model of a conformal contact there."
+        return (*self.contact.warnings, *([curved] if self.angle_across > CURVED else []))
 
 
 #: Columns of figures of a patch.
@@ -166,24 +161,16 @@ class WheelRailContact(Drawn):
         for wide, panel in zip((True, False), axes[:, 0], strict=True):
             _draw_profiles(panel, self, units, wide)
         for k, patch in enumerate(self.patches, 1):
-            draw_map(
-                axes[0, k],
-                patch.contact.grid,
-                patch.contact.pressure,
-                "magma_r",
-                units.axis_label("pressure", "stress"),
-                units,
-            )
-            draw_stick_slip(axes[1, k], patch.contact, units)
+            rolled, label = patch.contact, units.axis_label("pressure", "stress")
+            draw_map(axes[0, k], rolled.grid, rolled.pressure, "magma_r", label, units)
+            draw_stick_slip(axes[1, k], rolled, units)
             axes[0, k].set_title(f"at {patch.place.origin[1]:.1f}, {math.degrees(patch.place.angle):.1f} degrees")
         return save_figure(figure, path)
 
     def __str__(self) -> str:
         x, y, z = self.force_on_rail
-        notes = [
-            f"on the rail: {x:.6g} along the track, {y:.6g} to the left, {z:.6g} upwards",
-            *(f"Warning: {text}" for text in self.warnings),
-        ]
+        total = f"on the rail: {x:.6g} along the track, {y:.6g} to the left, {z:.6g} upwards"
+        notes = [total, *(f"Warning: {text}" for text in self.warnings)]
         rows = [[patch.figures[column.name] for column in COLUMNS] for patch in self.patches]
         return str(Table(COLUMNS, rows, notes))
 
@@ -195,9 +182,8 @@ class WheelRailPath(Path[WheelRailContact], Drawn):
 
     def rows(self) -> list[dict[str, float]]:
         """Figures of each patch by name, after the axle's shift and yaw."""
-        return [
-            {"shift": at.pair.shift, "yaw": at.pair.yaw, **patch.figures} for at in self.steps for patch in at.patches
-        ]
+        each = [(at.pair, patch.figures) for at in self.steps for patch in at.patches]
+        return [{"shift": pair.shift, "yaw": pair.yaw, **figures} for pair, figures in each]
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -435,13 +421,10 @@ class WheelRail:
             half *= 2
         if not inside.any():
             return None
-        first = self._around(place, x, y, inside, FIRST, 1)
-        pressed = first.pressed(place.pair)
+        pressed = self._around(place, x, y, inside, FIRST, 1).pressed(place.pair)
         if pressed is None or not pressed.contact.active.any():
             return None
-        grid = first.half.grid
-        x, y = grid.x + first.centre[0], grid.y + first.centre[1]
-        return self._around(place, x, y, pressed.contact.active, cells, BESIDE)
+        return self._around(place, *pressed.at, pressed.contact.active, cells, BESIDE)
 
     def _around(self, place: Place, x: Array, y: Array, inside: Mask, cells: int, beside: int) -> _Grid:
         """A grid round what is inside (nx, ny), with some of the former steps and a cell of its own beside it."""
@@ -464,13 +447,17 @@ class _Grid:
     half: HalfSpace
     centre: tuple[float, float]
 
+    @property
+    def at(self) -> tuple[Array, Array]:
+        """Distances of the cells' middles from the place's origin, along (nx,) and across (ny,)."""
+        grid = self.half.grid
+        return grid.x + self.centre[0], grid.y + self.centre[1]
+
     def pressed(self, pair: WheelOnRail, others: Sequence[_Pressed] = ()) -> _Pressed | None:
         """The patch with the wheel at another height, beside others; None without overlap."""
         place = replace(self.place, pair=pair)
-        x, y = self.half.grid.x + self.centre[0], self.half.grid.y + self.centre[1]
-        gap = place.gap(x, y)
+        gap, points, y = place.gap(*self.at), place.points(*self.at), self.at[1]
         if others:
-            points = place.points(x, y)
             gap = gap + sum(other.lifts(points) for other in others)
             gap[:, (y < place.ends[0]) | (y > place.ends[1])] = np.inf  # may be within another patch
         approach = -float(gap.min())
@@ -481,39 +468,33 @@ class _Grid:
 
 
 @dataclass(frozen=True, eq=False)
-class _Pressed:
-    """A patch without friction, by heights (nx, ny) of the wheel over the rail on a grid."""
+class _Pressed(_Grid):
+    """A patch without friction, by heights (nx, ny) of the wheel over the rail."""
 
-    place: Place
-    half: HalfSpace
-    centre: tuple[float, float]
     heights: Array
     contact: HalfSpaceContact
 
     def lifts(self, points: Array) -> Array:
         """What the pressures open gaps at points (nx, ny, 3) of other patches: as forces at the middles of cells."""
-        grid, on = self.half.grid, self.contact.active
-        sources = self.place.points(grid.x + self.centre[0], grid.y + self.centre[1])[on]
-        lift = (1 / cdist(points.reshape(-1, 3), sources)) @ self.contact.pressure[on]
-        return lift.reshape(points.shape[:2]) * grid.area / (math.pi * self.half.contact_modulus)
+        on = self.contact.active
+        lift = (1 / cdist(points.reshape(-1, 3), self.place.points(*self.at)[on])) @ self.contact.pressure[on]
+        return lift.reshape(points.shape[:2]) * self.half.grid.area / (math.pi * self.half.contact_modulus)
 
     def rolled(self, friction: float, turning: float) -> ContactPatch:
         """The patch, rolling."""
-        if (angle := angle_across(self.place, self.contact, self.centre)) > CONFORMAL:
+        place, y = self.place, self.at[1][self.contact.active.any(axis=0)]
+        turns = place.pair.rail.angle(place.origin[1] + y * math.cos(place.angle) - place.pair.rail_position)
+        if (angle := float(np.nanmax(np.abs(turns - place.angle)))) > CONFORMAL:
             raise InputError(
                 f"The rail turns by {math.degrees(angle):.1f} degrees across a contact: it is conformal, and no plane "
                 f"is a model of it. Contacts up to {math.degrees(CONFORMAL):.0f} degrees are offered.",
                 code="conformal",
             )
-        x, y, spin = self.place.rigid_motion(turning)
-        contact = self.half.roll(
-            self.heights,
-            approach=self.contact.approach,
-            friction=friction,
-            creepage=(x - spin * self.centre[1], y + spin * self.centre[0]),
-            spin=spin,
-        )
-        return ContactPatch(self.place, contact, self.centre, (x, y), spin)
+        along, across, spin = place.rigid_motion(turning)
+        creepage = (along - spin * self.centre[1], across + spin * self.centre[0])
+        depth = self.contact.approach
+        contact = self.half.roll(self.heights, approach=depth, friction=friction, creepage=creepage, spin=spin)
+        return ContactPatch(place, contact, self.centre, (along, across), spin, angle)
 
 
 def pressed_together(
@@ -531,13 +512,6 @@ def pressed_together(
         if math.dist(forces, before) <= (BALANCED if found else NEAR / 10) * sum(forces):
             return now
     raise SolverError("The pressures of patches beside each other do not settle: give join= to solve them as one.")
-
-
-def angle_across(place: Place, contact: HalfSpaceContact, centre: tuple[float, float]) -> float:
-    """Largest angle between the rail within a contact and its plane, in radians."""
-    y = contact.grid.y[contact.active.any(axis=0)] + centre[1]
-    angles = place.pair.rail.angle(place.origin[1] + y * math.cos(place.angle) - place.pair.rail_position)
-    return float(np.nanmax(np.abs(angles - place.angle)))
 
 
 def _draw_profiles(axes: Any, at: WheelRailContact, names: Units, whole: bool) -> None:
