@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Protocol, TypeVar, cast, overload
+from typing import Any, ClassVar, Protocol, TypedDict, TypeVar, Unpack, cast, overload
 
 import numpy as np
 import scipy.sparse as sp
@@ -67,6 +67,28 @@ class HeightSurface(Protocol):
 
     def heights(self, x: Array, y: Array) -> Array:
         """Heights at coordinates that broadcast together; infinite where there is no surface."""
+
+
+class Solved(TypedDict, total=False):
+    """Settings of a solve."""
+
+    tolerance: float
+    symmetry: bool
+    workers: int | None
+
+
+class Pressed(Solved, total=False):
+    """A load and settings of its solve."""
+
+    force: float | None
+    approach: float | None
+
+
+class Followed(Solved, total=False):
+    """Settings of the solves of a curve."""
+
+    path: str | Path | None
+    progress: bool | None
 
 
 @compact_repr
@@ -199,61 +221,26 @@ class HalfSpace(SurfaceBody):
 
     @overload
     def press(
-        self,
-        surface: HeightSurface | ArrayLike,
-        *,
-        force: float | None = None,
-        approach: float | None = None,
-        load_point: tuple[float, float] | None = None,
-        friction: None = None,
-        hardness: ArrayLike | None = None,
-        adhesion: None = None,
-        tolerance: float = 1e-8,
-        symmetry: bool = True,
-        workers: int | None = None,
-    ) -> HalfSpaceContact: ...
+        self, surface: HeightSurface | ArrayLike, *, friction: None = None, adhesion: None = None,
+        load_point: tuple[float, float] | None = None, hardness: ArrayLike | None = None, **load: Unpack[Pressed],
+    ) -> HalfSpaceContact: ...  # fmt: skip
 
     @overload
     def press(
-        self,
-        surface: HeightSurface | ArrayLike,
-        *,
-        force: float | None = None,
-        approach: float | None = None,
-        load_point: tuple[float, float] | None = None,
-        velocity: tuple[float, float],
-        tolerance: float = 1e-8,
-        workers: int | None = None,
-    ) -> MovingContact: ...
+        self, surface: HeightSurface | ArrayLike, *, velocity: tuple[float, float],
+        load_point: tuple[float, float] | None = None, **load: Unpack[Pressed],
+    ) -> MovingContact: ...  # fmt: skip
 
     @overload
     def press(
-        self,
-        surface: HeightSurface | ArrayLike,
-        *,
-        force: float | None = None,
-        approach: float | None = None,
-        adhesion: Dugdale,
-        tolerance: float = 1e-8,
-        symmetry: bool = True,
-        workers: int | None = None,
+        self, surface: HeightSurface | ArrayLike, *, adhesion: Dugdale, **load: Unpack[Pressed]
     ) -> AdhesiveContact: ...
 
     @overload
     def press(
-        self,
-        surface: HeightSurface | ArrayLike,
-        *,
-        force: float | None = None,
-        approach: float | None = None,
-        friction: float,
-        tangential: tuple[float, float] | None = None,
-        shift: tuple[float, float] | None = None,
-        hardness: ArrayLike | None = None,
-        tolerance: float = CERTIFIED,
-        symmetry: bool = True,
-        workers: int | None = None,
-    ) -> FrictionContact: ...
+        self, surface: HeightSurface | ArrayLike, *, friction: float, tangential: tuple[float, float] | None = None,
+        shift: tuple[float, float] | None = None, hardness: ArrayLike | None = None, **load: Unpack[Pressed],
+    ) -> FrictionContact: ...  # fmt: skip
 
     def press(
         self,
@@ -415,33 +402,15 @@ class HalfSpace(SurfaceBody):
 
     @overload
     def curve(
-        self,
-        surface: HeightSurface | ArrayLike,
-        forces: ArrayLike,
-        *,
-        also: Sequence[str] = (),
-        load_point: tuple[float, float] | None = None,
-        hardness: ArrayLike | None = None,
-        tolerance: float = 1e-8,
-        symmetry: bool = True,
-        workers: int | None = None,
-        path: str | Path | None = None,
-        progress: bool | None = None,
-    ) -> LoadCurve: ...
+        self, surface: HeightSurface | ArrayLike, forces: ArrayLike, *, also: Sequence[str] = (),
+        load_point: tuple[float, float] | None = None, hardness: ArrayLike | None = None, **others: Unpack[Followed],
+    ) -> LoadCurve: ...  # fmt: skip
 
     @overload
     def curve(
-        self,
-        surface: HeightSurface | ArrayLike,
-        *,
-        approaches: ArrayLike,
-        adhesion: Dugdale,
-        tolerance: float = 1e-8,
-        symmetry: bool = True,
-        workers: int | None = None,
-        path: str | Path | None = None,
-        progress: bool | None = None,
-    ) -> AdhesionCurve: ...
+        self, surface: HeightSurface | ArrayLike, *, approaches: ArrayLike, adhesion: Dugdale,
+        **others: Unpack[Followed],
+    ) -> AdhesionCurve: ...  # fmt: skip
 
     def curve(
         self,

@@ -528,6 +528,8 @@ class GridLevel:
         Module whose arrays are transformed, see `array_module`.
     bound : (nx, ny) array, optional
         Largest pressures, see `GridProblem`.
+    depth : int
+        How often the grid was coarsened by two.
     """
 
     kernel: Array
@@ -540,6 +542,7 @@ class GridLevel:
     smooth: tuple[Term, ...] = ()
     arrays: str | None = None
     bound: Array | None = None
+    depth: int = 0
 
     @property
     def whole(self) -> tuple[slice, slice]:
@@ -605,7 +608,7 @@ def coarser(level: GridLevel, kernel: Array) -> GridLevel:
     if bound is not None:
         bound = block_sums(bound if everywhere else np.where(level.allowed, bound, 0.0)) / np.maximum(count, 1)
         bound = np.where(count > 0, bound, np.inf)
-    return replace(level, kernel=kernel, g=g, allowed=count > 0, B=B, smooth=smooth, bound=bound)
+    return replace(level, kernel=kernel, g=g, allowed=count > 0, B=B, smooth=smooth, bound=bound, depth=level.depth + 1)
 
 
 def finer(values: Array, shape: tuple[int, int], symmetric: Even, periodic: bool) -> Array:
@@ -755,12 +758,17 @@ def _reaches_border(active: Mask, part: tuple[slice, slice]) -> bool:
     return touching
 
 
+#: Solution of a level from a start and active cells, as by `solve_level`.
+LevelSolver = Callable[[GridLevel, Array, Mask, float, Tally, int | None], GridIterate]
+
+
 def solve_nested(
     level: GridLevel,
     kernel_of: Callable[[int], Array],
     tolerance: float,
     tally: Tally,
     workers: int | None = None,
+    solve: LevelSolver = solve_level,
 ) -> tuple[GridIterate, int, Array | None]:
     """Solve on a grid, starting from coarser ones.
 
@@ -774,6 +782,8 @@ def solve_nested(
         See `solve_on_grid`.
     tally : Tally
     workers : int, optional
+    solve : callable
+        Of each level.
 
     Returns
     -------
@@ -783,12 +793,17 @@ def solve_nested(
     coarse : (mx, my) array or None
         Pressure on the next coarser grid; None without one.
     """
-    start, active, n_levels, coarse = solve_coarser(level, kernel_of, tolerance, tally, workers)
-    return solve_level(level, start, active, tolerance, tally, workers), n_levels, coarse
+    start, active, n_levels, coarse = solve_coarser(level, kernel_of, tolerance, tally, workers, solve)
+    return solve(level, start, active, tolerance, tally, workers), n_levels, coarse
 
 
 def solve_coarser(
-    level: GridLevel, kernel_of: Callable[[int], Array], tolerance: float, tally: Tally, workers: int | None = None
+    level: GridLevel,
+    kernel_of: Callable[[int], Array],
+    tolerance: float,
+    tally: Tally,
+    workers: int | None = None,
+    solve: LevelSolver = solve_level,
 ) -> tuple[Array, Mask, int, Array | None]:
     """Start (nx, ny) and active cells of a grid from coarser ones; number of grids, pressure on the next coarser."""
     levels = [level]
@@ -801,7 +816,7 @@ def solve_coarser(
     # overlapping cells if the approach is prescribed, else all
     start, active = np.zeros(first.g.shape), first.allowed & (first.g < 0) if len(first.F) == 0 else first.allowed
     for k in range(len(levels) - 1, 0, -1):
-        at = solve_level(levels[k], start, active, max(tolerance, COARSE_TOLERANCE), tally, workers)
+        at = solve(levels[k], start, active, max(tolerance, COARSE_TOLERANCE), tally, workers)
         coarse = np.maximum(at.p, 0.0)
         start, active = start_on(levels[k - 1], coarse)
     return start, active, len(levels), coarse

@@ -152,15 +152,14 @@ def press(
         part = part_of(body.grid.shape, symmetric)
         at = solve_level(level, start.pressure[part], start.active[part], tolerance, tally, workers)
         n_levels, coarse = 1, start.coarse
-    elif motion is not None:
-        at, n_levels, coarse = motion.solve(level, body.grid.cell, tolerance, tally)
     else:
-        at, n_levels, coarse = solve_nested(level, body.kernel, tolerance, tally, workers)
+        solve = solve_level if motion is None else motion.solve
+        at, n_levels, coarse = solve_nested(level, body.kernel, tolerance, tally, workers, solve)
     if not body.periodic and boxed:
         check_box(body.grid, at.active, at.p, symmetric)
     operator: Product = compliance(level, level.whole, tally, workers)
     if motion is not None:
-        operator = motion.compliance(body.grid.shape, body.grid.cell, tally).tractions
+        operator = motion.compliance(level, tally).tractions
     recomputed = at.recomputed and within_bounds(at.p, level.bound)
     p = np.clip(at.p, 0.0, level.bound, out=at.p)
     u = at.u if recomputed else operator.apply(p, at.u)

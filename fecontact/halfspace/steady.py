@@ -22,7 +22,7 @@ Solids 61 (2013) 1822.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -31,7 +31,7 @@ import scipy.fft
 import scipy.signal
 import scipy.special
 
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import vector
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
@@ -39,16 +39,7 @@ from fecontact.halfspace.compliance import SurfaceCompliance, TangentialComplian
 from fecontact.halfspace.contact import HalfSpaceContact
 from fecontact.halfspace.fft import Convolution, Tally, padded
 from fecontact.halfspace.kernels import love, symbol
-from fecontact.halfspace.nested import (
-    COARSE_TOLERANCE,
-    COARSEST,
-    MAX_ROUNDS,
-    GridIterate,
-    GridLevel,
-    can_coarsen,
-    coarser,
-    start_on,
-)
+from fecontact.halfspace.nested import MAX_ROUNDS, GridIterate, GridLevel
 from fecontact.halfspace.pressing import Load, press
 from fecontact.halfspace.tresca import LinearStep, TrescaIterate, TrescaProblem, solve_by_gmres
 
@@ -104,6 +95,7 @@ class Motion:
 
     body: SurfaceCompliance
     velocity: tuple[float, float]
+    _made: dict[int, TangentialCompliance] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         x, y = vector("the velocity", self.velocity, 2)
@@ -130,10 +122,20 @@ class Motion:
         assert self.body.memory is not None
         return np.array(self.body.memory.shares), np.array(self.body.memory.times) * math.hypot(*self.velocity)
 
-    def compliance(
-        self, shape: tuple[int, int], cell: tuple[float, float], tally: Tally | None
-    ) -> TangentialCompliance:
+    def compliance(self, level: GridLevel, tally: Tally) -> TangentialCompliance:
         """Displacements of the cells of a grid by pressures on them; in place of `lift` what they lose."""
+        if level.depth not in self._made:
+            cell = (self.body.grid.cell[0] * 2**level.depth, self.body.grid.cell[1] * 2**level.depth)
+            self._made[level.depth] = self._compliance(level.g.shape, cell, tally)
+        return self._made[level.depth]
+
+    def drag(self, p: Array, depth: int) -> float:
+        """What pressures on the cells of a grid that was solved lose per length."""
+        loss = self._made[depth].lift
+        assert loss is not None
+        return float(np.vdot(p, loss.apply(p))) * self.body.grid.area * 4**depth
+
+    def _compliance(self, shape: tuple[int, int], cell: tuple[float, float], tally: Tally) -> TangentialCompliance:
         lengths = shape if self.body.periodic else (2 * padded(shape[0]), 2 * padded(shape[1]))
         unpadded = shape if self.body.periodic else (padded(shape[0]), padded(shape[1]))
         inverse = self._symbol(unpadded, cell)[0]
@@ -180,19 +182,10 @@ class Motion:
         return made[0], made[1]
 
     def solve(
-        self, level: GridLevel, cell: tuple[float, float], tolerance: float, tally: Tally
-    ) -> tuple[GridIterate, int, Array | None]:
-        """Solution on a grid, starting from coarser ones: see `nested.solve_nested`."""
-        n_levels, coarse = 1, None
-        start, active = np.zeros(level.g.shape), level.allowed & (level.g < 0 if not len(level.F) else True)
-        if max(level.g.shape) > COARSEST and can_coarsen(level):
-            larger = (2 * cell[0], 2 * cell[1])
-            below, n_levels, _ = self.solve(
-                coarser(level, level.kernel), larger, max(tolerance, COARSE_TOLERANCE), tally
-            )
-            n_levels, coarse = n_levels + 1, np.maximum(below.p, 0.0)
-            start, active = start_on(level, coarse)
-        body = self.compliance(level.g.shape, cell, tally)
+        self, level: GridLevel, start: Array, active: Mask, tolerance: float, tally: Tally, workers: int | None
+    ) -> GridIterate:
+        """Solution on a grid, see `nested.solve_level`."""
+        body = self.compliance(level, tally)
         limit = np.where(level.allowed, np.inf, 0.0)
         problem = TrescaProblem(body, limit, level.g[None], level.B[:, None], level.F)
         p, m, nit, history, rounds = start[None], np.zeros(len(level.F)), 0, [], 0
@@ -209,8 +202,7 @@ class Motion:
             pulls, enters = active & (p[0] < 0), level.allowed & ~active & (gap[0] < -tolerance * scale)
             done = not (pulls.any() or enters.any()) and max(left, lack) <= tolerance
             if done or rounds == MAX_ROUNDS:
-                at = GridIterate(p[0], u, -m, active, nit, rounds, done, tuple(history), recomputed=True)
-                return at, n_levels, coarse
+                return GridIterate(p[0], u, -m, active, nit, rounds, done, tuple(history), recomputed=True)
             active = (active & ~pulls) | enters
             p = np.where(active, p, 0.0)
             linear = LinearStep(problem, active, np.zeros(p.shape), np.zeros(p.shape[1:]), np.ones(p.shape[1:]))
@@ -257,16 +249,9 @@ def press_moving(
     """A contact that moves steadily, see `HalfSpace.press`."""
     motion = Motion(body, velocity)
     found = press(body, heights, load, tolerance, False, workers, motion=motion)
-    grid, coarse = found.grid, found.coarse
-
-    def drag(p: Array, cell: tuple[float, float]) -> float:
-        loss = motion.compliance(p.shape, cell, None).lift
-        assert loss is not None
-        return float(np.vdot(p, loss.apply(p))) * cell[0] * cell[1]
-
-    own = drag(found.pressure, grid.cell)
+    own = motion.drag(found.pressure, 0)
     error = np.nan_to_num(found.error_estimate.pressure, nan=1.0) ** 2 * abs(own)
-    if coarse is not None:
-        error = max(error, abs(drag(coarse, (2 * grid.cell[0], 2 * grid.cell[1])) - own))
+    if found.coarse is not None:
+        error = max(error, abs(motion.drag(found.coarse, 1) - own))
     known: dict[str, Any] = {name: getattr(found, name) for name in HalfSpaceContact.__dataclass_fields__}
     return MovingContact(**known, velocity=(float(velocity[0]), float(velocity[1])), drag=own, drag_error=float(error))

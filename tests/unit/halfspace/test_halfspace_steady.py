@@ -7,6 +7,7 @@ import scipy.optimize
 from scipy.special import ive, kve
 
 import fecontact as fc
+from fecontact.halfspace.steady import Motion
 from tests.refusals import refused
 
 BALL = fc.surfaces.Paraboloid(1.0)
@@ -131,6 +132,14 @@ def test_directions_and_equal_terms():
     assert held.force == pytest.approx(0.1, rel=1e-7)
     tilted = half_space(24, PLAIN).press(BALL, force=0.1, load_point=(0.0, 0.0), velocity=(1.0, 0.0))
     assert tilted.centre_of_pressure == pytest.approx((0.0, 0.0), abs=1e-7)
+
+
+def test_compliances_are_made_once_a_grid(monkeypatch):
+    """Of the answer, its certificate and both drags."""
+    made, make = [], Motion._compliance
+    monkeypatch.setattr(Motion, "_compliance", lambda *given: made.append(given[1]) or make(*given))
+    half_space(48).press(BALL, force=0.1, velocity=(1.0, 0.0))
+    assert made == [(24, 24), (48, 48)]
 
 
 def test_apart_nothing_is_pressed():
