@@ -819,10 +819,6 @@ class HalfSpace(SurfaceBody):
         setting = self._rolling(step, math.inf, tolerance, workers)
         z = self.heights_of(surface)
         normal = press(self.compliance, z, Load(force, approach, None), tolerance, symmetry, workers)
-        if not normal.active.any():
-            raise InputError(
-                "Nothing is pressed: increase the approach, or take smaller cells.", code="nothing-touches"
-            )
         return creep_coefficients(setting, normal, step)
 
     def _rolling(

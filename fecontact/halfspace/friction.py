@@ -42,7 +42,7 @@ from fecontact.halfspace.hardness import dented, with_own_dent
 from fecontact.halfspace.pressing import Load, normal_residuals, press
 from fecontact.halfspace.tresca import TrescaIterate, TrescaProblem, solve_nested_tresca, solve_tresca
 from fecontact.halfspace.viscoelastic import creep_of
-from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit
+from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit, ratio
 
 #: Staggered iterations; each reduces the error by about the product of mu and Dundurs' beta.
 MAX_STAGGERED = 40
@@ -240,7 +240,7 @@ class Friction:
         touching = np.logical_or.reduce([p > 0 for p in pressures])
         out = []
         for axis in (0, 1):
-            hit = np.flatnonzero(touching.any(axis=1 - axis))
+            hit = np.flatnonzero(touching.any(axis=1 - axis)) if touching.any() else [0]
             count = min(-(-(int(hit[-1]) + 1 - int(hit[0])) // QUANTUM) * QUANTUM, shape[axis])
             first = min(int(hit[0]), shape[axis] - count)
             out.append(slice(first, first + count))
@@ -302,11 +302,6 @@ def staggered(
                 friction.body, heights + by_traction, load, tolerance, symmetry, friction.workers,
                 start=normal, hardness=friction.hardness,
             )  # fmt: skip
-        if not normal.active.any():
-            raise InputError(
-                "Nothing is pressed: no middle of a cell touches at this approach. Increase it, or take smaller cells.",
-                code="nothing-touches",
-            )
         tractions = tractions_of(normal)
         _check_holds(friction, normal, tractions.step)
         at = tractions.solve(heights, load, start, sharper * tolerance)
@@ -383,6 +378,12 @@ def _check_holds(friction: Friction, normal: HalfSpaceContact, step: Driven) -> 
     """Refuse loads beyond the limit of friction: necessary conditions, each load alone."""
     x, y, torque = step.loads
     grid, force = normal.grid, normal.force
+    if (x or y or torque) and not normal.active.any():
+        raise InputError(
+            "Nothing is pressed at this approach, and nothing holds a tangential force or a torque. Leave them out of "
+            "this step, increase the approach, or take smaller cells.",
+            code="nothing-touches",
+        )
     drag, needed = math.hypot(x or 0.0, y or 0.0), math.hypot(*np.divide((x or 0.0, y or 0.0), friction.ratio))
     if needed > 0 and needed >= SLIDING * friction.mu * force:
         along = f"({(x or 0.0) / drag:.3g}, {(y or 0.0) / drag:.3g})"
@@ -477,7 +478,7 @@ class Tractions(Generic[S, C]):
         """Tractions and motions, from tractions (2, nx, ny) and motions, or by superposition where it applies."""
         friction, m = self.friction, np.zeros(len(self.free))
         q = np.zeros((2, *self.compliance.shape))
-        if friction.mu == 0:
+        if friction.mu == 0 or not self.normal.active.any():
             return _Solved(q, m, 0, 0)
         if start is not None:
             q, m = start[0][:, *self.box], m if start[1] is None else start[1]
@@ -552,8 +553,15 @@ class DraggedTractions(Tractions[PressStep, FrictionContact]):
 
     @property
     def before(self) -> Array:
-        """Motions (3,) at the end of the last step."""
-        return np.zeros(3) if self.last is None else np.array([*self.last.shift, self.last.twist])
+        """Motions (3,) at the end of the last step; of surfaces that are apart then where they touch on their way."""
+        if self.last is None:
+            return np.zeros(3)
+        then, step = self.last.motion, self.step
+        if self.last.active.any() or step.approach is None:
+            return then
+        now = np.array([old if value is None else value for old, value in zip(then, step.motions, strict=True)])
+        way, gap = step.approach - self.last.approach, float(self.last.gap.min())
+        return np.asarray(then + (gap / way if way > gap else 1.0) * (now - then))
 
     def _given_slip(self, p: Array) -> Array:
         c = self.compliance.of_pressure(p)
@@ -622,7 +630,7 @@ def certificate(
     p = normal.pressure
     missing = np.abs(problem.F - np.tensordot(problem.B, q, 3))
     reach = np.abs(problem.B * problem.touching).max(axis=(1, 2, 3), initial=0.0)
-    balance = float((missing / (reach * float(p.sum()))).max(initial=0.0))
+    balance = float(ratio(missing, reach * float(p.sum())).max(initial=0.0))
     scales = ResidualScales(float(p.sum()), float(np.abs(normal.displacement).max()) / length, float(p.max()))
     pressed = replace(normal.residuals, equilibrium=max(normal.residuals.equilibrium, balance))
     return pressed.with_friction(q, slip, problem.limit, scales)

@@ -438,6 +438,13 @@ class RollingTractions(Tractions[RollingStep, RollingContact]):
     added: Array | None = None
     from_sliding: bool = False
 
+    def __post_init__(self) -> None:
+        if not self.normal.active.any():
+            raise InputError(
+                "Nothing is pressed: no middle of a cell touches at this approach. Increase it, or take smaller cells.",
+                code="nothing-touches",
+            )
+
     @cached_property
     def rows(self) -> Array:
         """Rigid slips (3, 2, bx, by) by unit creepages along the direction of rolling and to its left, and by spin."""

@@ -124,7 +124,9 @@ class WornSteps(FrictionSteps):
             self.friction.tolerance, self.symmetry, self.friction.workers, own=own,
         )  # fmt: skip
         worn = worn + own * pressed.pressure
-        left = math.inf if step.approach is None else step.approach - float(self._shape(k, worn).min())
+        left = math.inf  # also where the surfaces, not worn, are apart
+        if step.approach is not None and step.approach > self._shape(k, 0.0 * worn).min():
+            left = step.approach - float(self._shape(k, worn).min())
         if worn.any() and left < WORN_OFF * worn.max():
             raise InputError(
                 f"All is worn off: at an approach of {step.approach:g} nothing is pressed any more after a worn depth "

@@ -79,6 +79,22 @@ def test_ball_that_comes_and_goes():
     assert exact[-1] < 0.15 * exact.max()  # it has nearly let go, where the elastic ball has a third of its force
 
 
+def test_a_surface_that_was_let_go_comes_back():
+    """Under a punch, let go at once at the time 3: what has crept stays and goes, as exp(-t/2) of its one term."""
+    half = half_space(16, fc.Viscoelastic(fc.Material(1.0, 0.3), [(0.5, 1.0)]), size=1.0)
+    z = np.where(np.hypot(half.grid.x[:, None], half.grid.y) < 0.3, 0.0, np.inf)
+    held = [fc.PressStep(force=1e-3, time=t) for t in (0.0, 3.0)]
+    gone = [fc.PressStep(approach=-1e-3, time=t) for t in (3.0, 4.0, 100.0)]
+    path = half.press_path(z, [*held, *gone, fc.PressStep(force=1e-3, time=100.0)], friction=0.0)
+    assert [contact.status for contact in path] == ["solved"] * 2 + ["no-contact"] * 3 + ["solved"]
+    under, crept = np.isfinite(z), path[1].approach - path[0].approach
+    for contact, left in ((path[2], 1.0), (path[3], np.exp(-0.5)), (path[4], 0.0)):
+        assert contact.force == 0.0
+        assert np.abs(contact.displacement[under] - left * crept).max() < 1e-9 * crept
+        assert np.abs(contact.gap[under] - left * crept - 1e-3).max() < 1e-9 * crept
+    assert path.last.approach == pytest.approx(path[0].approach, rel=1e-9)
+
+
 def test_very_slow_and_very_fast_are_elastic_with_friction_too():
     half = half_space(24, against=RUBBER)
     for factor, material in ((1e-9, RUBBER.material), (1e9, RUBBER.relaxed)):

@@ -147,6 +147,15 @@ def test_unlike_bodies_wear_by_the_slip_that_they_settle_to(uncut):
     assert abs(first / steady - 1) > 0.05
 
 
+def test_a_lifted_surface_does_not_wear():
+    half = fc.HalfSpace(PLAIN, size=(1.6, 1.6), cells=(16, 16), against=PLAIN)
+    steps = [PressStep(approach=a, shift=(x, 0.0)) for a, x in ((0.02, 0.0), (0.02, 0.5), (-0.01, 1.0), (-0.01, 2.0))]
+    path = half.press_path(BALL, steps, 0.0, wear=1e-3)
+    assert path[1].worn_volume > 0
+    assert path[2].status == path[3].status == "no-contact"
+    assert (path[3].worn == path[2].worn).all()
+
+
 def test_all_worn_off_ends_in_words():
     steps = [PressStep(approach=0.02), PressStep(approach=0.02, shift=(1e9, 0.0))]
     with refused(fc.InputError, "worn-off", "approach of 0.02", "Step 2 of 2"):

@@ -330,7 +330,12 @@ REFUSED = {
         lambda body: body.press(BALL, force=0.01, friction=0.1, load_point=(9.0, 0.0)),
         ("load-point-outside",),
     ),
-    "lifted": (lambda body: body.press(BALL, approach=-0.1, friction=0.1), ("nothing-touches",)),
+    "lifted, dragged": (
+        lambda body: body.press(BALL, approach=-0.1, friction=0.1, tangential=(1e-3, 0.0)),
+        ("nothing-touches", "tangential"),
+    ),
+    "lifted, rolling": (lambda body: body.roll(BALL, approach=-0.1, friction=0.1), ("nothing-touches",)),
+    "lifted, coefficients": (lambda body: body.creep_coefficients(BALL, approach=-0.1), ("nothing-touches",)),
     "second step": (
         lambda body: body.press_path(
             BALL, [fc.PressStep(force=0.01), fc.PressStep(force=0.001, tangential=(0.002, 0.0))], 0.3
@@ -345,6 +350,30 @@ def test_refusals(name):
     do, told = REFUSED[name]
     with refused(InputError, *told):
         do(half(n=12))
+
+
+@pytest.mark.parametrize("mu", [0.0, MU, math.inf])
+@pytest.mark.parametrize("options", [{"against": STEEL}, {"against": None}, {"against": None, "periodic": True}])
+def test_surfaces_that_part_and_meet_again(mu, options, tmp_path):
+    """Apart nothing acts; slip after that counts from where they touch, a third before the end of the step."""
+    body, step = fc.HalfSpace(STEEL, (3.0, 3.0), (16, 16), **options), fc.PressStep
+    steps = [step(approach=-5e-3), step(approach=5e-3), step(approach=-1e-2, shift=(2.5e-3, 0.0))]
+    steps += [step(approach=5e-3, shift=(1e-3, 0.0)), step(approach=-2e-2)]
+    path = body.press_path(BALL, steps, mu, path=tmp_path / "path.jsonl")
+    assert [contact.status for contact in path] == ["no-contact", "solved", "no-contact", "solved", "no-contact"]
+    for apart, gap in ((path[0], 5e-3), (path[2], 1e-2), (path[4], 2e-2)):
+        assert (apart.force, apart.tangential, apart.friction_work, apart.stick_area) == (0.0, (0.0, 0.0), 0.0, 0.0)
+        assert np.abs(apart.gap - body.heights_of(BALL) - gap).max() < 1e-15
+        assert "no-contact" in str(apart)
+        assert apart.summary()["area"] == 0.0
+    left = 1.5e-3 * (5e-3 - body.heights_of(BALL).min()) / 1.5e-2  # of the way by shift, when a first cell touches
+    once = body.press(BALL, approach=5e-3, friction=mu, shift=(-left, 0.0))
+    assert np.abs(path[3].pressure - once.pressure).max() < 1e-8 * once.max_pressure
+    assert np.abs(path[3].traction - once.traction).max() < 1e-8 * once.max_pressure
+    assert abs(path[3].friction_work - once.friction_work) < 1e-8 * 5e-4 * once.force
+    assert np.abs(path.shift[:, 0] - [0.0, 0.0, 2.5e-3, 1e-3, 1e-3]).max() < 1e-15
+    again = body.press_path(BALL, steps, mu, path=tmp_path / "path.jsonl")
+    assert (again.force == path.force).all()
 
 
 @pytest.mark.parametrize("against", [True, False])
