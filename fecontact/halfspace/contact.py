@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.ndimage
@@ -18,7 +19,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import among, number_array, positive, vector, whole
 from fecontact.common.checks import friction as friction_coefficient
 from fecontact.common.compact_repr import compact_repr
-from fecontact.common.error_estimate import MAX_ERROR, OF_CELLS, OF_LAYERS, ErrorEstimate, ResponseError
+from fecontact.common.error_estimate import MAX_ERROR, OF_CELLS, OF_LAYERS, ErrorEstimate, ResponseError, percent
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.region import Region
@@ -38,6 +39,9 @@ from fecontact.solvers.coulomb import friction_limit, sticks
 
 #: Difference of both areas, relative, up to which they are the same.
 SAME = 1e-9
+
+#: Error by the steps in time from which a result warns.
+MAX_TIME_ERROR = 0.05
 
 #: Cells that share a side or a corner belong to one region.
 TOUCHING = np.ones((3, 3), int)
@@ -845,6 +849,35 @@ class TractionContact(HalfSpaceContact):
         return self.solver, self.tangential_solver
 
 
+class TimeError(NamedTuple):
+    """Relative errors by the steps in time.
+
+    Attributes
+    ----------
+    pressure : float
+        Of the pressure over the contact (L2 norm).
+    force : float
+        Of the force at a given approach; zero where it is given.
+    """
+
+    pressure: float
+    force: float
+
+    def __str__(self) -> str:
+        return f"error by the steps in time: pressure about {percent(self.pressure)}, force {percent(self.force)}"
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warning of a large error, with the number of steps that reduces it."""
+        if not max(self) > MAX_TIME_ERROR:
+            return ()
+        times = math.ceil(math.sqrt(max(self) / MAX_TIME_ERROR))
+        return (
+            f"The pressure may be off by about {percent(self.pressure)} and the force by {percent(self.force)}, by the "
+            f"steps in time. Take about {times} times as many, most where loads have changed last.",
+        )
+
+
 @compact_repr
 @dataclass(frozen=True, eq=False)
 class FrictionContact(TractionContact):
@@ -866,6 +899,9 @@ class FrictionContact(TractionContact):
         At the end of the step; zero unless steps have times.
     retarded : (n, 3, nx, ny) array or None
         Of a visco-elastic half-space: what each term of its creep remembers of tractions and pressures.
+    time_change : (1 + n, nx, ny) array, optional
+        Of a visco-elastic half-space: estimated changes of the pressures, and of what each term remembers of them, by
+        small steps in time.
     worn : (nx, ny) array, optional
         Worn depth of both surfaces together since the path began; None without wear.
     wear_change : (nx, ny) array, optional
@@ -879,6 +915,7 @@ class FrictionContact(TractionContact):
     parts: tuple[FrictionContact, ...] = field(default=(), repr=False)
     time: float = 0.0
     retarded: Array | None = field(default=None, repr=False)
+    time_change: Array | None = field(default=None, kw_only=True, repr=False)
     worn: Array | None = field(default=None, kw_only=True, repr=False)
     wear_change: Array | None = field(default=None, kw_only=True, repr=False)
     cycles: float | None = field(default=None, kw_only=True, repr=False)
@@ -915,9 +952,20 @@ class FrictionContact(TractionContact):
         return float(np.abs(self.wear_change).max() / self.worn.max())
 
     @property
+    def time_error(self) -> TimeError | None:
+        """Estimated errors by the steps in time, see `viscoelastic`; None unless the half-space remembers."""
+        if self.time_change is None:
+            return None
+        change, size = self.time_change[0], float(np.linalg.norm(self.pressure)) or 1.0
+        return TimeError(
+            float(np.linalg.norm(change)) / size, abs(float(change.sum())) * self.grid.area / (self.force or 1.0)
+        )
+
+    @property
     def warnings(self) -> tuple[str, ...]:
-        """As of a contact without friction, and of steps that are large for their wear."""
-        return *super().warnings, *wear_warnings(self.wear_error)
+        """As of a contact without friction, and of steps that are large for their wear or what they remember."""
+        late = () if self.time_error is None else self.time_error.warnings
+        return *super().warnings, *wear_warnings(self.wear_error), *late
 
     def columns(self) -> dict[str, Array]:
         """Fields (nx, ny) on the cells by name."""
@@ -925,8 +973,13 @@ class FrictionContact(TractionContact):
 
     def summary(self) -> dict[str, Any]:
         """Figures for scripts, ready for JSON."""
-        wear = {} if self.worn is None else {"wear_error": self.wear_error}
-        return RenamedKeys(super().summary(), shift=list(self.shift), **wear)
+        more: dict[str, Any] = {} if self.worn is None else {"wear_error": self.wear_error}
+        more |= {} if self.time_error is None else {"time_error": self.time_error._asdict()}
+        return RenamedKeys(super().summary(), shift=list(self.shift), **more)
+
+    @property
+    def _reports(self) -> tuple[object, ...]:
+        return *super()._reports, *(() if self.time_error is None else (self.time_error,))
 
     @property
     def _motions(self) -> dict[str, float]:

@@ -26,6 +26,7 @@ from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.friction import Friction, PressStep, certified, press_step
 from fecontact.halfspace.pictures import Drawn, plot_over_force
 from fecontact.halfspace.pressing import Load
+from fecontact.halfspace.viscoelastic import with_time_change
 
 #: Loads and motions by the names of `PressStep`, or figures of a load.
 Loads = Mapping[str, Any]
@@ -277,8 +278,13 @@ class FrictionSteps(Steps[FrictionContact]):
         before, last = before or self.start, last or self.start
         z, loads = self.heights(self.steps[k].position), self.loads(k, before, end)
         if known is not None:
-            return certified(self.friction, z, loads, last, known)
-        return press_step(self.friction, z, loads, last, self.symmetry)
+            found = certified(self.friction, z, loads, last, known)
+        else:
+            found = press_step(self.friction, z, loads, last, self.symmetry)
+        if self.friction.body.memory is None:
+            return found
+        middle = self.loads(k, before, (start + end) / 2)
+        return with_time_change(self.friction, self.heights(middle.position), middle, last, found, self.symmetry)
 
     def loads(self, k: int, before: FrictionContact | None, share: float) -> PressStep:
         """Loads a share of the way through step k."""

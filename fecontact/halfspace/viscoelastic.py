@@ -11,6 +11,11 @@ with shares s and times theta of creep. Where f changes evenly in a step of leng
 holds exactly for any h. A step is then one of an elastic body that is 1 + sum s (1 - v) times as compliant, on a
 surface displaced by K sum s (e m_0 + (v - e) f_0): one product for all terms.
 
+Pressures that do not change evenly make the error. In the middle of each step they are solved for, roughly: what they
+are more than the mean of both ends, b, changes m_1 by 4 b int_0^x exp(-y) y/x (1 - y/x) dy, as of a parabola. In a
+contact of the same outline pressures change by d, (1 + sum s (1 - v)) d_1 = -sum s (that + e dm_0 + (v - e) d_0), less
+their mean where the force is given.
+
 References
 ----------
 E. H. Lee & J. R. M. Radok, J. Appl. Mech. 27 (1960) 438; T. C. T. Ting, J. Appl. Mech. 33 (1966) 845; R. L. Taylor, K.
@@ -30,9 +35,16 @@ from fecontact.common.material import Material
 from fecontact.common.viscoelastic import Viscoelastic
 from fecontact.halfspace.compliance import Memory, SurfaceCompliance
 from fecontact.halfspace.contact import FrictionContact
+from fecontact.halfspace.hardness import dented
+from fecontact.halfspace.pressing import Load, press
 
 if TYPE_CHECKING:
-    from fecontact.halfspace.friction import Friction
+    from fecontact.halfspace.friction import Friction, PressStep
+
+#: Tolerance of the pressures in the middle of a step.
+MIDDLE_TOLERANCE = 1e-4
+#: Time over that of creep below which pressures of a parabola are remembered as of short steps.
+EVEN = 1e-3
 
 Bodies = tuple[Material | Viscoelastic | None, Material | Viscoelastic | None]
 
@@ -143,10 +155,8 @@ def creep_of(friction: Friction, time: float | None, last: FrictionContact | Non
             "counter-body (against=None) or one of the same visco-elastic material.",
             code="creep-unlike",
         )
-    shares, x = np.array(memory.shares), (time - before) / np.array(memory.times)
-    keep = np.exp(-x)
-    mean = np.divide(-np.expm1(-x), x, out=np.ones(len(x)), where=x > 0)
-    weights = np.stack([keep, mean - keep, 1 - mean])
+    shares, weights = np.array(memory.shares), _weights(memory, time - before)[:3]
+    keep = weights[0]
     softer = replace(friction, body=softened(friction.body, 1 + float(shares @ weights[2])), _made={})
     if last is None:
         return Creep(softer, friction.body, time, weights)
@@ -162,6 +172,47 @@ def creep_of(friction: Friction, time: float | None, last: FrictionContact | Non
         rest[2] += along.normal_displacement(will[:2])
         moved = along.apply(was[:2]) + along.of_pressure(was[2])
     return Creep(softer, friction.body, time, weights, forces, last.retarded, rest, rest[:2] - moved)
+
+
+def _weights(memory: Memory, span: float) -> Array:
+    """Weights (4, n) of m_0, f_0, f_1 and b in m_1 after a time, see the module."""
+    x = span / np.array(memory.times)
+    keep = np.exp(-x)
+    mean = np.divide(-np.expm1(-x), x, out=np.ones(len(x)), where=x > 0)
+    y = np.maximum(x, EVEN)
+    bow = 4 * ((1 - np.exp(-y) * (1 + y)) / y - (2 - np.exp(-y) * (y**2 + 2 * y + 2)) / y**2) * x / y
+    return np.stack([keep, mean - keep, 1 - mean, bow])
+
+
+def with_time_change(
+    friction: Friction, heights: Array, middle: PressStep, last: FrictionContact | None, found: FrictionContact,
+    symmetry: bool,
+) -> FrictionContact:  # fmt: skip
+    """The contact at the end of a step with its change by small steps, from the pressures in the middle of the step."""
+    memory, creep = friction.body.memory, creep_of(friction, middle.time, last)
+    assert memory is not None
+    ends, n = [found, found if last is None else last], len(memory.times)
+    pressure, traction = (sum(getattr(end, name) for end in ends) / 2 for name in ("pressure", "traction"))
+    if last is None:
+        pressure, traction, change = pressure / 2, traction / 2, np.zeros((1 + n, *pressure.shape))
+    else:
+        change = np.zeros((1 + n, *pressure.shape)) if last.time_change is None else last.time_change
+    begin = 0.0 if last is None else last.time
+    keep, first, second, bow = _weights(memory, found.time - begin)[..., None, None]
+    late = keep * change[1:] + first * change[0]
+    if found.time > begin and pressure.any():
+        lift, z = creep.friction.lift, dented(creep.below(heights), last)
+        now = press(
+            creep.friction.body, z if lift is None else z + lift.apply(traction)[0],
+            Load(middle.force, middle.approach, middle.load_point), MIDDLE_TOLERANCE, symmetry, friction.workers,
+            boxed=False, start=replace(found, pressure=pressure), hardness=friction.hardness,
+        )  # fmt: skip
+        late = late + bow * (now.pressure - pressure)
+    shares = np.array(memory.shares)[:, None, None]
+    own = np.where(found.active, -(shares * late).sum(axis=0), 0.0) / (1 + float((shares * second).sum()))
+    if found.given == "force":
+        own -= np.where(found.active, own.sum() / max(int(found.active.sum()), 1), 0.0)
+    return replace(found, time_change=np.stack([own, *(late + second * own)]))
 
 
 def softened(body: SurfaceCompliance, factor: float) -> SurfaceCompliance:

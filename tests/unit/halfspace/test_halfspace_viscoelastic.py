@@ -79,6 +79,58 @@ def test_ball_that_comes_and_goes():
     assert exact[-1] < 0.15 * exact.max()  # it has nearly let go, where the elastic ball has a third of its force
 
 
+@pytest.mark.parametrize(
+    ("by", "times", "loads", "friction"),
+    [
+        ("approach", [0.25, 0.5, 0.75, 1.0, 1.25], [0.125, 0.25, 0.375, 0.5, 0.375], 0.0),  # Ting's ball
+        ("approach", [0.0, 0.3, 2.0, 20.0], [0.2, 0.2, 0.2, 0.2], 0.0),  # held: it relaxes
+        ("force", [0.0, 0.3, 2.0, 20.0], [0.1, 0.1, 0.1, 0.1], 0.0),  # Lee & Radok's ball
+        ("approach", [1.0, 2.5, 9.0], [0.2, 0.1, 0.25], 0.3),
+        ("force", [1.0, 2.5, 9.0], [0.08, 0.03, 0.1], 0.3),
+    ],
+)
+def test_error_of_the_steps_in_time(by, times, loads, friction):
+    """Beside eight times as many steps of the same history, with friction four times."""
+    half, n = half_space(12), 4 if friction else 8
+
+    def path(n):
+        t0 = load0 = 0.0
+        steps = []
+        for t, load in zip(times, loads, strict=True):
+            shares = np.arange(1, n + 1) / n if t > t0 else [1.0]
+            steps += [fc.PressStep(**{by: load0 + w * (load - load0)}, time=t0 + w * (t - t0)) for w in shares]
+            t0, load0 = t, load
+        return half.press_path(BALL, steps, friction)
+
+    coarse, fine = path(1), path(n)
+    ends = [contact for contact in fine if min(abs(contact.time - np.array(times))) < 1e-12]
+    off = [np.linalg.norm(a.pressure - b.pressure) for a, b in zip(coarse, ends, strict=True)]
+    true = [error / np.linalg.norm(end.pressure) for error, end in zip(off, ends, strict=True)]
+    found = [contact.time_error.pressure for contact in coarse]
+    assert 0.5 * max(true) < max(found) < 3 * max(true)
+    if by == "force":
+        assert all(contact.time_error.force < 1e-9 for contact in coarse)
+    assert max(contact.time_error.pressure for contact in fine) < 0.35 * max(found)  # contact grows by cells
+    warned = [any("steps in time" in text for text in contact.warnings) for contact in coarse]
+    assert warned == [max(contact.time_error) > 0.05 for contact in coarse]
+    assert "error by the steps in time" in str(coarse.last)
+    assert coarse.last.summary()["time_error"]["pressure"] == found[-1]
+
+
+def test_error_of_the_steps_in_time_of_a_punch():
+    """Under forces that change evenly there is none; at approaches it is that of all pressures alike."""
+    half, times = half_space(16, size=1.0), (1.0, 3.0, 9.0)
+    z = np.where(np.hypot(half.grid.x[:, None], half.grid.y) < 0.3, 0.0, np.inf)
+    pressed = half.press_path(z, [fc.PressStep(force=t, time=t) for t in times], friction=0.0)
+    assert max(max(contact.time_error) for contact in pressed) < 1e-3
+    coarse = half.press_path(z, [fc.PressStep(approach=t, time=t) for t in times], friction=0.0)
+    fine = half.press_path(z, [fc.PressStep(approach=t, time=t) for t in np.arange(1, 37) / 4], friction=0.0)
+    true = coarse.force / fine.force[[3, 11, 35]] - 1
+    for contact, error in zip(coarse, true, strict=True):
+        assert contact.time_error.pressure == pytest.approx(error, rel=0.25)  # a parabola for an exponential
+        assert contact.time_error.force == pytest.approx(error, rel=0.25)  # a parabola for an exponential
+
+
 def test_a_surface_that_was_let_go_comes_back():
     """Under a punch, let go at once at the time 3: what has crept stays and goes, as exp(-t/2) of its one term."""
     half = half_space(16, fc.Viscoelastic(fc.Material(1.0, 0.3), [(0.5, 1.0)]), size=1.0)
@@ -146,6 +198,7 @@ def test_a_file_resumes(tmp_path):
         assert np.abs(other.last.pressure - whole.last.pressure).max() < 1e-12
         assert np.abs(other.last.slip - whole.last.slip).max() < 1e-12
         assert np.abs(other.last.retarded - whole.last.retarded).max() < 1e-12
+        assert other.last.time_error.pressure == pytest.approx(whole.last.time_error.pressure, rel=1e-6)
 
 
 def test_time_on_an_elastic_half_space_changes_nothing():
@@ -153,7 +206,7 @@ def test_time_on_an_elastic_half_space_changes_nothing():
     timed = half.press_path(BALL, [fc.PressStep(force=0.1, time=2.0)], friction=0.0).last
     plain = half.press_path(BALL, [fc.PressStep(force=0.1)], friction=0.0).last
     assert (timed.pressure == plain.pressure).all()
-    assert (timed.time, plain.time, timed.retarded) == (2.0, 0.0, None)
+    assert (timed.time, plain.time, timed.retarded, timed.time_error) == (2.0, 0.0, None, None)
 
 
 def test_refused():
