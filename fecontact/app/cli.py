@@ -95,6 +95,8 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
     body.add_argument("--E", type=float, default=None, help="Young's modulus; leave out for a rigid base under layers")
     body.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio")
     body.add_argument("--against", nargs=2, type=float, metavar=("E", "NU"), help="the shape is elastic too")
+    prony = "visco-elastic, E at t = 0: a share of it that relaxes, and its time; repeated"
+    body.add_argument("--prony", action="append", metavar="SHARE,TIME", help=prony)
     body.add_argument("--layer", action="append", metavar="E,NU,THICKNESS[,frictionless]", help="from the top down")
     body.add_argument("--periodic", action="store_true", help="the surface repeats beyond the grid")
     body.add_argument(
@@ -108,6 +110,10 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
     load.add_argument(
         "--hardness", type=float, help="largest pressure, at which the half-space yields and keeps a dent"
     )
+    moves = "of a contact that rolls or slides over a visco-elastic half-space"
+    load.add_argument("--velocity", nargs=2, type=float, metavar=("VX", "VY"), help=moves)
+    load.add_argument("--adhesion", metavar="WORK,RANGE", help="of surfaces that attract each other, Dugdale's law")
+    load.add_argument("--approaches", metavar="A1,A2,...", help="with adhesion: a curve, on and off")
     load.add_argument("--load-point", nargs=2, type=float, metavar=("X", "Y"), help="the shape is free to tilt")
     load.add_argument("--moment", nargs=2, type=float, metavar=("MX", "MY"), help="the same, by moments")
     form = parser.add_argument_group("shape")

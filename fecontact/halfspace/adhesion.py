@@ -182,11 +182,15 @@ class AdhesiveContact(HalfSpaceContact):
             )
         return found
 
+    @cached_property
+    def figures(self) -> dict[str, float]:
+        """Figures by name."""
+        names = ("adhesive_area", "energy", "stability", "law_residual")
+        return {**super().figures, **{name: getattr(self, name) for name in names}}
+
     def summary(self) -> dict[str, Any]:
         """Figures for scripts, ready for JSON."""
-        names = ("adhesive_area", "energy", "law_residual", "stability")
-        law = {"work": self.adhesion.work, "range": self.adhesion.range}
-        return super().summary() | {"adhesion": law} | {name: getattr(self, name) for name in names}
+        return super().summary() | {"adhesion": {"work": self.adhesion.work, "range": self.adhesion.range}}
 
     def columns(self) -> dict[str, Array]:
         """Fields (nx, ny) on the cells by name."""
@@ -692,8 +696,7 @@ class ApproachSteps(Steps[tuple[Point, ...]]):
         """The point after another one, with estimates of its errors or without."""
         contact, state = self.adhesive.contact(Given(approach), *(last[1:] if last else ()))
         contact = self.adhesive.judged(contact, state) if judged else contact
-        found = {"adhesive_area": contact.adhesive_area, "energy": contact.energy, "stability": contact.stability}
-        found |= {"force_error": contact.response_error.force or math.nan, "area_error": contact.error_estimate.area}
+        found = {"force_error": contact.response_error.force or math.nan, "area_error": contact.error_estimate.area}
         found |= {**contact.figures, "worst_residual": max(contact.residuals.worst, contact.law_residual)}
         row = {name: found[name] for name in FIGURES} | {"warnings": contact.warnings, "jump": None}
         return Point(row, state.share, state)

@@ -327,6 +327,46 @@ def plot_dragged(contact: Dragged, path: str | Path | None = None, units: Units 
     return save_figure(figure, path)
 
 
+def plot_moving(contact: Pressed, path: str | Path | None, units: Units) -> Figure:
+    """Pressure of a `MovingContact` with its centre and the way it goes, and a section along that, ahead to the right.
+
+    In the section the surface moves from the right to the left; behind the contact it comes back.
+    """
+    figure = Figure(figsize=(12.0, 5.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    draw_map(left, contact.grid, contact.pressure, "magma_r", units.axis_label("pressure", "stress"), units)
+    ahead = np.divide(contact.velocity, np.hypot(*contact.velocity))
+    centre, reach = np.array(contact.centre_of_pressure), 0.5 * min(contact.grid.size)
+    if np.isfinite(centre).all():
+        left.plot(*centre, "+", color="tab:cyan", markersize=10, label="centre of pressure")
+        left.legend(loc="upper right", fontsize="small")
+    left.annotate("", 0.95 * reach * ahead, 0.6 * reach * ahead, arrowprops={"arrowstyle": "-|>", "color": "tab:blue"})
+    s = reach * np.linspace(-1, 1, 2 * max(contact.grid.shape))
+    i, k = np.unravel_index(contact.pressure.argmax(), contact.grid.shape)
+    peak = np.array([contact.grid.x[i], contact.grid.y[k]])
+    line = peak + (s[:, None] - peak @ ahead) * ahead
+    gap = np.where(np.isfinite(contact.gap), contact.gap, np.nan)
+    p, u, h = (
+        scipy.interpolate.RegularGridInterpolator((contact.grid.x, contact.grid.y), v, bounds_error=False)(line)
+        for v in (contact.pressure, contact.displacement, gap)
+    )
+    right.plot(s, -u, color="tab:blue", label="half-space")
+    right.plot(s, h - u, color="black", label="counter-surface")
+    if (depth := np.nanmax(u) - np.nanmin(u)) > 0:
+        right.set_ylim(-np.nanmax(u) - 0.1 * depth, -np.nanmin(u) + 0.5 * depth)
+    right.set_xlabel(units.axis_label("place along the motion", "length"))
+    right.set_ylabel(units.axis_label("height", "length"))
+    pressure = right.twinx()
+    pressure.fill_between(s, p, color="tab:red", alpha=0.25, label="pressure")
+    pressure.set_ylabel(units.axis_label("pressure", "stress"))
+    right.legend(handles=[*right.lines, pressure.collections[0]], loc="upper left", fontsize="small")
+    figure.suptitle(
+        f"force {units.number(contact.force, 'force')}, drag {units.number(contact.drag, 'force')}, velocity "
+        f"({contact.velocity[0]:g}, {contact.velocity[1]:g})"
+    )
+    return save_figure(figure, path)
+
+
 def save_fields(path: str | Path, grid: Grid, fields: Mapping[str, Array], summary: Mapping[str, Any]) -> Path:
     """Write fields (nx, ny) on the cells of a grid, or a summary; the suffix decides.
 

@@ -24,6 +24,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,11 +36,13 @@ from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import vector
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
+from fecontact.common.units import Units
 from fecontact.halfspace.compliance import SurfaceCompliance, TangentialCompliance
 from fecontact.halfspace.contact import HalfSpaceContact
 from fecontact.halfspace.fft import Convolution, Tally, padded
 from fecontact.halfspace.kernels import love, symbol
 from fecontact.halfspace.nested import MAX_ROUNDS, GridIterate, GridLevel
+from fecontact.halfspace.pictures import plot_moving
 from fecontact.halfspace.pressing import Load, press
 from fecontact.halfspace.tresca import LinearStep, TrescaIterate, TrescaProblem, solve_by_gmres
 
@@ -58,6 +61,8 @@ TWO_CELLS = 0.999999 * math.pi
 @dataclass(frozen=True, eq=False)
 class MovingContact(HalfSpaceContact):
     """Contact that moves steadily over a visco-elastic half-space; made by `HalfSpace.press` with `velocity`.
+
+    Drawn are the pressure with its centre, and a section along the motion.
 
     Attributes
     ----------
@@ -87,6 +92,9 @@ class MovingContact(HalfSpaceContact):
     @property
     def _printed(self) -> dict[str, float]:
         return {**super()._printed, "drag": self.drag, "error of the drag": self.drag_error}
+
+    def _drawn(self, path: str | Path | None, units: Units) -> Any:
+        return plot_moving(self, path, units)
 
 
 @dataclass(frozen=True, eq=False)

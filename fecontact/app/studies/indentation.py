@@ -21,9 +21,10 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.table import Table
 from fecontact.common.units import Units
-from fecontact.halfspace import HalfSpaceContact, Layer
+from fecontact.common.viscoelastic import Viscoelastic
+from fecontact.halfspace import Dugdale, HalfSpaceContact, Layer
 from fecontact.halfspace.grid import Grid
-from fecontact.halfspace.pictures import plot_over_force, plot_pressed
+from fecontact.halfspace.pictures import plot_adhesion, plot_moving, plot_over_force, plot_pressed
 from fecontact.halfspace.pressing import Load
 from fecontact.mesh.read import POLYGON_READERS, read_surface
 from fecontact.results.report import peak_memory
@@ -47,7 +48,14 @@ LONGEST, SHORTEST = 4, 8
 """Defaults for a rough surface: its size over the longest wave, and the shortest wave in cells."""
 
 #: Figures in the rows, in this order.
-ROW = ("force", "approach", "area", "mean gap", "maximum pressure", "stiffness")
+ROW = ("force", "approach", "area", "mean gap", "maximum pressure", "stiffness", "drag", "adhesive area")
+
+
+#: Words for figures that only some contacts have.
+MORE = {
+    "plastic_area": "plastic area", "max_dent": "largest dent", "drag": "drag", "drag_error": "error of the drag",
+    "adhesive_area": "adhesive area", "energy": "energy", "stability": "stability", "law_residual": "law residual",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -56,7 +64,7 @@ class Ground:
 
     Attributes
     ----------
-    material : Material or None
+    material : Material, Viscoelastic or None
         None: a rigid base under layers.
     layers : tuple of Layer
     against : Material or None
@@ -64,7 +72,7 @@ class Ground:
     periodic : bool
     """
 
-    material: Material | None
+    material: Material | Viscoelastic | None
     layers: tuple[Layer, ...] = ()
     against: Material | None = None
     periodic: bool = False
@@ -76,7 +84,8 @@ class Ground:
     @property
     def softest(self) -> Ground:
         """The homogeneous half-space of its softest material, for the widest contact."""
-        materials = [m for m in (self.material, *(layer.material for layer in self.layers)) if m is not None]
+        base: Any = getattr(self.material, "relaxed", self.material)
+        materials = [m for m in (base, *(layer.material for layer in self.layers)) if m is not None]
         soft = min(materials, key=lambda m: m.plane_strain_modulus)
         return Ground(soft, (), self.against, False)
 
@@ -90,8 +99,8 @@ def indent(
     size: Size | None = None,
     name: str | None = None,
     tolerance: float = 1e-8,
-    hardness: float | None = None,
     dent: Array | float = 0.0,
+    **law: Any,
 ) -> Study:
     """Press a rigid shape on a half-space.
 
@@ -108,10 +117,10 @@ def indent(
     name : str, optional
         Name of the shape, for the table.
     tolerance : float
-    hardness : float, optional
-        Largest pressure, see `halfspace.hardness`; closed forms are elastic and left out.
     dent : (nx, ny) array
         By loads before.
+    **law
+        hardness, velocity or adhesion, as in `HalfSpace.press`; closed forms are elastic and left out.
 
     Returns
     -------
@@ -141,10 +150,10 @@ def indent(
             "A periodic surface cannot tilt, for then it would not repeat: leave out the load point (or moment), or "
             "make the half-space free."
         )
-    exact = closed_form(shape, half, load) if hardness is None else None
+    exact = None if law else closed_form(shape, half, load)
     pressed = half.heights_of(shape) + dent if np.any(dent) else shape
     contact = half.press(
-        pressed, force=load.force, approach=load.approach, load_point=load.point, tolerance=tolerance, hardness=hardness
+        pressed, force=load.force, approach=load.approach, load_point=load.point, tolerance=tolerance, **law
     )
     _check_outline(shape, contact)
     return _study(name or type(shape).__name__, half, contact, exact)
@@ -187,10 +196,12 @@ def curve(shape: Any, ground: Ground, loads: Sequence[Load], **options: Any) -> 
 
 def _over_force(steps: Sequence[Study], title: str, units: Units) -> Picture:
     """Approach, area, stiffness and mean gap over the force, with the closed form where there is one."""
+    stiffness = "stiffness" + (f" [{units.force}/{units.length}]" if units.force and units.length else "")
+    moves = "drag" in steps[0].figures
     labels = {
         "approach": units.axis_label("approach", "length"),
         "area": "area" + (f" [{units.length}²]" if units.length else ""),
-        "stiffness": "stiffness" + (f" [{units.force}/{units.length}]" if units.force and units.length else ""),
+        **({"drag": units.axis_label("drag", "force")} if moves else {"stiffness": stiffness}),
         "mean gap": units.axis_label("mean gap", "length"),
     }
     panels = {}
@@ -212,10 +223,10 @@ def _study(name: str, half: HalfSpace, c: HalfSpaceContact, exact: Exact | None)
         "maximum pressure": c.max_pressure,
         "mean pressure": c.figures["mean_pressure"],
         "mean gap": c.mean_gap,
-        "stiffness": half.stiffness(c),
     }
-    if c.dent is not None:
-        found |= {"plastic area": c.plastic_area, "largest dent": float(c.dent.max())}
+    if not {"drag", "adhesive_area"} & c.figures.keys():
+        found["stiffness"] = half.stiffness(c)
+    found |= {what: c.figures[name] for name, what in MORE.items() if name in c.figures}
     if any(c.tilt):
         found["tilt (rad)"] = math.hypot(*c.tilt)
     known = exact.figures if exact else {}
@@ -251,7 +262,7 @@ def _study(name: str, half: HalfSpace, c: HalfSpaceContact, exact: Exact | None)
         *(f"Warning: {text}" for text in c.warnings),
         f"{c.solver.nit} iterations, {c.solver.transforms:.1f} transforms, {c.solver.seconds:.3f} s",
     ]
-    row = {**{column.replace(" ", "_"): found[column] for column in ROW}, "regions": c.n_regions}
+    row = {**{column.replace(" ", "_"): found[column] for column in ROW if column in found}, "regions": c.n_regions}
     return Study(
         f"{name} on a {kind} half-space{stack}, {cells} cells on {sides}",
         figures,
@@ -275,6 +286,8 @@ def _pressure_error(contact: HalfSpaceContact, exact: Exact) -> float:
 
 def _picture(contact: HalfSpaceContact, exact: Exact | None, units: Units, name: str) -> Picture:
     """Pressure, gap, displacement and stress below the peak, with the edge of the closed form's contact."""
+    if "drag" in contact.figures:
+        return plot_moving(contact, None, units)
     picture = plot_pressed(contact, None, units, name)
     if exact is not None and exact.pressure is not None and not contact.periodic:
         axes, angle, (a, b) = picture.axes[0], np.linspace(0, 2 * np.pi, 200), exact.half_widths
@@ -385,14 +398,47 @@ def run(options: Options) -> Study:
     _refuse_foreign(name, given)
     cells, size = _pair(given.get("cells", [256]), "cells"), _pair(given.get("size"), "size")
     ground = _ground(given)
-    loads = _loads(given)
+    loads = [] if "adhesion" in given else _loads(given)
     shape, cells, size = _shape(name, given, cells, size, ground.periodic)
     label = Path(given["file"]).name if name == "heights" else name
     common = {"cells": cells, "size": size, "name": label, "tolerance": given.get("tolerance", 1e-8)}
-    common |= {"hardness": given.get("hardness")}
+    common |= {law: given[law] for law in ("hardness", "velocity") if law in given}
+    if "adhesion" in given:
+        return _adhesive(shape, ground, given, cells, size, label)
     if "loads" in given:
         return curve(shape, ground, loads, **common)
     return indent(shape, ground, loads[0], **common)
+
+
+def _adhesive(shape: Any, ground: Ground, given: Options, cells: Cells, size: Size | None, name: str) -> Study:
+    """The study of one state of a shape that adheres, or of a curve through approaches."""
+    if size is None:
+        raise InputError("With --adhesion the contact has no closed form for its width: give the grid a --size.")
+    half, law = ground.on(size, cells), Dugdale(*_numbers(given["adhesion"], "adhesion", 2))
+    refused = ["hardness", "velocity", "load_point", "moment", "loads"]
+    refused += ["force", "approach"] if "approaches" in given else []
+    if others := ", ".join("--" + key.replace("_", "-") for key in refused if key in given):
+        raise InputError(f"With --adhesion {'and --approaches ' * ('approaches' in given)}leave out {others}.")
+    if ground.periodic:
+        _check_repeats(shape)
+    common = {"adhesion": law, "tolerance": given.get("tolerance", 1e-8)}
+    if "approaches" not in given:
+        contact = half.press(shape, force=given.get("force"), approach=given.get("approach"), **common)
+        return _study(name, half, contact, None)
+    found = half.curve(shape, approaches=_numbers(given["approaches"], "approaches"), **common)
+    rows = found.rows()
+    notes = [f"pull-off {found.pull_off:.6g} at the approach {found.pull_off_approach:.6g}", *map(str, found.jumps)]
+    notes += [f"energy lost {found.hysteresis:.6g}", *(f"Warning: {text}" for text in found.warnings)]
+    data = {
+        "shape": name,
+        "states": [finite(row) for row in rows],
+        "pull_off": found.pull_off,
+        "hysteresis": found.hysteresis,
+    }
+    table = Table(list(rows[0]), [tuple(row.values()) for row in rows])
+    return Study(
+        f"{name} with adhesion", {}, table, lambda units: plot_adhesion(found, None, units), data, found, "", notes
+    )
 
 
 def _pair(values: Any, name: str) -> Any:
@@ -408,7 +454,9 @@ def _ground(given: Options) -> Ground:
     layers = tuple(_layer(text) for text in given.get("layer", ()))
     if "E" not in given and not layers:
         raise InputError("Give the half-space's modulus with --E (and --nu), or layers on a rigid base with --layer.")
-    base = Material(given["E"], given["nu"]) if "E" in given else None
+    base: Any = Material(given["E"], given["nu"]) if "E" in given else None
+    if "prony" in given:
+        base = Viscoelastic(base, [(g, t) for g, t in (_numbers(text, "prony", 2) for text in given["prony"])])
     against = Material(*given["against"]) if "against" in given else None
     return Ground(base, layers, against, bool(given.get("periodic")))
 
@@ -423,6 +471,8 @@ def _layer(text: str) -> Layer:
 
 
 def _loads(given: Options) -> list[Load]:
+    if "approaches" in given:
+        raise InputError("--approaches are of a curve with --adhesion; for one load give --approach.")
     kinds = [name for name in ("force", "approach", "loads") if name in given]
     if len(kinds) != 1:
         found = " and ".join(f"--{kind}" for kind in kinds) or "none"
@@ -432,7 +482,7 @@ def _loads(given: Options) -> list[Load]:
     point = tuple(given["load_point"]) if "load_point" in given else None
     if "approach" in given:
         return [Load(None, given["approach"], tuple(given["moment"]) if "moment" in given else point)]
-    forces = [given["force"]] if "force" in given else _numbers(given["loads"])
+    forces = [given["force"]] if "force" in given else _numbers(given["loads"], "loads")
     loads = [Load(force, None, point) for force in forces]
     if "moment" not in given:
         return loads
@@ -441,11 +491,14 @@ def _loads(given: Options) -> list[Load]:
     return [Load(force, None, (about_y / force, -about_x / force)) for force in forces]
 
 
-def _numbers(text: str) -> list[float]:
+def _numbers(text: str, option: str, count: int | None = None) -> list[float]:
+    parts = text.split(",")
     try:
-        return [float(part) for part in text.split(",")]
+        if len(parts) == (count or len(parts)):
+            return [float(part) for part in parts]
     except ValueError:
-        raise InputError(f"--loads reads like 1,2,5,10; found {text!r}.") from None
+        pass
+    raise InputError(f"--{option} reads like {'1,2,5,10'[: 2 * count - 1 if count else None]}; found {text!r}.")
 
 
 def _need(given: Options, *names: str) -> list[Any]:

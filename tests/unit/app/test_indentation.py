@@ -76,6 +76,34 @@ def test_curve_with_picture_and_table(tmp_path, capsys):
     assert len(json.loads((tmp_path / "json.json").read_text())["loads"]) == 3
 
 
+def test_moving_contacts_with_pictures(tmp_path, capsys):
+    rubber = ["sphere", "--radius", "10", "--E", "10", "--nu", "0.49", "--prony", "0.5,0.1", "--prony", "0.3,10"]
+    moves = [*rubber, "--velocity", "5", "0", "--cells", "24"]
+    found = run(capsys, *moves, "--force", "1", "--plot", str(tmp_path / "one.png"))
+    soft = fc.HalfSpace(fc.Viscoelastic(fc.Material(10.0, 0.49), [(0.5, 0.1), (0.3, 10.0)]), found["size"], (24, 24))
+    same = soft.press(fc.Sphere(10.0), force=1.0, velocity=(5.0, 0.0))
+    assert found["figures"]["drag"] == pytest.approx(same.drag, rel=1e-12)
+    assert "stiffness" not in found["figures"]
+    curve = run(capsys, *moves, "--loads", "0.1,1", "--plot", str(tmp_path / "curve.png"))
+    assert curve["loads"][1]["figures"]["drag"] > 10 * curve["loads"][0]["figures"]["drag"] > 0
+    assert len(list(tmp_path.glob("*.png"))) == 2
+
+
+def test_adhesion_with_pictures(tmp_path, capsys):
+    sticky = ["paraboloid", "--radius", "1", "--E", "1", "--nu", "0.49", "--adhesion", "1e-5,3e-4", "--size", "0.12"]
+    one = run(capsys, *sticky, "--cells", "16", "--force=-2e-5", "--plot", str(tmp_path / "one.png"))
+    assert one["figures"]["force"] == pytest.approx(-2e-5, rel=1e-6)
+    assert one["figures"]["law residual"] < 1e-6
+    assert one["figures"]["stability"] > 0
+    on = [*sticky, "--adhesion", "1e-5,2e-3", "--size", "0.2", "--cells", "12", "--approaches=-3e-3,-1e-3,-3e-3"]
+    found = run(capsys, *on, "--plot", str(tmp_path / "on.png"))
+    half = fc.HalfSpace(fc.Material(1.0, 0.49), (0.2, 0.2), (12, 12))
+    curve = half.curve(fc.surfaces.Paraboloid(1.0), approaches=[-3e-3, -1e-3, -3e-3], adhesion=fc.Dugdale(1e-5, 2e-3))
+    assert found["pull_off"] == pytest.approx(curve.pull_off, rel=1e-12)
+    assert [state["force"] for state in found["states"]] == pytest.approx(curve.force.tolist(), abs=1e-15)
+    assert len(list(tmp_path.glob("*.png"))) == 2
+
+
 def test_rough_surface_with_picture(tmp_path, capsys):
     options = ["rough", "--rms-slope=0.1", "--size=1", "--E=1", "--periodic", "--force=0.01", "--cells=32"]
     assert main(["halfspace", *options, f"--plot={tmp_path / 'rough.png'}"]) == 0
@@ -132,6 +160,15 @@ SPHERE, WAVE = ["sphere", "--radius", "10"], ["wave", "--amplitude", "0.1"]
         (["cylinder", "--radius=1", "--E=1", "--force=1", "--size=9"], "give it a length"),
         (["heights", "--file", "no.npy", "--E", "1", "--force", "1"], "no file"),
         ([*BALL, "--force", "1", "--plot", "/no/such/x.png"], "does not exist"),
+        ([*BALL, "--force", "1", "--velocity", "1", "0"], "give a Viscoelastic material"),
+        ([*BALL, "--force", "1", "--prony", "0.5"], "--prony reads like 1,2"),
+        ([*SPHERE, "--force", "1", "--prony", "0.5,1", "--layer", "5,0.3,2"], "moduli at t = 0"),
+        ([*BALL, "--approaches", "1,2"], "of a curve with --adhesion"),
+        ([*BALL, "--adhesion", "1,b", "--size", "1", "--force", "1"], "--adhesion reads like 1,2"),
+        ([*BALL, "--adhesion", "1,2", "--force", "1"], "give the grid a --size"),
+        ([*BALL, "--adhesion", "1,2", "--size", "1", "--loads", "1,2"], "leave out --loads"),
+        ([*BALL, "--adhesion", "1,2", "--size", "1", "--approaches", "1", "--force", "1"], "leave out --force"),
+        ([*BALL, "--adhesion", "1,2", "--size", "1"], "exactly one of force and approach"),
     ],
 )
 def test_refusals(arguments, message, capsys):

@@ -145,6 +145,20 @@ def test_compliances_are_made_once_a_grid(monkeypatch):
 def test_apart_nothing_is_pressed():
     found = half_space(16).press(BALL, approach=-0.1, velocity=(1.0, 0.0))
     assert (found.status, found.force, found.drag) == ("no-contact", 0.0, 0.0)
+    assert len(found.plot().axes) == 4
+
+
+@pytest.mark.parametrize("velocity", [(1.0, 0.0), (0.0, -1.0)])
+def test_picture(velocity):
+    """The section is through the largest pressure, ahead to the right; in the contact both surfaces are one."""
+    found = half_space(24).press(BALL, force=0.1, velocity=velocity)
+    pressed, section, *_ = found.plot(length="mm").axes
+    assert section.get_xlabel() == "place along the motion [mm]"
+    (s, body), (_, counter) = (line.get_data() for line in section.lines)
+    touching = np.abs(s - (found.centre_of_pressure @ np.array(velocity))) < 0.15
+    assert np.abs(body - counter)[touching].max() < 1e-6
+    assert np.nanmin(body[s > 1.0]) > np.nanmax(body[s < -1.0])  # behind it has not come back yet
+    assert np.abs(pressed.lines[0].get_data() - np.array(found.centre_of_pressure)[:, None]).max() < 1e-12
 
 
 def test_refused():
