@@ -544,6 +544,7 @@ class HalfSpace(SurfaceBody):
         wear: float | None = None,
         start: FrictionContact | RollingContact | None = None,
         track: HeightSurface | ArrayLike | None = None,
+        accuracy: float | None = None,
     ) -> FrictionPath:
         """Press and drag a rigid surface with friction along a path of loads, from the unloaded state or a known one.
 
@@ -581,6 +582,8 @@ class HalfSpace(SurfaceBody):
         track : shape with `heights`, or (nx, ny) array_like, optional
             Heights of the half-space's own surface, upwards, which stay where they are while steps have other
             positions: a bump, corrugation.
+        accuracy : float, optional
+            Of a visco-elastic half-space: steps are cut, to a 32nd part, until their `time_error` is below.
 
         Returns
         -------
@@ -619,10 +622,16 @@ class HalfSpace(SurfaceBody):
         given = setting, self._heights_at(surface, track), steps, symmetry
         if wear is not None:
             self._refuse_memory("wear")
-            for name, other in (("hardness", hardness), ("path", path), ("start", start), ("track", track)):
+            for name, other in (
+                ("hardness", hardness),
+                ("path", path),
+                ("start", start),
+                ("track", track),
+                ("accuracy", accuracy),
+            ):
                 if other is not None:
                     raise InputError(f"Wear is not offered together with {name}=: leave it out.", code="wear-alone")
-        each = FrictionSteps(*given, start=start) if wear is None else WornSteps(*given, wear)
+        each = WornSteps(*given, wear) if wear is not None else FrictionSteps(*given, start=start, accuracy=accuracy)
         contacts, cuts = follow(each, len(steps), path, progress)
         if wear is None and track is None:  # between the cells a worn shape and a track are not known
             contacts = tuple(self._between_cells(c, surface, c.position) for c in contacts)

@@ -14,7 +14,8 @@ from fecontact.common import checks
 from fecontact.common.arguments import instance, items
 from fecontact.common.arrays import Array
 from fecontact.common.compact_repr import compact_repr
-from fecontact.common.errors import InputError
+from fecontact.common.error_estimate import percent
+from fecontact.common.errors import InputError, SolverError
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.path import HALVINGS, Path, Steps, each_step
 from fecontact.common.renamed import RenamedKeys, renamed, warn
@@ -233,10 +234,18 @@ class FrictionSteps(Steps[FrictionContact]):
     steps: Sequence[PressStep]
     symmetry: bool
     start: FrictionContact | None = field(default=None, kw_only=True)
+    accuracy: float | None = field(default=None, kw_only=True)
     wears: ClassVar = False
 
     def __post_init__(self) -> None:
         check_thickness(self.friction.body)
+        if self.accuracy is not None and not (
+            checks.positive("the accuracy", self.accuracy) and self.friction.body.memory
+        ):
+            raise InputError(
+                "An accuracy in time is of paths on visco-elastic half-spaces: leave out accuracy=.",
+                code="accuracy-elastic",
+            )
         if self.start is not None:
             instance("the start of the path", self.start, FrictionContact)
             body, mu = self.friction.body, self.friction.mu
@@ -284,7 +293,13 @@ class FrictionSteps(Steps[FrictionContact]):
         if self.friction.body.memory is None:
             return found
         middle = self.loads(k, before, (start + end) / 2)
-        return with_time_change(self.friction, self.heights(middle.position), middle, last, found, self.symmetry)
+        found = with_time_change(self.friction, self.heights(middle.position), middle, last, found, self.symmetry)
+        error, before_it = (max((at and at.time_error) or (0.0,)) for at in (found, last))
+        cuttable = known is None and end - start > 0.5 ** self.halvings(k, before)
+        # what earlier steps have left no smaller ones take away
+        if cuttable and self.accuracy is not None and error > max(self.accuracy, before_it):
+            raise SolverError(f"Steps in time of this size err by {percent(error)}.")
+        return found
 
     def loads(self, k: int, before: FrictionContact | None, share: float) -> PressStep:
         """Loads a share of the way through step k."""

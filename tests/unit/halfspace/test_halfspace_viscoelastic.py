@@ -117,6 +117,25 @@ def test_error_of_the_steps_in_time(by, times, loads, friction):
     assert coarse.last.summary()["time_error"]["pressure"] == found[-1]
 
 
+def test_steps_in_time_are_cut_to_an_accuracy():
+    """Held for long in one step: cut where it relaxes, with longer parts later."""
+    half = half_space(12)
+    steps = [fc.PressStep(approach=0.2, time=t) for t in (0.0, 8.0)]
+    whole, cut = (half.press_path(BALL, steps, 0.0, accuracy=accuracy) for accuracy in (None, 0.01))
+    fine = half.press_path(
+        BALL, [steps[0], *(fc.PressStep(approach=0.2, time=t) for t in np.geomspace(0.04, 8, 30))], 0.0
+    )
+    true = [abs(path.last.force / fine.last.force - 1) for path in (whole, cut)]
+    assert whole.cuts == (1, 1)
+    assert 4 < cut.cuts[1] < 24
+    assert true[0] > 0.1
+    assert true[1] < 0.01
+    assert max(cut.last.time_error) < 0.01
+    times = np.diff([0.0, *(part.time for part in cut.last.parts), 8.0])
+    assert times[-1] > 3 * times[0]
+    assert (half.press_path(BALL, steps, 0.0, accuracy=10.0).force == whole.force).all()
+
+
 def test_error_of_the_steps_in_time_of_a_punch():
     """Under forces that change evenly there is none; at approaches it is that of all pressures alike."""
     half, times = half_space(16, size=1.0), (1.0, 3.0, 9.0)
@@ -235,6 +254,8 @@ def test_refused():
         half.press_path(BALL, [press(force=0.1, time=1.0), press(force=0.1, time=0.5)], friction=0.0)
     with refused(fc.InputError, "time-backwards"):
         press(force=0.1, time=-1.0)
+    with refused(fc.InputError, "accuracy-elastic"):
+        half_space(8, RUBBER.material).press_path(BALL, [press(force=0.1)], friction=0.0, accuracy=0.01)
     with refused(fc.InputError, "creep-unlike"):
         half_space(8, against=fc.Material(1.0, 0.3)).press_path(BALL, [press(force=0.1, time=1.0)], friction=0.1)
     with refused(fc.InputError, "prony-sum"):
