@@ -374,12 +374,8 @@ class HalfSpace(SurfaceBody):
         workers: int | None,
     ) -> MovingContact:
         """A contact that moves steadily; other arguments that are given are refused."""
-        if given := [name for name, value in others.items() if value is not None]:
-            raise InputError(
-                "A contact that moves steadily over a visco-elastic half-space is without tractions, such as those of "
-                f"a driven wheel, and does not yield: leave out {', '.join(given)}.",
-                code="velocity-alone",
-            )
+        why = "A contact that moves steadily is without tractions, such as those of a driven wheel, and does not yield"
+        _refuse_others(others, why, "velocity-alone")
         if self.compliance.memory is None:
             raise InputError(
                 "A velocity changes nothing on an elastic half-space: leave it out, or give a Viscoelastic material.",
@@ -520,12 +516,8 @@ class HalfSpace(SurfaceBody):
         """A surface that adheres to it; other arguments that are given are refused."""
         self._refuse_memory("adhesion")
         instance("the adhesion", adhesion, Dugdale)
-        if given := [name for name, value in others.items() if value is not None]:
-            raise InputError(
-                f"With adhesion the surface is pressed without tilt, friction and hardness, and a curve goes by "
-                f"approaches: leave out {', '.join(given)}.",
-                code="not-with-adhesion",
-            )
+        why = "With adhesion surfaces are pressed without tilt, friction and hardness, and a curve goes by approaches"
+        _refuse_others(others, why, "not-with-adhesion")
         check_settings(tolerance, symmetry, workers)
         return Adhesive(self.compliance, self.heights_of(surface), adhesion, tolerance, symmetry, workers)
 
@@ -622,15 +614,8 @@ class HalfSpace(SurfaceBody):
         given = setting, self._heights_at(surface, track), steps, symmetry
         if wear is not None:
             self._refuse_memory("wear")
-            for name, other in (
-                ("hardness", hardness),
-                ("path", path),
-                ("start", start),
-                ("track", track),
-                ("accuracy", accuracy),
-            ):
-                if other is not None:
-                    raise InputError(f"Wear is not offered together with {name}=: leave it out.", code="wear-alone")
+            others = {"hardness": hardness, "path": path, "start": start, "track": track, "accuracy": accuracy}
+            _refuse_others(others, "Wear is offered by itself", "wear-alone")
         each = WornSteps(*given, wear) if wear is not None else FrictionSteps(*given, start=start, accuracy=accuracy)
         contacts, cuts = follow(each, len(steps), path, progress)
         if wear is None and track is None:  # between the cells a worn shape and a track are not known
@@ -728,9 +713,8 @@ class HalfSpace(SurfaceBody):
         >>> round(1e3 * rolling.creepage[0], 2), round(rolling.stick_area / rolling.area, 2)
         (1.37, 0.6)
         """
-        check_settings(tolerance, symmetry, workers)
         step = RollingStep(force, approach, creepage, tangential, spin, towards, rule)
-        setting = self._rolling(step, friction, tolerance, workers)
+        setting = self._rolling(step, friction, tolerance, symmetry, workers)
         found = roll(setting, self.heights_of(surface), step, _rolling_start(start), symmetry)
         return self._between_cells(found, surface)
 
@@ -790,8 +774,7 @@ class HalfSpace(SurfaceBody):
                 f"The spins of a curve must be a number or numbers (m,); found shape {turns.shape}.", code="wrong-shape"
             )
         steps = [RollingStep(**load, creepage=(x, y), spin=spin) for spin in turns.tolist() for x, y in values.tolist()]
-        check_settings(tolerance, symmetry, workers)
-        setting = self._rolling(steps[0], friction, tolerance, workers)
+        setting = self._rolling(steps[0], friction, tolerance, symmetry, workers)
         each = CreepSteps(setting, self.heights_of(surface), steps, _rolling_start(start), symmetry)
         contacts, cuts = follow(each, len(steps), path, progress, "creep curve", "point")
         return CreepCurve(tuple(self._between_cells(c, surface) for c in contacts), cuts)
@@ -823,17 +806,17 @@ class HalfSpace(SurfaceBody):
         >>> round(found.c11, 1), round(found.c22, 1), round(found.c23, 1)
         (4.1, 3.7, 1.5)
         """
-        check_settings(tolerance, symmetry, workers)
         step = RollingStep(force, approach, towards=towards, rule=rule)
-        setting = self._rolling(step, math.inf, tolerance, workers)
+        setting = self._rolling(step, math.inf, tolerance, symmetry, workers)
         z = self.heights_of(surface)
         normal = press(self.compliance, z, Load(force, approach, None), tolerance, symmetry, workers)
         return creep_coefficients(setting, normal, step)
 
     def _rolling(
-        self, step: RollingStep, mu: FrictionOfRolling, tolerance: float, workers: int | None
+        self, step: RollingStep, mu: FrictionOfRolling, tolerance: float, symmetry: bool, workers: int | None
     ) -> RollingFriction:
         """Friction of rolling on it."""
+        check_settings(tolerance, symmetry, workers)
         self._refuse_memory("rolling with friction")
         if self.periodic:
             raise InputError(
@@ -979,6 +962,12 @@ class HalfSpace(SurfaceBody):
         kind = "periodic" if self.periodic else "free"
         stack = f", {len(self.layers)} layer(s)" if self.layers else ""
         return f"{self.name}: {kind} half-space, {self.grid.shape[0]} x {self.grid.shape[1]} cells{stack}"
+
+
+def _refuse_others(others: Mapping[str, object], why: str, code: str) -> None:
+    """Refuse other arguments that are given."""
+    if given := [f"{name}=" for name, value in others.items() if value is not None]:
+        raise InputError(f"{why}: leave out {', '.join(given)}.", code=code)
 
 
 def _listed(name: str, values: ArrayLike | None) -> Array:

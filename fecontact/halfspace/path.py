@@ -186,9 +186,14 @@ class Curve(Path[Mapping[str, Any]], Drawn):
         """Lines below the table."""
         return []
 
-    def __str__(self) -> str:
+    @property
+    def table(self) -> Table:
+        """Figures, a row per contact, with what is printed below."""
         notes = [*self._notes, *(f"Warning: {text}" for text in self.warnings)]
-        return str(Table(list(self.figures), [list(row.values()) for row in self.rows()], notes))
+        return Table(list(self.figures), [list(row.values()) for row in self.rows()], notes)
+
+    def __str__(self) -> str:
+        return str(self.table)
 
 
 @compact_repr
@@ -239,12 +244,13 @@ class FrictionSteps(Steps[FrictionContact]):
 
     def __post_init__(self) -> None:
         check_thickness(self.friction.body)
-        if self.accuracy is not None and not (
-            checks.positive("the accuracy", self.accuracy) and self.friction.body.memory
+        if (
+            self.accuracy is not None
+            and checks.positive("the accuracy", self.accuracy)
+            and not self.friction.body.memory
         ):
             raise InputError(
-                "An accuracy in time is of paths on visco-elastic half-spaces: leave out accuracy=.",
-                code="accuracy-elastic",
+                "An elastic half-space has no error in time: leave out accuracy=.", code="accuracy-elastic"
             )
         if self.start is not None:
             instance("the start of the path", self.start, FrictionContact)
@@ -286,10 +292,8 @@ class FrictionSteps(Steps[FrictionContact]):
         """Contact at the end of a part of step k."""
         before, last = before or self.start, last or self.start
         z, loads = self.heights(self.steps[k].position), self.loads(k, before, end)
-        if known is not None:
-            found = certified(self.friction, z, loads, last, known)
-        else:
-            found = press_step(self.friction, z, loads, last, self.symmetry)
+        given = self.friction, z, loads, last
+        found = press_step(*given, self.symmetry) if known is None else certified(*given, known)
         if self.friction.body.memory is None:
             return found
         middle = self.loads(k, before, (start + end) / 2)

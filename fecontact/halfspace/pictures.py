@@ -337,9 +337,8 @@ def plot_moving(contact: Pressed, path: str | Path | None, units: Units) -> Figu
     draw_map(left, contact.grid, contact.pressure, "magma_r", units.axis_label("pressure", "stress"), units)
     ahead = np.divide(contact.velocity, np.hypot(*contact.velocity))
     centre, reach = np.array(contact.centre_of_pressure), 0.5 * min(contact.grid.size)
-    if np.isfinite(centre).all():
-        left.plot(*centre, "+", color="tab:cyan", markersize=10, label="centre of pressure")
-        left.legend(loc="upper right", fontsize="small")
+    left.plot(*centre, "+", color="tab:cyan", markersize=10, label="centre of pressure")
+    left.legend(loc="upper right", fontsize="small")
     left.annotate("", 0.95 * reach * ahead, 0.6 * reach * ahead, arrowprops={"arrowstyle": "-|>", "color": "tab:blue"})
     s = reach * np.linspace(-1, 1, 2 * max(contact.grid.shape))
     i, k = np.unravel_index(contact.pressure.argmax(), contact.grid.shape)
@@ -360,10 +359,7 @@ def plot_moving(contact: Pressed, path: str | Path | None, units: Units) -> Figu
     pressure.fill_between(s, p, color="tab:red", alpha=0.25, label="pressure")
     pressure.set_ylabel(units.axis_label("pressure", "stress"))
     right.legend(handles=[*right.lines, pressure.collections[0]], loc="upper left", fontsize="small")
-    figure.suptitle(
-        f"force {units.number(contact.force, 'force')}, drag {units.number(contact.drag, 'force')}, velocity "
-        f"({contact.velocity[0]:g}, {contact.velocity[1]:g})"
-    )
+    figure.suptitle(f"force {units.number(contact.force, 'force')}, drag {units.number(contact.drag, 'force')}")
     return save_figure(figure, path)
 
 

@@ -189,15 +189,13 @@ def with_time_change(
     symmetry: bool,
 ) -> FrictionContact:  # fmt: skip
     """The contact at the end of a step with its change by small steps, from the pressures in the middle of the step."""
-    memory, creep = friction.body.memory, creep_of(friction, middle.time, last)
+    memory, creep, begin = friction.body.memory, creep_of(friction, middle.time, last), 0.0
     assert memory is not None
-    ends, n = [found, found if last is None else last], len(memory.times)
-    pressure, traction = (sum(getattr(end, name) for end in ends) / 2 for name in ("pressure", "traction"))
-    if last is None:
-        pressure, traction, change = pressure / 2, traction / 2, np.zeros((1 + n, *pressure.shape))
-    else:
-        change = np.zeros((1 + n, *pressure.shape)) if last.time_change is None else last.time_change
-    begin = 0.0 if last is None else last.time
+    pressure, traction = found.pressure / 2, found.traction / 2
+    change = np.zeros((1 + len(memory.times), *pressure.shape))
+    if last is not None:
+        begin, pressure, traction = last.time, pressure + last.pressure / 2, traction + last.traction / 2
+        change = change if last.time_change is None else last.time_change
     keep, first, second, bow = _weights(memory, found.time - begin)[..., None, None]
     late = keep * change[1:] + first * change[0]
     if found.time > begin and pressure.any():

@@ -426,19 +426,9 @@ def _adhesive(shape: Any, ground: Ground, given: Options, cells: Cells, size: Si
         contact = half.press(shape, force=given.get("force"), approach=given.get("approach"), **common)
         return _study(name, half, contact, None)
     found = half.curve(shape, approaches=_numbers(given["approaches"], "approaches"), **common)
-    rows = found.rows()
-    notes = [f"pull-off {found.pull_off:.6g} at the approach {found.pull_off_approach:.6g}", *map(str, found.jumps)]
-    notes += [f"energy lost {found.hysteresis:.6g}", *(f"Warning: {text}" for text in found.warnings)]
-    data = {
-        "shape": name,
-        "states": [finite(row) for row in rows],
-        "pull_off": found.pull_off,
-        "hysteresis": found.hysteresis,
-    }
-    table = Table(list(rows[0]), [tuple(row.values()) for row in rows])
-    return Study(
-        f"{name} with adhesion", {}, table, lambda units: plot_adhesion(found, None, units), data, found, "", notes
-    )
+    data = {"shape": name, "states": [finite(row) for row in found.rows()], "pull_off": found.pull_off}
+    data |= {"hysteresis": found.hysteresis, "warnings": list(found.warnings)}
+    return Study(f"{name} with adhesion", {}, found.table, lambda units: plot_adhesion(found, None, units), data, found)
 
 
 def _pair(values: Any, name: str) -> Any:
