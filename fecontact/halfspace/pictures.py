@@ -358,7 +358,8 @@ def plot_moving(contact: Pressed, path: str | Path | None, units: Units) -> Figu
     pressure = right.twinx()
     pressure.fill_between(s, p, color="tab:red", alpha=0.25, label="pressure")
     pressure.set_ylabel(units.axis_label("pressure", "stress"))
-    right.legend(handles=[*right.lines, pressure.collections[0]], loc="upper left", fontsize="small")
+    handles = [*right.lines, pressure.collections[0]]
+    right.legend(handles=handles, loc="lower left", bbox_to_anchor=(0, 0.06), fontsize="small")  # off the curves
     figure.suptitle(f"force {units.number(contact.force, 'force')}, drag {units.number(contact.drag, 'force')}")
     return save_figure(figure, path)
 
