@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from fecontact.common.region import Region
     from fecontact.common.viscoelastic import Viscoelastic
     from fecontact.contact.contact import Contact
+    from fecontact.contact.overclosure import SoftContact
     from fecontact.contact.springs import Spring
     from fecontact.fem.laws import Fibres, HolmesMow, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
     from fecontact.halfspace import (
@@ -144,6 +145,7 @@ __all__ = [
     "RollingContact",
     "Scene",
     "SectionMesh",
+    "SoftContact",
     "SolverError",
     "SolverNotFoundError",
     "Sphere",
@@ -192,6 +194,7 @@ _MODULES = {
     "common.region": "Region",
     "common.viscoelastic": "Viscoelastic",
     "contact.contact": "Contact",
+    "contact.overclosure": "SoftContact",
     "contact.springs": "Spring",
     "fem.laws": "Fibres HolmesMow MooneyRivlin NeoHookean Ogden StVenantKirchhoff",
     "halfspace": "AdhesionCurve AdhesiveContact CreepCoefficients CreepCurve Dugdale FallingFriction FrictionContact "

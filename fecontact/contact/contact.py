@@ -22,11 +22,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body, check_body
-from fecontact.common.arguments import texts
+from fecontact.common.arguments import instance, texts
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import among, array_of, friction, unlike_friction, vector
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
+from fecontact.contact.overclosure import SoftContact
 
 #: Sine of the angle between the lay and a point's normal below which the lay has no direction in its tangent plane.
 NEARLY_NORMAL = 0.1
@@ -138,6 +139,8 @@ class Contact:
         Points take its projection on their tangent planes.
     axis_of : {'slave', 'master'}
         That body.
+    overclosure : SoftContact, optional
+        Law by which the surfaces overlap under a pressure; without it contact is hard. Small strains, no half-spaces.
 
     Raises
     ------
@@ -160,6 +163,7 @@ class Contact:
     friction: float | tuple[float, float] = 0.0
     friction_axis: ArrayLike | None = None
     axis_of: str = "slave"
+    overclosure: SoftContact | None = None
 
     def __post_init__(self) -> None:
         among("axis_of", self.axis_of, ("slave", "master"))
@@ -190,6 +194,9 @@ class Contact:
         slave.surface(self.surfaces[0])
         master.surface(self.surfaces[1])
         self._check_friction()
+        if self.overclosure is not None:
+            for body in self.bodies:
+                instance("overclosure", self.overclosure, SoftContact).check(body)
 
     def _check_sides(self) -> None:
         """Refuse sides of one member, a slave without multipliers, and options that are for bodies of scenes."""

@@ -17,6 +17,7 @@ from fecontact.contact.coupling.mortar import pair_anywhere
 from fecontact.contact.coupling.mortar_basis import has_mortar_basis
 from fecontact.contact.coupling.nodal import Pairing, SurfacePair
 from fecontact.contact.dimension import opposite
+from fecontact.contact.overclosure import SoftContact
 from fecontact.contact.rigid_motion import RigidMotionConstraints, after_prescribed
 from fecontact.contact.search_region import SearchRadius, SearchRegion
 from fecontact.contact.springs import SpringState
@@ -90,6 +91,8 @@ class Interface(UnilateralConstraints):
         Worn depth at the points, which opens the gap.
     wearing : (n_pairs,) array, optional
         Depth that wears off in this step by unit pressure: compliances of the points by themselves.
+    overclosure : SoftContact, optional
+        Law of a soft contact; its overlap, too, is by compliances of the points by themselves.
     """
 
     slave: Body
@@ -101,6 +104,7 @@ class Interface(UnilateralConstraints):
     search_radius: SearchRadius | None = None
     worn: Array | None = None
     wearing: Array | None = None
+    overclosure: SoftContact | None = None
 
     @property
     def gap(self) -> Array:
@@ -109,10 +113,12 @@ class Interface(UnilateralConstraints):
 
     @property
     def own_compliance(self) -> Array:
-        """Depth (n_pairs,) that wears off by a unit force of each point."""
-        if self.wearing is None:
+        """Depth (n_pairs,) that wears off, or by which a soft contact gives, by a unit force of each point."""
+        if self.wearing is None and self.overclosure is None:
             return super().own_compliance
-        return np.asarray(self.pairing.mixed(self.wearing) / self.pairing.areas_of_means(self.pairing.weights))
+        by_pressure = 0.0 if self.wearing is None else self.pairing.mixed(self.wearing)
+        by_pressure += 0.0 if self.overclosure is None else 1 / self.overclosure.stiffness
+        return np.asarray(by_pressure / self.pairing.areas_of_means(self.pairing.weights))
 
     def worn_off(self, forces: Array) -> Array:
         """Depth (n_pairs,) that wears off in this step by forces (n_pairs,) on the points."""

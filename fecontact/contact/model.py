@@ -101,6 +101,11 @@ class SceneModel:
         """Whether a contact has friction."""
         return any(contact.mu > 0 for contact in self.contacts)
 
+    @property
+    def has_overclosure(self) -> bool:
+        """Whether a contact is soft."""
+        return any(contact.overclosure is not None for contact in self.contacts)
+
     def interfaces(self, loading: Loading) -> tuple[Interface, ...]:
         """The contacts, paired over their whole surfaces as suits a load; kept for the next one that they suit."""
         out = []

@@ -95,10 +95,11 @@ class GapsBetweenNodes:
     def at(self, facet: IntArray, local: Array) -> Array:
         """Gaps (n,) at coordinates (n, 2) of facets (n,); infinite where nothing faces them."""
         gap, _, hidden, _, shapes = self._on(facet, local)
-        if self.contact.worn is not None:
-            worn = np.zeros(len(self.surface.points))
-            worn[self.contact._node_numbers] = self.contact._at_nodes @ self.contact.worn
-            gap = gap + np.einsum("na,na->n", shapes, worn[self.surface.facets[facet]])
+        for given in (self.contact.worn, self.contact.overclosure):
+            if given is not None:
+                depth = np.zeros(len(self.surface.points))
+                depth[self.contact._node_numbers] = self.contact._at_nodes @ given
+                gap = gap + np.einsum("na,na->n", shapes, depth[self.surface.facets[facet]])
         return np.where(hidden, np.inf, gap)
 
     @cached_property
@@ -210,7 +211,9 @@ class GapsBetweenNodes:
         short = np.where(hidden | beyond[columns].any(axis=1), 0.0, gap - np.einsum("na,na->n", shapes, interpolated))
         # nodes are half as far apart on faces with nodes amid their sides
         spacing = self.surface.mean_facet_size[facets] / (1 if self.surface.facets.shape[1] == 4 else 2)
-        out[facets] = np.pi * self._modulus * short.reshape(len(facets), -1).std(axis=1) / spacing
+        out[facets] = short.reshape(len(facets), -1).std(axis=1) / (
+            spacing / np.pi / self._modulus + self.contact._softness
+        )
         return out
 
 

@@ -64,7 +64,7 @@ class ContactFields(FormerNames):
     forces : (n,) array
         Contact forces along the normals, zero where there is no contact.
     gap : (n,) array
-        Gaps after deformation.
+        Gaps after deformation; negative where the surfaces of a soft contact overlap.
     reference_point : (3,) array
         Reference point of `moment`: that of the first body.
     coupling : str
@@ -77,6 +77,8 @@ class ContactFields(FormerNames):
         Worn depth since the path of loads began; None without wear.
     wear_error : float
         Estimated error of the worn depth by the size of the steps, over the largest depth.
+    overclosure : (n,) array, optional
+        Overlap of a soft contact by its pressure, zero where there is none; None for hard contact.
     """
 
     slave: Body
@@ -121,6 +123,9 @@ class ContactFields(FormerNames):
     _cell_problem: ContactProblem | None = field(default=None, repr=False)
     worn: Array | None = None
     wear_error: float = 0.0
+    overclosure: Array | None = None
+    #: Overclosure by a unit pressure; zero for hard contact.
+    _softness: float = 0.0
 
     @property
     def bodies(self) -> tuple[Body, Body]:
@@ -278,7 +283,7 @@ class ContactFields(FormerNames):
     @cached_property
     def _singular_edge(self) -> SingularEdge | None:
         """Edge towards which the pressure grows without bound, see `results.singular`; None where there is none."""
-        return singular_edge(self)
+        return None if self._softness else singular_edge(self)
 
     @cached_property
     def _readings(self) -> PressureReadings | None:
@@ -470,6 +475,8 @@ class ContactFields(FormerNames):
             region_resultants=[region.summary() for region in self.regions],
             note=self.note,
         )
+        if self.overclosure is not None:
+            out["max_overclosure"] = float(self.overclosure.max(initial=0.0))
         if (friction := self.friction) is not None:
             out["friction"] = RenamedKeys(
                 mu=friction.mu if np.isfinite(friction.mu).all() else "rough",

@@ -68,6 +68,8 @@ def report(result: ContactResult) -> str:
         if c.active.any():
             lines.append(f"  error of {c.error_estimate}")
             lines.append(f"  centre of pressure    {_numbers(c.centre_of_pressure)}{units.suffix('length')}")
+        if c.overclosure is not None:
+            lines.append(f"  overclosure, largest  {c.overclosure.max():>13.6g}{units.suffix('length')}")
         if c.friction is not None:
             f = c.friction
             mu = ", ".join(f"{each:g}" for each in np.atleast_1d(f.mu))

@@ -490,7 +490,8 @@ class ContactResult(FormerNames):
         strain also of the forces on every node of every body.
         """
         r = (self.friction or self.solution).residuals
-        outside = max((float(-c.gap.min(initial=0.0)) for c in self.contacts), default=0.0)
+        gaps = (c.gap if c.overclosure is None else c.gap + c.overclosure for c in self.contacts)
+        outside = max((float(-gap.min(initial=0.0)) for gap in gaps), default=0.0)
         scale = self._state.scale if self._state.scale > 0 else 1.0
         equilibrium = max([r.equilibrium, self._unbalanced, *map(self._imbalance, self._interfaces, self.contacts)])
         return replace(r, penetration=max(r.penetration, outside / scale), equilibrium=equilibrium)
@@ -682,6 +683,9 @@ def make_result(
             alone = contact.master.is_rigid and solution.problem.n == len(candidates)
             problem = solution.problem if alone and is_half_space(fields._surface) else None
             fields = replace(fields, friction=tangential, directions=scene.directions, worn=contact.worn)
+            if contact.overclosure is not None:
+                softness = 1 / contact.overclosure.stiffness
+                fields = replace(fields, overclosure=contact.own_compliance * forces, _softness=softness)
             contacts.append(replace(fields, _cell_problem=problem))
     seconds = dict(timer.seconds)
     seconds["total"] = sum(seconds.values())

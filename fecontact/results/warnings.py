@@ -343,7 +343,7 @@ def overlap_left(result: ContactResult) -> Iterator[str]:
     for contact, interface in zip(result.contacts, result._interfaces, strict=True):
         slave = _side(result, interface.slave, interface.surfaces[0])
         master = _side(result, interface.master, interface.surfaces[1])
-        if slave is None or master is None:
+        if slave is None or master is None or contact._softness:
             continue
         ours = interface.pairing.nodes[contact._candidates]
         one, elastic, size, facets = _deepest(slave, master, np.asarray(np.isin(slave.before.facets, ours).any(axis=1)))

@@ -278,6 +278,8 @@ def solve_to_accuracy(scene: SceneModel, step: LoadStep, target: Target, solve: 
     solve : callable
         Function ``solve(scene, step, known, poses)`` for one solution.
     """
+    if scene.has_overclosure:
+        raise InputError("accuracy is not offered with soft contacts: leave it out, and refine.", code="soft-contact")
     start = time.perf_counter()
     now = CarriedScene(scene, tuple(scene.bodies))
     steps: list[Step] = []

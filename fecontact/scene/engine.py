@@ -71,6 +71,8 @@ def _refusal(model: SceneModel) -> str:
     """Why the engine 'petsc' does not solve a scene; empty if it does."""
     if model.has_friction:
         return "a contact has friction"
+    if model.has_overclosure:
+        return "a contact is soft"
     by_cells = {id(body) for body in elastic_among(model.bodies) if body.model.by_cells}
     for body in model.bodies:
         if not body.is_rigid and id(body) not in by_cells:

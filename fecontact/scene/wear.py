@@ -192,6 +192,8 @@ def checked(
             raise InputError(f"Wear is given for {contact!r}, which is no contact of this scene.", code="not-in-scene")
         if np.isinf(contact.mu):
             raise InputError("Infinite friction has no sliding and no wear. Give a finite coefficient.", code="no-slip")
+        if contact.overclosure is not None:
+            raise InputError("A soft contact is not offered with wear: leave one out.", code="wear-alone")
         if any(body._matrix_free for body in contact.bodies):
             raise InputError(
                 "Wear in scenes is of bodies with finite elements: press half-spaces with HalfSpace.press_path(wear=).",

@@ -104,7 +104,7 @@ SHOWN = {
         nodes facets loaded_facets directions region regions outline recovered stick stick_outline area point_area
         stick_area slip_area mean_pressure max_pressure total_force centre_of_pressure force moment reference_point
         error_estimate error_indicators split_by_plane sampled summary edge_area edge_mean_pressure
-        wear_error worn worn_volume
+        wear_error worn worn_volume overclosure
     """,
 }
 

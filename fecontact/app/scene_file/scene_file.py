@@ -40,6 +40,7 @@ from fecontact.common.files import check_writable
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
 from fecontact.contact.loads import LoadStep
+from fecontact.contact.overclosure import SoftContact
 from fecontact.contact.springs import Spring
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.scene.adaptive import Target
@@ -214,8 +215,14 @@ def _contact(table: Table, bodies: Bodies) -> Contact | None:
             "friction": _friction,
             "friction_axis": numbers(3),
             "axis_of": choice(("slave", "master")),
+            "overclosure": lambda table, key, required: _overclosure(table, key) if key in table.values else None,
         },
     )
+
+
+def _overclosure(table: Table, key: str) -> SoftContact | None:
+    """Law of a soft contact."""
+    return table.table(key).make(SoftContact, {"stiffness!": number})
 
 
 def _surfaces(table: Table, key: str, required: bool) -> tuple[str, str] | None:

@@ -32,6 +32,7 @@ from fecontact.contact.coupling.nodal import (
 from fecontact.contact.dimension import check_rigid_surface
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading
+from fecontact.contact.overclosure import SoftContact
 from fecontact.contact.search_region import STILL, SearchRadius, SearchRegion, plain_facets, search_region
 from fecontact.surfaces.between_nodes import samples_of
 from fecontact.surfaces.facet_surface import FacetSurface, Surface, facets_of, has_cells
@@ -148,6 +149,7 @@ class CouplingChoice:
         With the sides as they are here.
     friction : bool
         Whether tangential rows are needed too.
+    overclosure : SoftContact, optional
     """
 
     slave: Body
@@ -157,6 +159,7 @@ class CouplingChoice:
     note: str = ""
     search_radius: SearchRadius | None = None
     friction: bool = False
+    overclosure: SoftContact | None = None
 
     def turned_over(self) -> CouplingChoice:
         """The same with the sides swapped."""
@@ -210,7 +213,10 @@ def sides(contact: Contact, search_radius: SearchRadius | None = None) -> Coupli
     With a search radius, only the parts of two elastic bodies' facets that may touch within it are paired.
     """
     assert contact.surfaces is not None
-    given = CouplingChoice(*contact.bodies, contact.surfaces, search_radius=search_radius, friction=contact.mu > 0)
+    given = CouplingChoice(
+        *contact.bodies, contact.surfaces, search_radius=search_radius, friction=contact.mu > 0,
+        overclosure=contact.overclosure,
+    )  # fmt: skip
     surface = given.slave.surface(contact.surfaces[0])
     if facets_of(surface) is None:
         given = replace(given.turned_over(), note=f"{contact.master.name!r} has the nodes and was made the slave")
@@ -323,8 +329,9 @@ def pair_chosen(given: CouplingChoice, chosen: CouplingChoice, seen: SurfacePair
         surfaces = chosen.surface_pair(chosen.region())
     pairing = _paired(chosen, surfaces)
     interface = Interface(
-        chosen.slave, chosen.master, chosen.surfaces, pairing, chosen.note, surfaces.region, chosen.search_radius
-    )
+        chosen.slave, chosen.master, chosen.surfaces, pairing, chosen.note, surfaces.region, chosen.search_radius,
+        overclosure=chosen.overclosure,
+    )  # fmt: skip
     if any(body._deformation is not None for body in (chosen.slave, chosen.master)):
         return interface  # an iteration of a contact that was checked at rest
     check_faced(interface, (NONE_AVERTED if seen.slave.cell_area is not None else seen.averted) if mortar else None)
