@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +30,8 @@ from fecontact.app.options import FINITE
 from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
-from fecontact.fem.laws import Law, at_rest
+from fecontact.contact.overclosure import SoftContact
+from fecontact.fem.laws import Law, at_rest, laws_of
 from fecontact.mesh.formats.abaqus_deck import (
     KeywordSection,
     missing_files,
@@ -166,7 +167,7 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
         used = {name for _, name in found.sections}
         own = {name: parts for name, parts in found.materials.items() if name in used}
         materials = {name: _material(name, parts, laws, found.remarks) for name, parts in own.items()}
-        contacts, tied = _pairs(found, mesh, at_rest(materials))
+        contacts, tied = _pairs(found, mesh, materials)
     except (ValueError, IndexError, OverflowError) as error:
         if isinstance(error, InputError):
             raise
@@ -254,22 +255,26 @@ def _pair(line: str, place: str, friction: float, found: Found, mesh: Mesh, reac
     return DeckPair(slave, master, friction, place, None if reach is None else values_of(reach)[0])
 
 
-def _pairs(found: Found, mesh: Mesh, materials: dict[str, Material]) -> tuple[list[DeckPair], list[DeckPair]]:
+def _pairs(found: Found, mesh: Mesh, materials: dict[str, Material | Law]) -> tuple[list[DeckPair], list[DeckPair]]:
     """Contacts, and pairs that are tied; what is solved differently is noted or warned of."""
     contacts: list[DeckPair] = []
     tied: list[DeckPair] = []
-    stiffest = max((m.E for m in materials.values()), default=0.0) / float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
+    stiffest = max((m.E for m in at_rest(materials).values()), default=0.0) / float(
+        np.linalg.norm(np.ptp(mesh.points, axis=0))
+    )
+    small = not laws_of(materials)
     for s, line in found.pairs:
         name = s.parameters.get("INTERACTION", "")
         if name.upper() not in found.interactions:
             raise InputError(f"{s.place}: there is no *SURFACE INTERACTION {name!r}.", code="unknown-interaction")
-        friction, ties = 0.0, "TIED" in s.parameters
+        friction, ties, soft = 0.0, "TIED" in s.parameters, None
         for part in found.interactions[name.upper()]:
             if part.keyword == "FRICTION":
                 friction = _friction(part, found.remarks)
             else:
-                ties |= _behaviour(part, stiffest, found.remarks)
-        pair = _pair(line, s.place, friction, found, mesh)
+                ties |= _ties(part)
+                soft = _overclosure(part, stiffest, small, found.remarks)
+        pair = replace(_pair(line, s.place, friction, found, mesh), overclosure=soft)
         (tied if ties else contacts).append(pair)
         if "ADJUST" in s.parameters:
             # zero moves only the nodes that lie in the master
@@ -280,8 +285,8 @@ def _pairs(found: Found, mesh: Mesh, materials: dict[str, Material]) -> tuple[li
     return contacts, tied
 
 
-def _behaviour(part: KeywordSection, stiffest: float, remarks: Remarks) -> bool:
-    """Whether *SURFACE BEHAVIOR ties; a soft law is warned of, one so stiff that it is a penalty noted.
+def _ties(part: KeywordSection) -> bool:
+    """Whether *SURFACE BEHAVIOR ties.
 
     Raises
     ------
@@ -290,12 +295,26 @@ def _behaviour(part: KeywordSection, stiffest: float, remarks: Remarks) -> bool:
     """
     if "NO SEPARATION" in part.parameters:
         raise InputError(f"{part.place}: surfaces that touch once never part (NO SEPARATION), which is not done here.")
-    form = part.parameters.get("PRESSURE-OVERCLOSURE", "HARD").upper()
-    if form == "LINEAR" and part.lines and stiffest <= PENALTY * values_of(part.lines[0])[0]:
-        remarks.note(f"{part.place}: the contact is hard, without the linear overclosure, a penalty.")
-    elif form not in ("HARD", "TIED"):
+    return _form(part) == "TIED"
+
+
+def _form(part: KeywordSection) -> str:
+    return part.parameters.get("PRESSURE-OVERCLOSURE", "HARD").upper()
+
+
+def _overclosure(part: KeywordSection, stiffest: float, small: bool, remarks: Remarks) -> SoftContact | None:
+    """Law of a soft contact at small strain; others are warned of, one so stiff that it is a penalty noted."""
+    form = _form(part)
+    if form == "LINEAR" and part.lines:
+        stiffness = values_of(part.lines[0])[0]
+        if stiffest <= PENALTY * stiffness:
+            remarks.note(f"{part.place}: the contact is hard, without the linear overclosure, a penalty.")
+            return None
+        if small:
+            return SoftContact(stiffness)
+    if form not in ("HARD", "TIED"):
         remarks.warn(f"{part.place}: the contact is hard, without the soft {form.lower()} overclosure.")
-    return form == "TIED"
+    return None
 
 
 def _friction(part: KeywordSection, remarks: Remarks) -> float:

@@ -301,7 +301,7 @@ def _contacts(
         for one, other in both:
             slave, master = (other, one) if one[0].is_rigid else (one, other)
             names = (slave[1], master[1])
-            out.append(Contact(slave[0], master[0], names, friction=pair.friction))
+            out.append(Contact(slave[0], master[0], names, friction=pair.friction, overclosure=pair.overclosure))
         if not both:
             why = "are on one body" if slaves and masters else "are not both on solids"
             notes.append(f"{pair.place}: not used, as the surfaces {pair.slave!r} and {pair.master!r} {why}.")

@@ -10,6 +10,7 @@ import numpy as np
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.contact.overclosure import SoftContact
 from fecontact.fem.laws import Law
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.surface_mesh import SurfaceMesh
@@ -79,6 +80,7 @@ class DeckPair:
     place: str
     #: Distance up to which nodes are tied; None for the default.
     reach: float | None = None
+    overclosure: SoftContact | None = None
 
 
 @dataclass

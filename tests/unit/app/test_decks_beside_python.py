@@ -101,6 +101,7 @@ def forces_of(scene):
     return [contact.total_force]
 
 
+LINEAR = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{},\n"
 RUBBER = "*HYPERELASTIC, NEO HOOKE\n2.5, 0.6"
 SMALL = blocks(divisions=((1, 1, 1), (1, 1, 1)))
 
@@ -206,19 +207,48 @@ def test_what_changes_the_question_is_refused(model, steps, words, read):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"interaction": "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n50.,\n"}, "without the soft linear"),
+        ({"interaction": LINEAR.format(50)}, None),
         (
             {"interaction": "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=EXPONENTIAL\n1., .1\n"},
             "without the soft exponential",
         ),
         ({"model": SLIDES + "*SOMETHING NEW\n"}, r"*SOMETHING NEW is not used: what it changes is left out"),
-        ({"model": SLIDES, "interaction": "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n1e6,\n"}, None),
+        ({"interaction": LINEAR.format(1e6)}, None),
     ],
 )
 def test_what_may_change_the_answer_is_a_warning_of_the_result(options, words, read):
     scene = read(deck_of(SMALL, step(PRESS.format(1)), **{"model": SLIDES, **options}))
     warnings = scene.solve().warnings
     assert any(words in text for text in warnings) if words else not scene.scene.warnings
+
+
+#: CalculiX 2.20, surface to surface with K = 500: total force on LOW_bottom.
+SOFT = {("hex8", "hex8"): 2.393616, ("hex20", "hex20"): 2.352843}
+
+
+@pytest.mark.parametrize("kinds", list(SOFT))
+def test_a_linear_overclosure_is_a_soft_contact_unless_it_is_a_penalty(kinds, read):
+    def force(stiffness):
+        text = deck_of(blocks(*kinds), step(DOWN), HELD, interaction=LINEAR.format(stiffness))
+        scene = read(text)
+        (contact,) = scene.solve().contacts
+        given = scene.scene.contacts[0].overclosure
+        assert (contact.overclosure is None) == (given is None)
+        return contact.total_force, None if given is None else given.stiffness
+
+    soft, stiffness = force(500)
+    assert stiffness == 500
+    assert abs(soft - SOFT[kinds]) < 1e-4  # its quadrature of the overlap is another one
+    hard, stiffness = force(1e6)
+    assert stiffness is None
+    assert abs(hard - CCX[kinds]) < 1e-4
+
+
+def test_a_soft_law_of_bodies_at_finite_strain_is_warned_of(read):
+    text = deck_of(SMALL, step(PRESS.format(1)), SLIDES, interaction=LINEAR.format(50))
+    scene = read(text.replace("*ELASTIC\n100.0, 0.3", RUBBER))
+    assert scene.scene.contacts[0].overclosure is None
+    assert any("without the soft linear" in warning for warning in scene.scene.warnings)
 
 
 def test_the_soft_law_that_is_refused_at_once(read):
