@@ -64,6 +64,8 @@ NEARLY = 1e-5
 MAX_ITERATIONS = 25
 #: Change above which a step that has begun to settle runs away, and the iteration from which that is judged.
 RUNS_AWAY, SETTLING = 5.0, 6
+#: Change up to which all of as many iterations leave the residual to decide, which may be `BALANCED`.
+SETTLED = 1e-6
 #: Stiffness of the weakest motion, over that at rest, up to which a step that finds no equilibrium ends at an unstable
 #: one.
 CRITICAL = 0.5
@@ -87,6 +89,8 @@ DEPTH, BEGIN, SLOW = 5, 1e-3, 0.1
 #: Damping of tangents that are not stable: a share of the stiffness of the present shape at rest, the first and the
 #: largest, its growth where that is not enough, and its fall in each iteration, down to the least.
 FIRST_DAMPING, MAX_DAMPING, DAMPING_GROWS, DAMPING_FALLS, MIN_DAMPING = 0.1, 3.0, 3.0, 4.0, 0.02
+#: Fall, in each iteration, of the damping below which a tangent was not stable: less is not tried at once.
+NEED_FALLS = 0.7
 
 #: Components of prescribed motions that are rotation vectors.
 TURNS = COMPONENTS[3:]
@@ -321,11 +325,13 @@ class _Newton:
             self._model = replace(start.model, contacts=contacts)
         self._changes: list[float] = []
         self._violated = ""
+        #: A state that has settled, and is not stable: of the points by its rim that open and close, one may be.
+        self._settled: Reached | None = None
         self._past: list[tuple[Array, Array]] = []
         #: Motions so far, rotations as lengths.
         self._way = [np.zeros(6)] * len(start.model.bodies)
         self._turning = 1.0 if turning else 0.0
-        self._damped, self._damping = damped, 0.0
+        self._damped, self._damping, self._needed = damped, 0.0, 0.0
 
     def converged(self) -> Reached:
         """The state under the loads at the end of the step.
@@ -340,9 +346,9 @@ class _Newton:
             try:
                 found = self._attempted(first=k == 0)
             except FecontactError:
-                if best is None:
+                if best is None and self._settled is None:
                     raise
-                return best
+                break
             if best is not None and (found is None or found.residual > FALLS * best.residual):
                 return best
             if found is not None and (found.residual <= TOLERANCE or self._known is not None):
@@ -350,6 +356,7 @@ class _Newton:
             best = found
             if best is None and k + 1 >= SETTLING and self._changes[-1] > RUNS_AWAY:
                 break
+        best = best or self._settled
         if best is not None:
             return best
         raise SolverError(
@@ -401,7 +408,9 @@ class _Newton:
         return moved > JUMP * max(back._changes, default=np.inf)
 
     def _iteration(self, first: bool) -> Reached | None:
-        self._damping = self._damping / DAMPING_FALLS if self._damping > MIN_DAMPING else 0.0
+        self._damping = max(self._damping / DAMPING_FALLS, self._needed)
+        self._damping *= self._damping > MIN_DAMPING
+        self._needed *= NEED_FALLS
         while True:
             with self._timer("linearise"):
                 carried = self._linearised()
@@ -414,6 +423,7 @@ class _Newton:
                     raise
                 if self._damped:
                     self._damping = damping
+                    self._needed = damping / DAMPING_GROWS
                 else:
                     self._turning = 0.0
         if first:
@@ -433,14 +443,22 @@ class _Newton:
         change = self._changes[-1]
         small = change <= TOLERANCE and residual <= BALANCED
         small |= residual <= TOLERANCE and max(self._changes[-2:]) <= NEARLY
-        if share < 1 or not small or (self._damping and residual > TOLERANCE):
+        small &= not self._damping or residual <= TOLERANCE
+        # where points open and close by rounding, neither falls any further
+        settled = len(self._changes) > SETTLING and max(self._changes[-SETTLING:]) <= SETTLED and residual <= BALANCED
+        if share < 1 or not (small or settled):
             return None
         self._damp(-self._damping)  # the stiffness of the answer is the tangent
         found = self._reached(result, residual)
         assert found.result is not None
         certificate = found.result.residuals()
         self._violated = f"its answer breaks the conditions of contact: {certificate}"
-        return found if certificate.within(BALANCED) else None
+        if not certificate.within(BALANCED):
+            return None
+        if small or is_stable(found.result):
+            return found
+        self._settled = found
+        return None
 
     def _linearised(self) -> CarriedScene:
         every = zip(self._model.bodies, self._bodies, self._states, self._poses, strict=True)
