@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
+from fecontact.app.decks.ccx import beside_ccx, check_ccx
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.app.studies.study import Study
@@ -20,6 +21,7 @@ from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.results.case_table import ANIMATIONS
+from fecontact.results.result import ContactResult
 
 #: Types of files that hold results, with fields.
 RESULTS = (".vtu", ".vtk", ".xdmf")
@@ -131,6 +133,8 @@ def ancf(options: argparse.Namespace) -> int:
 def solve(options: argparse.Namespace) -> int:
     """Solve a scene file."""
     _check_files(options.json, options.montage, options.animate)
+    if options.beside:
+        check_ccx(Path(options.scene))
     if options.animate:
         among("suffix of an animation", Path(options.animate).suffix.lower(), ANIMATIONS)
     out = None if options.out is None else make_folder(options.out)
@@ -144,6 +148,8 @@ def solve(options: argparse.Namespace) -> int:
     if options.dry_run:
         say(scene.describe())
         return 0
+    if scene.cases and options.beside:
+        raise InputError(f"--beside compares the last state; {options.scene} has cases, each of its own.", code="cases")
     if scene.cases:
         for note in scene.notes:  # a table has none
             say(f"note: {note}", sys.stderr)
@@ -151,9 +157,9 @@ def solve(options: argparse.Namespace) -> int:
     if options.montage or options.animate:
         raise InputError("--montage and --animate show the cases of a sweep; this scene has no [[cases]].")
     if scene.steps:
-        return _follow(scene, options.json)
+        return _follow(scene, options)
     result = scene.solve()
-    remarks = _show(_titled(scene, result), scene.summary(result), options.json)
+    remarks = _show(*_beside(options, result, _titled(scene, result), scene.summary(result)), options.json)
     for path in scene.write(result):
         say(f"wrote {path}", remarks)
     return 0
@@ -169,10 +175,21 @@ def _sweep(scene: SceneFile, options: argparse.Namespace) -> int:
     return 0
 
 
-def _follow(scene: SceneFile, to: str | None) -> int:
+def _beside(
+    options: argparse.Namespace, result: ContactResult, text: str, figures: dict[str, Any]
+) -> tuple[str, dict[str, Any]]:
+    """Text and figures with those of another program, if asked."""
+    if not options.beside:
+        return text, figures
+    beside = beside_ccx(Path(options.scene), result)
+    return f"{text}\n{beside}", {**figures, "beside_ccx": beside.as_dict()}
+
+
+def _follow(scene: SceneFile, options: argparse.Namespace) -> int:
     path = scene.solve_path()
     figures = {"steps": [result.summary() for result in path.steps], "friction_work": path.friction_work.tolist()}
-    remarks = _show(_titled(scene, f"{path[-1]}\n{path}"), figures, to)
+    text = _titled(scene, f"{path[-1]}\n{path}")
+    remarks = _show(*_beside(options, path[-1], text, figures), options.json)
     for written in scene.write(path[-1]):
         say(f"wrote {written}", remarks)
     return 0

@@ -1,0 +1,199 @@
+"""A deck beside CalculiX: the same deck solved by ccx, where it is installed, and both answers in one table.
+
+ccx solves a copy of the deck, with included files in it, in a temporary folder. Every step is asked for displacements,
+forces and contact stresses at nodes (*NODE FILE, *CONTACT FILE), from which figures of the last time are taken. Forces
+at the nodes of a body are reactions and loads; their sum is what contacts take away. Node to surface or face to face,
+its contact gives way by a penalty, of which the deck states the stiffness or ccx takes its own.
+
+Source: G. Dhondt, CalculiX CrunchiX User's Manual 2.20, *NODE FILE, *CONTACT FILE; the format of results files
+(.frd), whose numbers are of single precision, in CalculiX GraphiX, "Results Format".
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fecontact.bodies.elastic import elastic_among
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.compact_repr import compact_repr
+from fecontact.common.errors import InputError, MissingPackageError, SolverError
+from fecontact.mesh.formats.abaqus_deck import KeywordSection, read_sections
+from fecontact.results.result import ContactResult
+
+#: Requests for results, in every step.
+REQUESTS = "*NODE FILE\nU, RF\n*CONTACT FILE\nCSTR\n"
+#: Fields of .frd files that are read; the fourth component of the last is the pressure.
+DISPLACEMENTS, FORCES, CONTACT = "DISP", "FORC", "CONTACT"
+#: Lines of a log that are shown of a run that failed.
+LAST = 5
+
+
+@dataclass(frozen=True, eq=False)
+class FrdField:
+    """A field at nodes: numbers (n,) and values (n, k)."""
+
+    nodes: IntArray
+    values: Array
+
+    def at(self, nodes: IntArray) -> Array:
+        """Values (m, k) at those of some nodes that it has."""
+        return np.asarray(self.values[np.isin(self.nodes, nodes)])
+
+
+def read_frd(path: Path) -> dict[str, FrdField]:
+    """Displacements, forces and contact stresses of the last time of a results file in ASCII, by name.
+
+    Raises
+    ------
+    InputError
+        If a block is not as long or as wide as it says.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> file = Path(tempfile.mkdtemp()) / "small.frd"
+    >>> lines = " -4  DISP        2    1", " -5  D1", " -5  D2", " -1         7 1.00000E+00-2.00000E+00", " -3"
+    >>> _ = file.write_text(chr(10).join(lines))
+    >>> read_frd(file)["DISP"].values.tolist()
+    [[1.0, -2.0]]
+    """
+    lines = path.read_text(encoding="ascii", errors="replace").splitlines()
+    heads = [k for k, line in enumerate(lines) if line.startswith(" -4")]
+    last = {name: k for k in heads if (name := lines[k][5:13].strip()) in (DISPLACEMENTS, FORCES, CONTACT)}
+    return {name: _field(path.name, name, lines, start) for name, start in last.items()}
+
+
+def _field(file: str, name: str, lines: list[str], start: int) -> FrdField:
+    """The field whose block begins at a line."""
+    end = next((k for k in range(start, len(lines)) if lines[k].startswith(" -3")), None)
+    if end is None:
+        raise InputError(f"{file} ends within {name}: ccx was stopped.", code="frd")
+    block = lines[start + 1 : end]
+    width = sum(line.startswith(" -5") and not line.endswith("ALL") for line in block)
+    rows = [line for line in block if line.startswith(" -1")]
+    kind = [("key", "S3"), ("node", "S10"), ("values", "S12", (width,))]
+    try:
+        raw = np.frombuffer("".join(rows).encode(), kind)
+        return FrdField(raw["node"].astype(np.int64), raw["values"].astype(float))
+    except ValueError as error:
+        raise InputError(f"{file}: {name} is not in rows of {width} numbers.", code="frd") from error
+
+
+@compact_repr
+@dataclass(frozen=True, eq=False)
+class BesideCcx:
+    """Figures of a result and of ccx.
+
+    Attributes
+    ----------
+    rows : sequence of (str, float, float)
+        Name of a figure, ours and that of ccx.
+    apart : mapping of str to float
+        Largest difference of the displacements of each body, over the largest of ccx.
+    """
+
+    rows: Sequence[tuple[str, float, float]]
+    apart: Mapping[str, float]
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        figures = {name: {"fecontact": ours, "ccx": theirs} for name, ours, theirs in self.rows}
+        return {**figures, "displacements_apart": dict(self.apart)}
+
+    def __str__(self) -> str:
+        width = max(len(name) for name, _, _ in self.rows)
+        lines = [f"{'Beside CalculiX':{width}}  {'fecontact':>13} {'ccx':>13}  difference"]
+        for name, ours, theirs in self.rows:
+            share = f"{100 * (theirs / ours - 1):+9.3f} %" if ours and name != "seconds" else ""
+            lines.append(f"{name:{width}}  {ours:>13.6g} {theirs:>13.6g}  {share}".rstrip())
+        off = ", ".join(f"{name} {100 * value:.2g} %" for name, value in self.apart.items())
+        return "\n".join([*lines, f"Displacements differ by at most, over the largest: {off}"])
+
+
+def check_ccx(deck: Path) -> str:
+    """Path of ccx, for a deck that it can read.
+
+    Raises
+    ------
+    InputError, MissingPackageError
+    """
+    if deck.suffix.lower() != ".inp":
+        raise InputError(f"--beside ccx is for decks, .inp; found {deck.name}.", code="not-a-deck")
+    if (found := shutil.which("ccx")) is None:
+        raise MissingPackageError(
+            "ccx was not found: --beside ccx runs CalculiX beside. Install it (Debian and Ubuntu: apt-get install "
+            "calculix-ccx), and let it be found on PATH; without --beside the deck is solved here alone."
+        )
+    return found
+
+
+def beside_ccx(deck: Path, result: ContactResult) -> BesideCcx:
+    """Solve a deck by ccx and compare with a result of it, of its last step.
+
+    Raises
+    ------
+    InputError, MissingPackageError
+        See `check_ccx`.
+    SolverError
+        If ccx fails, with the end of what it said.
+    """
+    program = check_ccx(deck)
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "deck.inp"
+        copy.write_text("".join(map(_text, read_sections(deck))), encoding="utf-8")
+        start = time.perf_counter()
+        ran = subprocess.run(
+            [program, "deck"], cwd=folder, capture_output=True, text=True, errors="replace", check=False
+        )
+        seconds = time.perf_counter() - start
+        results = copy.with_suffix(".frd")
+        fields = read_frd(results) if ran.returncode == 0 and results.is_file() else {}
+    if DISPLACEMENTS not in fields:
+        said = " / ".join([line.strip() for line in ran.stdout.splitlines() if line.strip(" _")][-LAST:])
+        raise SolverError(f"ccx did not solve {deck.name} (status {ran.returncode}): {said}", code="ccx-failed")
+    return compared(result, fields, seconds)
+
+
+def _text(section: KeywordSection) -> str:
+    """A keyword as it is written, with requests for results before the end of a step."""
+    parameters = "".join(f", {name}={value}" if value else f", {name}" for name, value in section.parameters.items())
+    lines = "".join(f"{line}\n" for line in section.lines)
+    return f"{REQUESTS if section.keyword == 'END STEP' else ''}*{section.keyword}{parameters}\n{lines}"
+
+
+def compared(result: ContactResult, fields: Mapping[str, FrdField], seconds: float) -> BesideCcx:
+    """Figures of a result and of the fields of ccx: motions and forces of each body, the largest pressure, time."""
+    rows, apart = [], {}
+    given = fields[DISPLACEMENTS]
+    for body in elastic_among(result.scene.bodies):
+        numbers = body.mesh.file_nodes
+        assert numbers is not None
+        _, own, other = np.intersect1d(numbers, given.nodes, return_indices=True)
+        ours, theirs = result.displacement(body)[own], given.values[other, :3]
+        sizes = [float(np.linalg.norm(u, axis=1).max(initial=0.0)) for u in (ours, theirs, ours - theirs)]
+        rows.append((f"largest displacement of {body.name}", sizes[0], sizes[1]))
+        apart[body.name] = sizes[2] / sizes[1] if sizes[1] else sizes[0]
+        if FORCES in fields:
+            taken = sum(_on(contact, body) for contact in result.contacts) + np.zeros(3)
+            force = fields[FORCES].at(numbers)[:, :3].sum(axis=0)
+            rows.append((f"contact force on {body.name}", float(np.linalg.norm(taken)), float(np.linalg.norm(force))))
+    if CONTACT in fields:
+        peak = float(fields[CONTACT].values[:, 3].max(initial=0.0))
+        rows.append(("largest pressure", max(c.max_pressure for c in result.contacts), peak))
+    return BesideCcx([*rows, ("seconds", result.seconds["total"], seconds)], apart)
+
+
+def _on(contact: Any, body: Any) -> Array:
+    """Force (3,) of a contact on a body, friction included."""
+    first, second = contact.bodies
+    sign = 1.0 if body is first else -1.0 if body is second else 0.0
+    return np.asarray(sign * contact._whole.force)

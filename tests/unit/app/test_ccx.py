@@ -1,0 +1,129 @@
+"""Decks beside CalculiX: its results files, the comparison, and the command, where it is installed."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from refusals import refused
+
+import fecontact as fc
+from fecontact.app.cli import main
+from fecontact.app.decks.ccx import FrdField, beside_ccx, check_ccx, compared, read_frd
+from tests.deck_text import blocks, deck_of, step
+
+HELD = "*BOUNDARY\nLOW_bottom, 1, 3\nUP_top, 1, 2\n"
+DOWN = "*BOUNDARY\nUP_top, 3, 3, -0.05\n"
+LINEAR = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n500.,\n"
+
+
+def block_of(name: str, heads: list[str], rows: dict[int, list[float]]) -> str:
+    """A block of a results file as ccx writes it."""
+    out = f"  100CL  101 1.000000000{len(rows):12d}                     0    1           1\n"
+    out += f" -4  {name:<8}{len(heads):5d}    1\n"
+    out += "".join(f" -5  {head:<8}    1    2    1    0{'    1ALL' * (head == 'ALL')}\n" for head in heads)
+    for node, values in rows.items():
+        out += f" -1{node:10d}" + "".join(f"{value:12.5E}" for value in values[:6]) + "\n"
+        if values[6:]:
+            out += " -2" + " " * 10 + "".join(f"{value:12.5E}" for value in values[6:]) + "\n"
+    return out + " -3\n"
+
+
+MOVED = ["D1", "D2", "D3", "ALL"]
+PRESSED = ["COPEN", "CSLIP1", "CSLIP2", "CPRESS", "CSHEAR1", "CSHEAR2"]
+
+
+def test_fields_of_the_last_time_are_read(tmp_path) -> None:
+    path = tmp_path / "deck.frd"
+    first = block_of("DISP", MOVED, {1: [9.0, 9.0, 9.0]})
+    wide = block_of("OTHER", [f"C{k}" for k in range(8)], {1: [float(k) for k in range(8)]})
+    last = block_of("DISP", MOVED, {1: [1.0, -2.0, 3e-12], 1234567890: [-1.5e-31, 0.0, -1e30]})
+    contact = block_of("CONTACT", PRESSED, {7: [0.0, 0.0, 0.0, 4.5, 0.0, 0.0]})
+    path.write_text("    1C\n" + first + wide + last + contact + " 9999\n")
+    found = read_frd(path)
+    assert sorted(found) == ["CONTACT", "DISP"]
+    assert found["DISP"].nodes.tolist() == [1, 1234567890]
+    assert found["DISP"].values.tolist() == [[1.0, -2.0, 3e-12], [-1.5e-31, 0.0, -1e30]]
+    assert found["CONTACT"].values[0, 3] == 4.5
+
+
+def test_files_that_are_cut_off_are_refused(tmp_path) -> None:
+    path = tmp_path / "deck.frd"
+    whole = block_of("DISP", MOVED, {1: [1.0, 2.0, 3.0], 2: [1.0, 2.0, 3.0]})
+    path.write_text(whole.replace(" -3\n", ""))
+    with refused(fc.InputError, "frd", "ends within DISP"):
+        read_frd(path)
+    path.write_text(whole.replace(" 3.00000E+00\n -3", "\n -3"))
+    with refused(fc.InputError, "frd", "rows of 3 numbers"):
+        read_frd(path)
+
+
+def test_figures_are_of_the_same_nodes_and_forces(tmp_path) -> None:
+    """Of a result's own displacements nothing differs; with one moved by 1 % of the largest, that is said."""
+    path = tmp_path / "blocks.inp"
+    path.write_text(deck_of(blocks(), step(DOWN), HELD))
+    result = fc.read_scene(path).solve()
+    bodies = result.scene.bodies
+    nodes = np.concatenate([b.mesh.file_nodes for b in bodies])
+    u = np.concatenate([result.displacement(b) for b in bodies])
+    order = np.random.default_rng(1).permutation(len(nodes))
+    forces = np.zeros_like(u)
+    force = result.contacts[0].total_force
+    forces[0, 2], forces[-1, 2] = force, -force
+    pressure = np.zeros((1, 6))
+    pressure[0, 3] = 2 * result.contacts[0].max_pressure
+    fields = {"DISP": FrdField(nodes[order], u[order]), "FORC": FrdField(nodes, forces)}
+    same = compared(result, {**fields, "CONTACT": FrdField(nodes[:1], pressure)}, 3.0)
+    rows = {name: (ours, theirs) for name, ours, theirs in same.rows}
+    assert set(same.apart.values()) == {0.0}
+    assert rows["largest pressure"][1] == 2 * rows["largest pressure"][0]
+    assert rows["seconds"][1] == 3.0
+    for name in ("LOW", "UP"):
+        assert abs(rows[f"contact force on {name}"][0] - force) <= 1e-12 * force
+        assert abs(rows[f"contact force on {name}"][1] - force) <= 1e-12 * force
+    assert "+100.000 %" in str(same)
+    u[-1, 0] += 0.01 * 0.05
+    other = compared(result, {"DISP": FrdField(nodes, u)}, 3.0)
+    assert other.apart["LOW"] == 0
+    assert abs(other.apart["UP"] - 0.01) <= 1e-4
+
+
+def test_where_it_cannot_run_that_is_said(tmp_path, monkeypatch, capsys) -> None:
+    path = tmp_path / "blocks.inp"
+    path.write_text(deck_of(blocks(), step(DOWN), HELD))
+    with refused(fc.InputError, "not-a-deck", ".feb"):
+        check_ccx(path.with_suffix(".feb"))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with refused(fc.MissingPackageError, "missing-package", "calculix-ccx"):
+        check_ccx(path)
+    assert main(["solve", str(path), "--beside", "ccx"]) == 2
+    assert "calculix-ccx" in capsys.readouterr().err
+    program = tmp_path / "ccx"
+    program.write_text("#!/bin/sh\necho '*ERROR reading: no such set'\nexit 201\n")
+    program.chmod(0o755)
+    assert check_ccx(path) == str(program)
+    with refused(fc.SolverError, "ccx-failed", "status 201", "no such set"):
+        beside_ccx(path, fc.read_scene(path).solve())
+    path.write_text(deck_of(blocks(), step(DOWN) + step(DOWN), HELD))
+    assert main(["solve", str(path), "--beside", "ccx"]) == 2
+    assert "has cases" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
+@pytest.mark.parametrize("friction", ["", "*FRICTION\n0.3, 1e5\n"])
+def test_a_deck_with_an_included_file_beside_ccx(friction, tmp_path, capsys) -> None:
+    text = deck_of(blocks("hex20", "hex20"), step(DOWN), HELD, friction, LINEAR)
+    text = text.replace("INTERACTION=I\n", "INTERACTION=I, TYPE=SURFACE TO SURFACE\n")
+    (tmp_path / "held.inc").write_text(HELD)
+    path = tmp_path / "blocks.inp"
+    path.write_text(text.replace(HELD, "*INCLUDE, INPUT=held.inc\n"))
+    assert main(["solve", str(path), "--beside", "ccx", "--json", str(tmp_path / "figures.json")]) == 0
+    assert "Beside CalculiX" in capsys.readouterr().out
+    figures = json.loads((tmp_path / "figures.json").read_text())["beside_ccx"]
+    force = figures["contact force on LOW"]
+    # another quadrature of the overlap, and with friction an elastic slip of a hundredth of K
+    assert abs(force["ccx"] / force["fecontact"] - 1) <= (1e-4 if not friction else 2e-3)
+    assert max(figures["displacements_apart"].values()) <= (2e-3 if not friction else 1e-2)
+    assert abs(figures["largest pressure"]["ccx"] / figures["largest pressure"]["fecontact"] - 1) <= 0.05
