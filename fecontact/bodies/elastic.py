@@ -167,6 +167,12 @@ class ElasticBody(Body):
             return None
         return self.model.at_points(self.model.state.u)
 
+    @property
+    def _law_words(self) -> str:
+        """Its laws of finite strain, in the words of `describe`; empty of a linear body."""
+        names = sorted({type(law).__name__ for law in laws_of(self.material)})
+        return f", finite strain by {' and '.join(names)}" if names else ""
+
     def _linearised(self, state: State, pose: Pose) -> Self:
         """The body at a state of finite strain, in a pose: a linear body, whose displacements change the state.
 
@@ -472,7 +478,7 @@ class ElasticBody(Body):
         """One-line description of the model."""
         m = self.mesh
         mid = "" if m.midface is None else f" + {(m.midface >= 0).sum()} mid-face nodes"
-        return self._described(f"{m.size_line}{mid}{self._ties}, {self.n_unknowns} dofs")
+        return self._described(f"{m.size_line}{mid}{self._ties}, {self.n_unknowns} dofs{self._law_words}")
 
     @property
     def _ties(self) -> str:

@@ -113,7 +113,7 @@ class SectionBody(ElasticBody):
     def describe(self) -> str:
         """One-line description of the model."""
         m = self.mesh
-        return self._described(f"{m.size_line}{self._ties}, {self.state}, {self.n_unknowns} dofs")
+        return self._described(f"{m.size_line}{self._ties}, {self.state}, {self.n_unknowns} dofs{self._law_words}")
 
 
 @compact_repr

@@ -160,6 +160,8 @@ class Explanation:
         Whether several processes pay off; empty if not.
     local : tuple of str
         Of each contact of elastic bodies in space: whether a local body would serve, and why.
+    finite_strain : bool
+        Whether the seconds are of one iteration of Newton's method, of which a load step takes mostly 5 to 15.
     """
 
     bodies: tuple[str, ...]
@@ -175,6 +177,7 @@ class Explanation:
     divisions: str = ""
     engine: str = ""
     local: tuple[str, ...] = ()
+    finite_strain: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """All figures, ready for JSON."""
@@ -192,7 +195,8 @@ class Explanation:
                 for m in self.models
             ),
             *(f"Saved:     {text}" for text in self.saved),
-            f"Estimate:  about {self.memory_mb:.0f} MB (peak of the process) and {self.seconds:.1f} s",
+            f"Estimate:  about {self.memory_mb:.0f} MB (peak of the process) and {self.seconds:.1f} s"
+            + " an iteration of Newton's method, mostly 5 to 15 a load step" * self.finite_strain,
         ]
         lines += [f"Local:     {text}" for text in self.local]
         if self.engine:
@@ -258,6 +262,7 @@ def explain(
         divisions="" if accuracy is None else _divisions(conditions, chosen, accuracy, n_dofs, seconds),
         engine=advice(scene, n_dofs, sum(m.memory_mb for m in models)),
         local=local_choices(scene, loading),
+        finite_strain=any(b._finite_strain is not None for b in scene.bodies),
     )
 
 

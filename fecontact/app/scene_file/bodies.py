@@ -35,7 +35,16 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.fem.condensation import ROUTES
 from fecontact.fem.factor import DIRECT
-from fecontact.fem.laws import HolmesMow, Law, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
+from fecontact.fem.laws import (
+    CompressibleOgden,
+    Fibres,
+    HolmesMow,
+    Law,
+    MooneyRivlin,
+    NeoHookean,
+    Ogden,
+    StVenantKirchhoff,
+)
 from fecontact.fem.support import Support, checked_support
 from fecontact.halfspace import Layer
 from fecontact.mesh.mesh import Mesh
@@ -121,8 +130,10 @@ MESHED: dict[str, tuple[Callable[..., ElasticBody], Arguments]] = {
 
 #: Laws of finite strain by their names in a scene file.
 LAWS: dict[str, type[Law]] = {
-    law.__name__: law for law in (NeoHookean, StVenantKirchhoff, HolmesMow, MooneyRivlin, Ogden)
+    law.__name__: law for law in (NeoHookean, StVenantKirchhoff, HolmesMow, MooneyRivlin, Ogden, CompressibleOgden)
 }
+#: Arguments of a family of fibres in a law.
+FIBRES: Arguments = {"direction!": numbers(3), "ksi!": number, "alpha!": number, "beta": number}
 
 
 def read_materials(table: Table) -> dict[str, Material | Law | None]:
@@ -131,8 +142,16 @@ def read_materials(table: Table) -> dict[str, Material | Law | None]:
     for name, entry in table.subtables():
         law = entry.text("law", tuple(LAWS))
         kind: Callable[..., Material | Law] | None = Material if law is None else LAWS.get(law)
+        families = entry.tables("fibres") if law is not None else []
         out[name] = None if kind is None else entry.make(kind, _constants(kind))
+        for family in families:
+            out[name] = family.make(partial(_with_fibres, out[name]), FIBRES)
     return out
+
+
+def _with_fibres(law: Any, **family: Any) -> Fibres | None:
+    """A law with a family of fibres; None of one that is invalid."""
+    return None if law is None else Fibres(law, **family)
 
 
 def _constants(kind: Any) -> Arguments:

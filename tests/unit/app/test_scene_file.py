@@ -12,6 +12,7 @@ from refusals import refused
 import fecontact as fc
 from fecontact.app.cli import main
 from fecontact.app.scene_file.toml_table import did_you_mean
+from fecontact.fem.laws import CompressibleOgden
 
 BLOCK = """
 title = "a block on a floor"
@@ -68,8 +69,12 @@ def test_supports_by_normals_and_directions_are_those_along_axes(write):
         ('law = "NeoHookean"\nE = 10.0\nnu = 0.4\n', fc.NeoHookean(E=10.0, nu=0.4)),
         ('law = "HolmesMow"\nE = 10.0\nnu = 0.3\nbeta = 0.2\n', fc.HolmesMow(E=10.0, nu=0.3, beta=0.2)),
         ('law = "Ogden"\nmu = [3.0]\nalpha = [4.0]\nbulk = 20.0\n', fc.Ogden(mu=(3.0,), alpha=(4.0,), bulk=20.0)),
+        (
+            'law = "CompressibleOgden"\nmu = [3.0]\nalpha = [4.0]\nlame = 2.0\n',
+            CompressibleOgden(mu=(3.0,), alpha=(4.0,), lame=2.0),
+        ),
     ],
-    ids=["neo", "holmes", "ogden"],
+    ids=["neo", "holmes", "ogden", "foam"],
 )
 def test_a_material_with_a_law_is_of_finite_strain(constants, law, write):
     text = BLOCK.replace("E = 10.0\nnu = 0.0\n", constants) + LOADS.replace("-0.01", "-0.3")
@@ -81,6 +86,20 @@ def test_a_material_with_a_law_is_of_finite_strain(constants, law, write):
     by_hand = fc.Scene([block, floor], [fc.Contact(block, floor)]).solve(motions={block: {"z": -0.3}})
     assert len(result.finite_strain) == len(by_hand.finite_strain) > 0
     assert np.abs(result.contacts[0].pressure - by_hand.contacts[0].pressure).max() <= SAME * law.at_rest.E
+
+
+def test_fibres_stiffen_the_material_that_names_them(write):
+    fibres = "fibres = [{direction = [2, 0, 0], ksi = 5.0, alpha = 1.0}, {direction = [0, 1, 0], ksi = 2.0, alpha = 0}]"
+    constants = f'law = "NeoHookean"\nE = 10.0\nnu = 0.4\n{fibres}\n'
+    text = BLOCK.replace("E = 10.0\nnu = 0.0\n", constants) + LOADS.replace("-0.01", "-0.3")
+    file = fc.read_scene(write(text))
+    law = file.bodies["block"].material
+    assert (law.ksi, law.beta, law.law.ksi, law.density) == (2.0, 2.0, 5.0, 2e-6)
+    assert np.allclose(law.law.direction, [1, 0, 0], atol=0)
+    plain = fc.read_scene(write(text.replace(fibres, "")))
+    # the block widens under pressure and stretches both families, which resist
+    stiff, soft = (each.solve().contacts[0].force[2] for each in (file, plain))
+    assert abs(stiff) > 1.05 * abs(soft)
 
 
 @pytest.mark.parametrize(
@@ -95,6 +114,8 @@ def test_a_material_with_a_law_is_of_finite_strain(constants, law, write):
         ('law = "HolmesMow"\nE = 1.0\nnu = 0.3\nbeta = -1.0\n', "The exponential stiffening beta must be positive"),
         ('law = "Ogden"\nmu = 3.0\nalpha = [4.0]\nbulk = 20.0\n', "mu of Ogden's law must be a sequence"),
         ("E = 10.0\nnu = 0.0\nbeta = 1.0\n", "materials.cork.beta: unknown key"),
+        ("E = 10.0\nnu = 0.0\nfibres = [{}]\n", "materials.cork.fibres: unknown key"),
+        ('law = "NeoHookean"\nE = 1.0\nnu = 0.3\nfibres = [{ksi = 1.0, alpha = 1.0}]\n', "direction: is missing"),
     ],
 )
 def test_faults_of_laws_are_named(constants, message, write):

@@ -94,3 +94,13 @@ def test_the_command_line_says_it(tmp_path, capsys):
     told = json.loads(capsys.readouterr().out)
     assert told["n_candidates"] <= told["n_points"]
     assert main(["explain", str(tmp_path / "none.toml")]) == 2
+
+
+def test_a_law_of_finite_strain_is_told(tmp_path, capsys):
+    path = tmp_path / "scene.toml"
+    for law, told in (('law = "NeoHookean"\n', True), ("", False)):
+        path.write_text(SPHERE.replace("level = 2", "level = 1").replace("]\nE =", f"]\n{law}E =", 1))
+        assert main(["explain", str(path)]) == 0
+        text = capsys.readouterr().out
+        assert ("finite strain by NeoHookean" in text) is told
+        assert ("an iteration of Newton's method" in text) is told
