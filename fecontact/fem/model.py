@@ -335,7 +335,18 @@ class Model:
 
         For several poses it is dense where that is quicker in all and the memory allows. With the rows (n, n_solved)
         themselves, over the solved coordinates, their compliance alone may be computed.
+
+        Raises
+        ------
+        InputError
+            If the supports hold every coordinate: nothing is left to be solved.
         """
+        if len(self.solved_dofs) == 0:
+            raise InputError(
+                f"A body of {len(self.mesh.points)} nodes is held at all of them, so it cannot deform: give its "
+                "surface to a RigidBody, or leave nodes inside it free.",
+                code="all-held",
+            )
         mask = np.zeros(self.n_coordinates, bool)
         mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
         dofs = np.flatnonzero(mask[self.solved_dofs])

@@ -241,3 +241,18 @@ def test_parts_without_connection(steel):
     with refused(MeshError, "several-parts", "has 2"):
         Model(both, steel, {"bottom": "xyz", "far": "z"})
     assert Model(both, steel, {"bottom": "xyz", "far": "xyz"}).free_motions.shape == (6, 0)
+
+
+@pytest.mark.parametrize("held", [("bottom", "top"), ("bottom",)])
+def test_a_body_held_at_all_its_nodes_is_refused(held):
+    steel = fc.Material(E=1.0, nu=0.3)
+    one = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
+    lower = fc.ElasticBody(one, steel, "top", dict.fromkeys(held, "xyz"))
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+    upper = fc.ElasticBody(mesh, steel, "bottom", {"top": "xyz"}).placed((0, 0, 1.0))
+    scene = fc.Scene([upper, lower], [fc.Contact(upper, lower)])
+    if len(held) == 1:
+        assert scene.solve(motions={upper: {"z": -0.01}}).contacts[0].force[2] > 0
+    else:
+        with refused(fc.InputError, "all-held", "8 nodes", "RigidBody"):
+            scene.solve(motions={upper: {"z": -0.01}})
