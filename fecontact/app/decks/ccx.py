@@ -6,7 +6,8 @@ at the nodes of a body are reactions and loads; their sum is what contacts take 
 its contact gives way by a penalty, of which the deck states the stiffness or ccx takes its own.
 
 Source: G. Dhondt, CalculiX CrunchiX User's Manual 2.20, *NODE FILE, *CONTACT FILE; the format of results files
-(.frd), whose numbers are of single precision, in CalculiX GraphiX, "Results Format".
+(.frd), whose numbers are of single precision, in CalculiX GraphiX, "Results Format". What a stated penalty costs
+is read off a second run with penalties `STIFFER` times as stiff: their overlap is pressure over stiffness.
 """
 
 from __future__ import annotations
@@ -16,12 +17,13 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fecontact.app.decks.abaqus_steps import STATIC
 from fecontact.bodies.elastic import elastic_among
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.compact_repr import compact_repr
@@ -33,6 +35,8 @@ from fecontact.results.result import ContactResult
 REQUESTS = "*NODE FILE\nU, RF\n*CONTACT FILE\nCSTR\n"
 #: Fields of .frd files that are read; the fourth component of the last is the pressure.
 DISPLACEMENTS, FORCES, CONTACT = "DISP", "FORC", "CONTACT"
+#: How many times as stiff the penalties of the second run are.
+STIFFER = 50.0
 #: Lines of a log that are shown of a run that failed.
 LAST = 5
 
@@ -99,22 +103,31 @@ class BesideCcx:
         Name of a figure, ours and that of ccx.
     apart : mapping of str to float
         Largest difference of the displacements of each body, over the largest of ccx.
+    stiffer : mapping of str to float
+        The figures of ccx with its penalties `STIFFER` times as stiff; empty where the deck states none, or means them.
     """
 
     rows: Sequence[tuple[str, float, float]]
     apart: Mapping[str, float]
+    stiffer: Mapping[str, float] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
-        figures = {name: {"fecontact": ours, "ccx": theirs} for name, ours, theirs in self.rows}
+        figures: dict[str, Any] = {name: {"fecontact": ours, "ccx": theirs} for name, ours, theirs in self.rows}
+        for name, value in self.stiffer.items():
+            figures[name]["ccx_stiffer"] = value
         return {**figures, "displacements_apart": dict(self.apart)}
 
     def __str__(self) -> str:
         width = max(len(name) for name, _, _ in self.rows)
-        lines = [f"{'Beside CalculiX':{width}}  {'fecontact':>13} {'ccx':>13}  difference"]
+        more = f" {f'penalty x {STIFFER:g}':>13}  difference" if self.stiffer else ""
+        lines = [f"{'Beside CalculiX':{width}}  {'fecontact':>13} {'ccx':>13}  difference {more}".rstrip()]
         for name, ours, theirs in self.rows:
-            share = f"{100 * (theirs / ours - 1):+9.3f} %" if ours and name != "seconds" else ""
-            lines.append(f"{name:{width}}  {ours:>13.6g} {theirs:>13.6g}  {share}".rstrip())
+            line = f"{name:{width}}  {ours:>13.6g}"
+            for value in (theirs, *([self.stiffer[name]] if self.stiffer else [])):
+                share = f"{100 * (value / ours - 1):+9.3f} %" if ours and name != "seconds" else ""
+                line += f" {value:>13.6g}  {share:11}"
+            lines.append(line.rstrip())
         off = ", ".join(f"{name} {100 * value:.2g} %" for name, value in self.apart.items())
         return "\n".join([*lines, f"Displacements differ by at most, over the largest: {off}"])
 
@@ -146,10 +159,45 @@ def beside_ccx(deck: Path, result: ContactResult) -> BesideCcx:
     SolverError
         If ccx fails, with the end of what it said.
     """
-    program = check_ccx(deck)
+    program, sections = check_ccx(deck), _static(list(read_sections(deck)))
+    beside = compared(result, *_solved(program, deck.name, sections))
+    penalties = [k for k, section in enumerate(sections) if _penalty(section)]
+    if not penalties or any(contact.overclosure is not None for contact in result.scene.contacts):
+        return beside
+    for k in penalties:
+        first, *others = sections[k].lines
+        slope, _, rest = first.partition(",")
+        line = ",".join([f"{STIFFER * float(slope):.12g}", rest]).rstrip(",")
+        sections[k] = replace(sections[k], lines=[line, *others])
+    stiffer = compared(result, *_solved(program, f"{deck.name} with penalties {STIFFER:g} times as stiff", sections))
+    return replace(beside, stiffer={name: value for name, _, value in stiffer.rows})
+
+
+def _static(sections: list[KeywordSection]) -> list[KeywordSection]:
+    """Without the steps that are not static, as those of frequencies: the answer is that of the last static step."""
+    kept, step = [], list[KeywordSection]()
+    for section in sections:
+        if step or section.keyword == "STEP":
+            step.append(section)
+        else:
+            kept.append(section)
+        if section.keyword == "END STEP":
+            kept += step if any(part.keyword in STATIC for part in step) else []
+            step = []
+    return kept + step
+
+
+def _penalty(section: KeywordSection) -> bool:
+    """Whether this is the contact pressure over the overlap, as a number."""
+    linear = section.parameters.get("PRESSURE-OVERCLOSURE", "").upper() == "LINEAR"
+    return section.keyword == "SURFACE BEHAVIOR" and linear and bool(section.lines)
+
+
+def _solved(program: str, name: str, sections: list[KeywordSection]) -> tuple[dict[str, FrdField], float]:
+    """Fields of the last time by ccx, and its seconds."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "deck.inp"
-        copy.write_text("".join(map(_text, read_sections(deck))), encoding="utf-8")
+        copy.write_text("".join(map(_text, sections)), encoding="utf-8")
         start = time.perf_counter()
         ran = subprocess.run(
             [program, "deck"], cwd=folder, capture_output=True, text=True, errors="replace", check=False
@@ -159,8 +207,8 @@ def beside_ccx(deck: Path, result: ContactResult) -> BesideCcx:
         fields = read_frd(results) if ran.returncode == 0 and results.is_file() else {}
     if DISPLACEMENTS not in fields:
         said = " / ".join([line.strip() for line in ran.stdout.splitlines() if line.strip(" _")][-LAST:])
-        raise SolverError(f"ccx did not solve {deck.name} (status {ran.returncode}): {said}", code="ccx-failed")
-    return compared(result, fields, seconds)
+        raise SolverError(f"ccx did not solve {name} (status {ran.returncode}): {said}", code="ccx-failed")
+    return fields, seconds
 
 
 def _text(section: KeywordSection) -> str:

@@ -11,7 +11,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact.app.cli import main
-from fecontact.app.decks.ccx import FrdField, beside_ccx, check_ccx, compared, read_frd
+from fecontact.app.decks.ccx import STIFFER, FrdField, beside_ccx, check_ccx, compared, read_frd
 from tests.deck_text import blocks, deck_of, step
 
 HELD = "*BOUNDARY\nLOW_bottom, 1, 3\nUP_top, 1, 2\n"
@@ -127,3 +127,33 @@ def test_a_deck_with_an_included_file_beside_ccx(friction, tmp_path, capsys) -> 
     assert abs(force["ccx"] / force["fecontact"] - 1) <= (1e-4 if not friction else 2e-3)
     assert max(figures["displacements_apart"].values()) <= (2e-3 if not friction else 1e-2)
     assert abs(figures["largest pressure"]["ccx"] / figures["largest pressure"]["fecontact"] - 1) <= 0.05
+
+
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
+def test_what_the_penalty_of_ccx_costs_is_shown(tmp_path) -> None:
+    """Blocks of one cell, pressed by a motion d: hard, the force is E d / 2; by a penalty K of the area it is
+    d / (2 / E + 1 / K), E / (2 K) lower. A step of frequencies after it changes nothing.
+    """
+    E, K, d = 100.0, 2e4, 1e-4
+    behaviour = f"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{K}, 3.\n"
+    held = "*BOUNDARY\nLOW_bottom, 3, 3\nUP_top, 1, 2\nLOW_x_min, 1, 1\nLOW_y_min, 2, 2\n"
+    path = tmp_path / "column.inp"
+    frequencies = step("", "*STEP, PERTURBATION\n", "*FREQUENCY\n1\n")
+    text = deck_of(
+        blocks(divisions=((1, 1, 1), (1, 1, 1))), step(f"*BOUNDARY\nUP_top, 3, 3, {-d}\n"), held, "", behaviour
+    )
+    text = text.replace(f"{E}, 0.3", f"{E}, 0.").replace(
+        "*SOLID SECTION, ELSET=LOW", "*DENSITY\n1.\n*SOLID SECTION, ELSET=LOW"
+    )
+    text = text.replace("INTERACTION=I\n", "INTERACTION=I, TYPE=SURFACE TO SURFACE\n")
+    path.write_text(text + frequencies)
+    result = fc.read_scene(path).solve()
+    found = beside_ccx(path, result)
+    rows = {name: (ours, theirs) for name, ours, theirs in found.rows}
+    hard, soft = rows["contact force on LOW"]
+    assert abs(hard - E * d / 2) <= 1e-9 * hard
+    # geometric nonlinearity of ccx: strains of 5e-5; six digits of its forces
+    assert abs(soft / hard - 1 / (1 + E / (2 * K))) <= 1e-4
+    assert abs(found.stiffer["contact force on LOW"] / hard - 1 / (1 + E / (2 * K * STIFFER))) <= 1e-4
+    assert "penalty x 50" in str(found)
+    assert found.as_dict()["contact force on LOW"]["ccx_stiffer"] == found.stiffer["contact force on LOW"]
