@@ -301,6 +301,10 @@ class Body(FormerNames):
         """Nodal forces (n_dofs,) of a force (3,) at a point (3,); None where it acts on the body as a whole."""
         return None
 
+    def _prescribed(self, supports: Mapping[str, Array], values: Array | None) -> Array:
+        """Displacements (n_dofs,) that supports (n_nodes, 3) and linear conditions (m,) prescribe, zero elsewhere."""
+        raise _refused(self, "A prescribed displacement")
+
     def _body_force(self, gravity: Array) -> Array | None:
         """Nodal forces (n_dofs,) of gravity (3,); None where it does not act."""
         return None

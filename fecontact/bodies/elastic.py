@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import scipy.linalg
@@ -18,9 +18,9 @@ from fecontact.bodies.inner_fields import InnerFields
 from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import instance, mapping, text, texts
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import among
+from fecontact.common.checks import among, array_of
 from fecontact.common.compact_repr import compact_repr
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, shown
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.condensation import ROUTES
@@ -81,6 +81,10 @@ class ElasticBody(Body):
         faces that no smooth surface represents; a note tells what was moved. Cells of 8 nodes have flat faces;
         ``mesh.upgraded(20)`` makes them curved. See docs/design.md. In a body that is made, the surfaces that were
         found.
+    conditions : (m, 3 n_points) sparse matrix or array, optional
+        Linear conditions C u = c between displacements u of the points of the mesh (x, y, z of each in turn), in the
+        body's axes: equations between nodes, a rigid part of it. c is zero unless `Scene.solve` gives
+        ``displacements={body: c}``. Of gaps and loads they are as exact as supports.
 
     Raises
     ------
@@ -110,6 +114,7 @@ class ElasticBody(Body):
     condensation: str = "auto"
     pose: Pose = field(default_factory=Pose)
     geometry: Geometry | Mapping[str, Geometry] = "auto"
+    conditions: sp.csr_matrix | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         text("the name of a body", self.name)
@@ -122,7 +127,11 @@ class ElasticBody(Body):
         object.__setattr__(self, "supports", mapping(f"the supports of {self.name!r}", self.supports))
         names = texts(f"the contact boundaries of {self.name!r}", self.contact)
         object.__setattr__(self, "contact", names)
+        conditions = self._checked_conditions()
         object.__setattr__(self, "mesh", self._checked_mesh(names))
+        if conditions is not None:
+            conditions.resize(conditions.shape[0], 3 * len(self.mesh.points))  # faces get nodes in their middles
+            object.__setattr__(self, "conditions", conditions)
         self.model  # noqa: B018 - refuses bad input now; copies in other poses share it
         self._finite_strain  # noqa: B018 - as well
 
@@ -133,10 +142,29 @@ class ElasticBody(Body):
         object.__setattr__(self, "geometry", geometry)
         return mesh
 
+    def _checked_conditions(self) -> sp.csr_matrix | None:
+        given: Any = self.conditions
+        if given is None:
+            return None
+        found, n = given if sp.issparse(given) else array_of(given), 3 * len(self.mesh.points)
+        if found is None or found.ndim != 2 or found.shape[1] != n:
+            raise InputError(
+                f"The linear conditions of {self.name!r} must be an array (m, {n}), three columns for each point of "
+                f"its mesh; found {shown(given)}.",
+                code="conditions-shape",
+            )
+        rows = sp.csr_matrix(found, dtype=float, copy=True)
+        if not np.isfinite(rows.data).all() or not abs(rows).max(axis=1).toarray().all():
+            raise InputError(
+                f"The linear conditions of {self.name!r} must be finite, and each of them have a coefficient.",
+                code="conditions-values",
+            )
+        return rows
+
     @cached_property
     def model(self) -> Model:
         """The finite element model, in the body's own axes; the same object in every pose of the body."""
-        options = (self.backend, self.integration, self.condensation)
+        options = (self.backend, self.integration, self.condensation, self.conditions)
         return Model(self.mesh, at_rest(self.material), self.supports, *options)
 
     @cached_property
@@ -318,6 +346,8 @@ class ElasticBody(Body):
                 code="finite-strain",
             )
         model = self.model
+        if model.all_held:
+            return Reduced(None, np.zeros(rows.shape[0]))
         C = model.solved_rows(rows)
         condensation = model.condensed(model.touched(rows), timer, rows=C)
         with timer("condense"):
@@ -329,6 +359,8 @@ class ElasticBody(Body):
     def displacement(self, rows: sp.csr_matrix, forces: Array, loads: Array | None) -> Array:
         """Elastic displacements (n_dofs,) under forces along rows and external loads."""
         model = self.model
+        if model.all_held:
+            return np.zeros(self.n_dofs)
         f = np.asarray(rows.T @ forces) if loads is None else rows.T @ forces + loads
         condensation = model.condensed(model.touched(rows), Stopwatch())
         return model.displacements(condensation.solve(model.solved_forces(f)))
@@ -380,6 +412,12 @@ class ElasticBody(Body):
         """Nodal forces (n_dofs,) of a force (3,) at a point (3,), both in its axes; see `attachment`."""
         size = float(np.linalg.norm(force))
         return np.asarray(self.attachment(point, force / size).T @ [size]) if size > 0 else np.zeros(self.n_dofs)
+
+    def _prescribed(self, supports: Mapping[str, Array], values: Array | None) -> Array:
+        """Displacements (n_dofs,) that supports (n_nodes, 3) and conditions (m,) prescribe, less those of its state."""
+        model = self.model
+        u = model.prescribed(supports, values)
+        return u - model.held_part(model.state.u) if isinstance(model, AtState) else u
 
     def _body_force(self, gravity: Array) -> Array:
         """Nodal forces (n_dofs,) of gravity (3,) in its axes.
@@ -445,6 +483,12 @@ class ElasticBody(Body):
         >>> len(body._divided({"top": np.array([0])}).mesh.cells)
         36
         """
+        if self.conditions is not None:
+            raise InputError(
+                f"{self.name!r} has linear conditions between the nodes of its mesh, which accuracy= would divide: "
+                "leave accuracy out, and take a finer mesh.",
+                code="conditions-on-nodes",
+            )
         chosen = [touching(self.mesh, self.mesh.faces(name)[facets]) for name, facets in marked.items()]
         if cells is not None:
             chosen.append(cells)

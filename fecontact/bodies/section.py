@@ -92,6 +92,7 @@ class SectionBody(ElasticBody):
             self.plane_stress,
             self.backend,
             self.integration,
+            self.conditions,
         )
 
     def _made_surface(self, facets: IntArray, name: str) -> CurveSurface:

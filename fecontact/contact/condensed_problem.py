@@ -17,7 +17,7 @@ from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
-from fecontact.common.errors import SupportError
+from fecontact.common.errors import InputError, SupportError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.hold import Hold, held, held_inside, semidefinite
 from fecontact.contact.interface import UnilateralConstraints
@@ -226,7 +226,7 @@ def _mean_hold(body: Body, frame: RigidMotionConstraints) -> MeanConstraint | No
 @compact_repr
 @dataclass(frozen=True, eq=False)
 class BodyBlock:
-    """Rows and rigid motions of one body in the problem."""
+    """Rows and rigid motions of one body in the problem; `loads` (n_dofs,) has the forces of imposed displacements."""
 
     body: Body
     frame: RigidMotionConstraints
@@ -238,9 +238,10 @@ class BodyBlock:
 
     @property
     def external(self) -> Array:
-        """Loads (n_dofs,) without the internal forces of a state of finite strain."""
+        """Loads (n_dofs,) without the internal forces of a state of finite strain and of imposed displacements."""
         inner, loads = self.body._inner_forces, np.zeros(self.body.n_dofs) if self.loads is None else self.loads
-        return loads if inner is None else loads + inner
+        loads = loads if inner is None else loads + inner
+        return loads if self.frame.imposed is None else loads - _resisting(self.body, self.frame.imposed)
 
     def answer(self, forces: Array) -> Array:
         """Displacements (n_dofs,) by forces along its rows alone, up to a rigid motion."""
@@ -340,6 +341,7 @@ def _displacement(part: BodyBlock, forces: Array, q: Array) -> tuple[Array, Arra
     u = part.body.displacement(part.rows, forces, loads)
     motion = frame.prescribed + frame.free @ q
     u = u + frame.modes(motion[:, None])[:, 0]
+    u = u if frame.imposed is None else u + frame.imposed
     if part.hold is not None:
         correction = part.hold.mean @ frame.modes((frame.prescribed - motion)[:, None])[:, 0] - part.hold.of_elastic(f)
         u = u + part.hold.modes @ correction
@@ -440,6 +442,7 @@ def _condensed(
                 shares.append((part.index, compliance))
                 soft += [] if part.body._inner_forces is None else [compliance]
             total[part.index] += response
+    _refuse_rigid_pairs(bare, [index for index, _ in shares])
     with timer("condense"):
         S = _total(bare.own, shares)
         array = S if isinstance(S, np.ndarray) else None
@@ -486,11 +489,30 @@ def uncondensed(
         part = _part(body, frame, interfaces, chosen, ends, loading.distributed[k])
         columns = np.zeros((part.free.shape[1], n))
         columns[:, part.index] = opening_by_motions(part.rows, frame.modes(part.free), loading.rounding).T
-        g[part.index] += part.rows @ frame.modes(frame.prescribed[:, None])[:, 0]
+        given = frame.given
+        g[part.index] += 0.0 if given is None else part.rows @ given
         B.append(columns)
         F.append(-loading.driving(k, part.free))
         parts.append(part)
     return Uncondensed(parts, own, g, np.concatenate(B), np.concatenate(F))
+
+
+def _refuse_rigid_pairs(bare: Uncondensed, deforming: Sequence[IntArray]) -> None:
+    """Refuse pairs of two bodies neither of which deforms, as both are held at all their nodes.
+
+    Raises
+    ------
+    InputError
+    """
+    rigid = bare.own == 0
+    rigid[np.concatenate([np.zeros(0, np.int64), *deforming])] = False
+    if rigid.any():
+        names = [repr(part.body.name) for part in bare.parts if rigid[part.index].any()]
+        raise InputError(
+            f"Neither of the bodies {' and '.join(names)} can deform where they touch: what is held at all its nodes "
+            "is rigid. Leave nodes of one of them free.",
+            code="all-held",
+        )
 
 
 def _total(own: Array, shares: Sequence[tuple[IntArray, Array | LinearOperator]]) -> Array | LinearOperator:
@@ -552,6 +574,8 @@ def _condense_shared(
     shared: dict[int, list[sp.csr_matrix]] = {}
     models = {}
     for body in elastic_among(bodies):
+        if body.model.all_held:
+            continue
         models[id(body.model)] = body.model
         for interface, c in zip(interfaces, chosen, strict=True):
             rows = interface.rows(body)
@@ -578,11 +602,26 @@ def _part(
             rows.append(own[c])
             index.append(start + np.arange(len(c)))
     hold = _mean_hold(body, frame)
+    if frame.imposed is not None:
+        if hold is not None:
+            raise InputError(
+                f"{body.name!r} is held by its mean position in a motion that no support resists; with displacements "
+                "prescribed for its supports it needs supports against every motion.",
+                code="imposed-on-floating",
+            )
+        loads = _resisting(body, frame.imposed) + (0.0 if loads is None else loads)
     released = frame.free
     if hold is not None and released.shape[1]:
         # make the free motions independent of the held mean
         released = released - frame.mean_held @ (hold.mean @ frame.modes(released))
     return BodyBlock(body, frame, sp.vstack(rows, format="csr"), np.concatenate(index), loads, released, hold)
+
+
+def _resisting(body: Body, imposed: Array) -> Array:
+    """Nodal forces (n_dofs,) against imposed displacements: -K u."""
+    (elastic,) = elastic_among([body])
+    K = elastic.model.stiffness
+    return -np.asarray(K @ imposed + K.T @ imposed - K.diagonal() * imposed)
 
 
 def _held_by_mean(

@@ -9,7 +9,7 @@ appendix B: intensities at the nodes of a face, in three directions).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 import numpy as np
@@ -87,6 +87,17 @@ def _intensity(
     return body._over_boundary(name, _checked(f"{what}, given by nodes,", given, (body._count_nodes(name), *shape)))
 
 
+def _at_nodes(what: str, body: Body, name: str, given: Distribution) -> Array:
+    """Vectors (n_nodes, 3) at the nodes of a boundary: one for all, a function of points, or values."""
+    mesh = cast(Any, body).mesh
+    nodes = mesh.boundary_nodes(name)
+    if callable(given):
+        return _checked(f"{what}, a function of points,", given(mesh.points[nodes]), (len(nodes), 3))
+    return _checked(
+        what, np.broadcast_to(given, (len(nodes), 3)) if np.shape(given) == (3,) else given, (len(nodes), 3)
+    )
+
+
 def _checked(what: str, given: Distribution, shape: tuple[int, ...]) -> Array:
     values = array_of(given)
     if values is None:
@@ -101,7 +112,7 @@ def _checked(what: str, given: Distribution, shape: tuple[int, ...]) -> Array:
 
 
 #: Fields of a `LoadStep` whose keys are bodies or places on them, and all of them.
-KEYED = ("forces", "moments", "motions", "free", "pressures", "tractions")
+KEYED = ("forces", "moments", "motions", "free", "pressures", "tractions", "displacements")
 LOADS = (*KEYED, "gravity")
 
 
@@ -119,6 +130,7 @@ class LoadStep:
     free: Mapping[Body, str] = field(default_factory=dict)
     pressures: Mapping[tuple[Body, str], Distribution] = field(default_factory=dict)
     tractions: Mapping[tuple[Body, str], Distribution] = field(default_factory=dict)
+    displacements: Mapping[Any, Distribution] = field(default_factory=dict)
     gravity: ArrayLike | None = None
 
     @classmethod
@@ -164,6 +176,7 @@ class LoadStep:
                 body, whole.get(body), self.moments.get(body), self.motions.get(body), self.free.get(body, ()),
                 pushes, setting.turning,
             )  # fmt: skip
+            frame = replace(frame, imposed=self._imposed(body))
             setting.check_frame(frame)
             parts += [pressed(b, name, p) for (b, name), p in self.pressures.items() if b is body]
             parts += [pulled(b, name, t, setting) for (b, name), t in self.tractions.items() if b is body]
@@ -198,10 +211,47 @@ class LoadStep:
                     raise InputError(
                         f"A {what} acts on (body, 'boundary'); found the key {shown(place)}.", code="load-key"
                     )
-        members = [*whole, *self.moments, *self.motions, *self.free]
+        for place in self.displacements:
+            if isinstance(place, tuple) and (len(place) != 2 or not isinstance(place[1], str)):
+                raise InputError(
+                    f"A displacement is that of a support (body, 'boundary'), or of a body's conditions; found the "
+                    f"key {shown(place)}.",
+                    code="load-key",
+                )
+        moved = (place[0] if isinstance(place, tuple) else place for place in self.displacements)
+        members = [*whole, *self.moments, *self.motions, *self.free, *moved]
         for member in [*members, *(place[0] for place in (*local, *self.pressures, *self.tractions))]:
             check_member(member, bodies)
         return whole, local
+
+    def _imposed(self, body: Body) -> Array | None:
+        """Displacements (n_dofs,) prescribed for its supports and conditions, in its axes; None where there are none.
+
+        Raises
+        ------
+        InputError
+            For a boundary without support, or values of another shape.
+        """
+        what, rotation = f"The displacement of {{}} of {body.name!r}", body.pose.rotation
+        supports: dict[str, Array] = {}
+        values: Array | None = None
+        for place, given in self.displacements.items():
+            if place is body:
+                rows = getattr(body, "conditions", None)
+                if rows is None:
+                    raise InputError(f"{body.name!r} has no linear conditions to prescribe values of.", code="no-rows")
+                values = _checked(what.format("the conditions"), given, (rows.shape[0],))
+            elif isinstance(place, tuple) and place[0] is body:
+                name, known = place[1], getattr(body, "supports", {})
+                if name not in known:
+                    listed = ", ".join(map(repr, known)) or "none"
+                    raise InputError(
+                        f"{body.name!r} has no support on {name!r} whose displacement could be prescribed; its "
+                        f"supports are on: {listed}.",
+                        code="no-support",
+                    )
+                supports[name] = _at_nodes(what.format(repr(name)), body, name, given) @ rotation
+        return body._prescribed(supports, values) if supports or values is not None else None
 
     def carried(self, body: Callable[[Any], Any]) -> LoadStep:
         """The same loads on other bodies."""
@@ -234,7 +284,8 @@ class LoadStep:
         InputError
             With the boundary.
         """
-        for loads, constant in ((self.pressures, 0), (self.tractions, 1)):
+        supports = {place: v for place, v in self.displacements.items() if isinstance(place, tuple)}
+        for loads, constant in ((self.pressures, 0), (self.tractions, 1), (supports, 1)):
             for (body, name), value in loads.items():
                 if not callable(value) and np.ndim(value) > constant:
                     raise InputError(

@@ -55,6 +55,8 @@ class RigidMotionConstraints:
         Whether that load is distributed over the mass instead of acting through the supports.
     prescribed_components : tuple of int
         Components that `motions` prescribes, including zero values.
+    imposed : (n_dofs,) array, optional
+        Displacements that supports and linear conditions prescribe beside the frame's, in the body's axes.
     """
 
     body: Body
@@ -64,6 +66,7 @@ class RigidMotionConstraints:
     load: Array
     spread: bool
     prescribed_components: tuple[int, ...] = ()
+    imposed: Array | None = None
 
     @property
     def point(self) -> Array:
@@ -79,6 +82,14 @@ class RigidMotionConstraints:
         """Displacement fields (n_dofs, k) in the body's axes of world motions (6, k)."""
         return self.body.rigid_modes @ self.in_body_axes(motions)
 
+    @property
+    def given(self) -> Array | None:
+        """Displacements (n_dofs,) that are prescribed, of its frame and beside it; None where there are none."""
+        rigid = self.modes(self.prescribed[:, None])[:, 0] if self.prescribed.any() else None
+        if self.imposed is None or rigid is None:
+            return rigid if self.imposed is None else self.imposed
+        return rigid + self.imposed
+
     def describe(self, motion: Array) -> str:
         """A world motion (6,) of this body in words."""
         return f"{self.body.name}: {describe_motion(motion, self.point, self.body.size)}"
@@ -90,9 +101,10 @@ def after_prescribed(
     """Gaps (n,) after the prescribed rigid motions; `rows` gives their change by displacements of a body, or None."""
     out = gap.copy()
     for frame in frames:
-        found = rows(frame.body) if frame.prescribed.any() else None
+        given = frame.given
+        found = None if given is None else rows(frame.body)
         if found is not None:
-            out += found @ frame.modes(frame.prescribed[:, None])[:, 0]
+            out += found @ given
     return out
 
 

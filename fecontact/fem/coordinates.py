@@ -1,6 +1,6 @@
 """Coordinates v in which a stiffness is solved: u = T v, T^T K T.
 
-They differ from the displacements u of all nodes in two ways. Where a support is oblique to the mesh's axes, the axes
+They differ from the displacements u of all nodes in three ways. Where a support is oblique to the mesh's axes, the axes
 of its nodes are rotated: u = A v, A orthogonal, so that supports hold single components (R. D. Cook et al., Concepts
 and Applications of Finite Element Analysis, 4th ed. 2002, section 8.3, skew supports). Hanging nodes have no
 coordinates and follow from the others (`mesh.hanging_nodes`): u = H v. With both, T = H A. Forces are mapped by the
@@ -19,6 +19,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array, IntArray
+from fecontact.fem.links import Links
 from fecontact.fem.stiffness import whole_blocks
 from fecontact.mesh.hanging_nodes import HangingNodes
 
@@ -33,6 +34,8 @@ class Coordinates:
         A, orthogonal; None where the axes are the mesh's everywhere.
     ties : HangingNodes or None
         None where no node hangs.
+    links : Links or None
+        Linear conditions between coordinates; their dependents are held.
 
     Examples
     --------
@@ -45,6 +48,12 @@ class Coordinates:
 
     axes: sp.csr_matrix | None = None
     ties: HangingNodes | None = None
+    links: Links | None = None
+
+    @property
+    def are_displacements(self) -> bool:
+        """Whether T is one."""
+        return self.axes is None and self.ties is None and self.links is None
 
     def count(self, n_dofs: int) -> int:
         """Number of coordinates of n_dofs displacements."""
@@ -59,34 +68,53 @@ class Coordinates:
         """H."""
         return None if self.ties is None else sp.kron(self.ties.transform, sp.eye_array(3), format="csr")
 
+    @cached_property
+    def _change(self) -> sp.csr_matrix | None:
+        """A E; None where it is one."""
+        if self.links is None or self.axes is None:
+            return self.axes if self.links is None else self.links.change
+        return sp.csr_matrix(self.axes @ self.links.change)
+
+    @cached_property
+    def _back(self) -> sp.csr_matrix | None:
+        """Its inverse."""
+        turned = None if self.axes is None else self.axes.T
+        if self.links is None:
+            return turned
+        return self.links.back if turned is None else sp.csr_matrix(self.links.back @ turned)
+
     def displacements(self, v: Array) -> Array:
         """T v, (n_dofs, ...)."""
-        v = v if self.axes is None else np.asarray(self.axes @ v)
+        v = v if self._change is None else np.asarray(self._change @ v)
         return v if self._tie is None else np.asarray(self._tie @ v)
 
     def of_displacements(self, u: Array) -> Array:
-        """The coordinates (n, ...) of displacements that are some T v."""
+        """The coordinates (n, ...) of displacements that are some T v, also of those that violate the conditions."""
         if self.ties is not None:
             u = u.reshape(-1, 3, *u.shape[1:])[self.ties.free].reshape(-1, *u.shape[1:])
-        return u if self.axes is None else np.asarray(self.axes.T @ u)
+        return u if self._back is None else np.asarray(self._back @ u)
 
     def forces(self, f: Array) -> Array:
         """T^T f, (n, ...)."""
         f = f if self._tie is None else np.asarray(self._tie.T @ f)
-        return f if self.axes is None else np.asarray(self.axes.T @ f)
+        return f if self._change is None else np.asarray(self._change.T @ f)
 
     def rows(self, C: sp.csr_matrix) -> sp.csr_matrix:
         """C T, (m, n): the same of coordinates; with no node hanging they touch the same nodes."""
         C = C if self._tie is None else C @ self._tie
-        return C if self.axes is None else C @ self.axes
+        return C if self._change is None else C @ self._change
 
     def row_on_displacements(self, row: Array) -> Array:
         """A row (n_dofs,) that takes of T v what `row` (n,) takes of v."""
-        row = row if self.axes is None else np.asarray(self.axes @ row)
+        row = row if self._back is None else np.asarray(self._back.T @ row)
         return self._spread(row)
 
     def gathered(self, f: Array) -> Array:
-        """Nodal forces (n_dofs,) that do the same work, none of them on hanging nodes."""
+        """Nodal forces (n_dofs,) that do the same work, none of them on hanging nodes or dependents of conditions."""
+        if self.links is not None:
+            own = self.forces(f)
+            own[self.links.dependents] = 0.0
+            return self.row_on_displacements(own)
         return f if self._tie is None else self._spread(np.asarray(self._tie.T @ f))
 
     def _spread(self, values: Array) -> Array:
@@ -101,9 +129,9 @@ class Coordinates:
         """Upper triangle of T^T K T by that of K."""
         if self.ties is not None:
             K = _tied(K, self.ties)
-        if self.axes is None:
+        if self._change is None:
             return K
-        return sp.csr_matrix(sp.triu(self.axes.T @ (K + sp.triu(K, 1).T) @ self.axes))
+        return sp.csr_matrix(sp.triu(self._change.T @ (K + sp.triu(K, 1).T) @ self._change))
 
 
 def _tied(K: sp.csr_matrix, ties: HangingNodes) -> sp.csr_matrix:

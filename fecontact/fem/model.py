@@ -38,7 +38,14 @@ from fecontact.fem.multigrid import Multigrid
 from fecontact.fem.rigid import null_space, rigid_modes
 from fecontact.fem.stiffness import Cells, assemble_stiffness, body_force, moments_of_volume, surface_traction
 from fecontact.fem.stress import gauss_strain, hooke, to_nodes
-from fecontact.fem.support import Support, fix_null_space, nodal_coordinates, share_of_support
+from fecontact.fem.support import (
+    Support,
+    fix_null_space,
+    linked,
+    nodal_coordinates,
+    prescribed_displacements,
+    share_of_support,
+)
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.facets import places_among
 from fecontact.mesh.mesh import Mesh
@@ -65,6 +72,8 @@ class Model:
         `NEARLY_INCOMPRESSIBLE`.
     condensation : {'auto', 'schur', 'columns', 'operator', 'gram-schmidt'}
         Route to the compliance, see `fem.condensation`.
+    conditions : (m, n_dofs) sparse matrix, optional
+        Linear conditions between displacements, see `fem.links`.
     """
 
     dofs_per_node = 3
@@ -86,15 +95,16 @@ class Model:
         backend: str = "auto",
         integration: str = "auto",
         condensation: str = "auto",
+        conditions: sp.csr_matrix | None = None,
     ) -> None:
-        self.coordinates, self.held = nodal_coordinates(mesh, supports)
+        self.coordinates, self.held = linked(*nodal_coordinates(mesh, supports), conditions, 3 * len(mesh.points))
         self.material_of_cell, self.materials = materials_of_cells(mesh, materials)
         check_mesh(mesh)
         self.mesh, self.supports, self.backend, self.way = mesh, dict(supports), backend, condensation
         self.selective = integration == "selective" or (
             integration == "auto" and max(m.nu for m in self.materials) > NEARLY_INCOMPRESSIBLE
         )
-        self._check_connected()
+        self._check_connected(conditions)
 
     @property
     def n_dofs(self) -> int:
@@ -132,7 +142,7 @@ class Model:
         """A plain factor of the stiffness over the solved degrees of freedom."""
         return factorise(self._assembled(Stopwatch()), self.backend)
 
-    def _check_connected(self) -> None:
+    def _check_connected(self, conditions: sp.csr_matrix | None = None) -> None:
         """Refuse a part without connection to the rest that its own supports do not hold."""
         cells = self.functions
         ends = (np.arange(len(cells)).repeat(cells.shape[1]), cells.ravel())
@@ -140,6 +150,11 @@ class Model:
         if (ties := self.coordinates.ties) is not None:
             # a cell at a hanging node is connected to those at the nodes that it follows from
             touched += touched[:, ties.nodes] @ abs(ties.weights)
+        if conditions is not None:
+            entries = abs(conditions).tocoo()
+            shape = (conditions.shape[0], self.n_dofs // 3)
+            nodes_of = sp.csr_matrix((entries.data, (entries.row, entries.col // 3)), shape=shape)
+            touched = sp.hstack([touched, touched @ nodes_of.T])
         count, part = connected_components(touched @ touched.T, directed=False)
         if count == 1:
             return
@@ -239,6 +254,11 @@ class Model:
         return np.setdiff1d(every, np.concatenate([self.held, self.pinned_dofs]), assume_unique=True)
 
     @property
+    def all_held(self) -> bool:
+        """Whether supports and conditions leave nothing to deform, so that the body is rigid."""
+        return len(self.solved_dofs) == 0
+
+    @property
     def by_cells(self) -> bool:
         """Whether the stiffness is the sum of isotropic solid cells over the nodes of the mesh."""
         return type(self).stiffness is Model.stiffness and self.n_dofs == 3 * len(self.mesh.points)
@@ -324,6 +344,32 @@ class Model:
         """Weights (1, n_functions) of the displacement of a point of the mesh."""
         return sp.csr_matrix(([1.0], ([0], [point])), shape=(1, self.n_dofs // 3))
 
+    def prescribed(self, supports: Mapping[str, Array], values: Array | None) -> Array:
+        """Displacements (n_dofs,) that supports (n_nodes, 3) and conditions (m,) prescribe, zero where nothing does.
+
+        Raises
+        ------
+        InputError
+            If they contradict each other, or a support does not hold them.
+        """
+        T = self.coordinates
+        given = prescribed_displacements(self.mesh_at_rest, self.supports, supports)
+        held = self._only_held(T.of_displacements(given.ravel()))
+        if T.links is not None:
+            held[T.links.dependents] = 0.0
+            c = np.zeros(T.links.given.shape[1]) if values is None else values
+            held[T.links.dependents] = T.links.values(c, held)
+        return T.displacements(held)
+
+    def held_part(self, u: Array) -> Array:
+        """The displacements (n_dofs,) of which held coordinates are as under u, and all others zero."""
+        return self.coordinates.displacements(self._only_held(self.coordinates.of_displacements(u)))
+
+    def _only_held(self, v: Array) -> Array:
+        out = np.zeros(self.n_coordinates)
+        out[self.held] = v[self.held]
+        return out
+
     def support_forces(self, name: str, rest: Array) -> Array:
         """Contribution (n_dofs,) of one support to the support forces, see `fem.support`."""
         return share_of_support(self.mesh, self.supports, name, self.coordinates.gathered(rest))
@@ -335,18 +381,7 @@ class Model:
 
         For several poses it is dense where that is quicker in all and the memory allows. With the rows (n, n_solved)
         themselves, over the solved coordinates, their compliance alone may be computed.
-
-        Raises
-        ------
-        InputError
-            If the supports hold every coordinate: nothing is left to be solved.
         """
-        if len(self.solved_dofs) == 0:
-            raise InputError(
-                f"A body of {len(self.mesh.points)} nodes is held at all of them, so it cannot deform: give its "
-                "surface to a RigidBody, or leave nodes inside it free.",
-                code="all-held",
-            )
         mask = np.zeros(self.n_coordinates, bool)
         mask[(3 * nodes[:, None] + np.arange(3)).ravel()] = True
         dofs = np.flatnonzero(mask[self.solved_dofs])
@@ -446,14 +481,15 @@ class Model:
     def _corners(self) -> tuple[IntArray, sp.csr_matrix] | None:
         """Solved coordinates of corners and the interpolation from them; None if there are no other nodes.
 
-        Also None with hanging nodes, which follow from nodes that are no corners.
+        Also None with hanging nodes and linear conditions, which follow from nodes that are no corners.
         """
         corners, weights = corner_space(self.mesh)
-        if len(corners) == len(self.mesh.points) or self.coordinates.ties is not None:
+        T = self.coordinates
+        if len(corners) == len(self.mesh.points) or T.ties is not None or T.links is not None:
             return None
         P = sp.kron(weights, sp.eye_array(3), format="csr")
         dofs = (3 * corners[:, None] + np.arange(3)).ravel()
-        axes = self.coordinates.axes
+        axes = T.axes
         if axes is not None:
             P = axes.T @ P @ axes[dofs][:, dofs]
         kept = np.isin(dofs, self.solved_dofs)

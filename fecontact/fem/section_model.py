@@ -30,7 +30,7 @@ from fecontact.fem.coordinates import Coordinates
 from fecontact.fem.model import NEARLY_INCOMPRESSIBLE, Model, materials_of_cells
 from fecontact.fem.rigid import null_space
 from fecontact.fem.stiffness import Batch, Cells, batches, facet_forces, moments_of_volume
-from fecontact.fem.support import check_followed
+from fecontact.fem.support import check_followed, linked
 from fecontact.mesh.check import check_size
 from fecontact.mesh.section_mesh import Extent, SectionMesh, line_integrals
 
@@ -108,6 +108,7 @@ class SectionModel(Model):
     out_of_plane : Extent
     plane_stress : bool
     backend, integration : str
+    conditions : (m, n_dofs) sparse matrix, optional
         As for `Model`.
     """
 
@@ -120,6 +121,7 @@ class SectionModel(Model):
         plane_stress: bool,
         backend: str,
         integration: str,
+        conditions: sp.csr_matrix | None = None,
     ) -> None:
         check_size(mesh.points)
         _check_supports(mesh, supports, "xyz" if out_of_plane.torsion else "xz")
@@ -140,9 +142,10 @@ class SectionModel(Model):
             integration == "auto" and not plane_stress and max(m.nu for m in self.materials) > NEARLY_INCOMPRESSIBLE
         )
         check_followed(mesh, supports)
-        self.coordinates = Coordinates(ties=mesh.hanging)
-        self.held = np.flatnonzero(self.coordinates.of_functions(self._held()))
-        self._check_connected()
+        coordinates = Coordinates(ties=mesh.hanging)
+        held = np.flatnonzero(coordinates.of_functions(self._held()))
+        self.coordinates, self.held = linked(coordinates, held, conditions, self.n_dofs)
+        self._check_connected(conditions)
 
     @cached_property
     def mass_and_centre(self) -> tuple[float, Array]:

@@ -6,6 +6,7 @@ The coordinates are those of `fem.coordinates`: of nodes that do not hang, in ro
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy.linalg
@@ -15,6 +16,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import array_of
 from fecontact.common.errors import InputError, shown
 from fecontact.fem.coordinates import Coordinates
+from fecontact.fem.links import Links
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.mesh.surface_mesh import averaged_normals
@@ -160,6 +162,63 @@ def nodal_coordinates(mesh: Mesh, supports: Mapping[str, Support]) -> tuple[Coor
     shape = (3 * len(number), 3 * len(number))
     turned = sp.bsr_matrix((axes, number, np.arange(len(number) + 1)), shape=shape).tocsr()
     return Coordinates(turned, ties), np.flatnonzero(held)
+
+
+def linked(
+    coordinates: Coordinates, held: IntArray, conditions: sp.csr_matrix | None, n_dofs: int
+) -> tuple[Coordinates, IntArray]:
+    """The coordinates and the held ones, with linear conditions (m, n_dofs) between displacements."""
+    if conditions is None:
+        return coordinates, held
+    n = coordinates.count(n_dofs)
+    mask = np.zeros(n, bool)
+    mask[held] = True
+    links = Links.of(sp.csr_matrix(coordinates.rows(conditions)), mask)
+    return replace(coordinates, links=links), np.union1d(held, links.dependents)
+
+
+#: Difference of prescribed displacements, relative to the largest, that is rounding.
+AGREE = 1e-9
+
+
+def prescribed_displacements(
+    mesh: Mesh | SectionMesh, supports: Mapping[str, Support], given: Mapping[str, Array]
+) -> Array:
+    """Displacements (n_points, 3) at supports by those of each, (n_nodes, 3): of the least size along what is held.
+
+    Raises
+    ------
+    InputError
+        If one has a component that its support does not hold, or two supports of a node do not agree.
+    """
+    total, along = np.zeros((len(mesh.points), 3, 3)), np.zeros((len(mesh.points), 3))
+    each = [(name, *support_directions(mesh, name, support)) for name, support in supports.items()]
+    most = max((float(np.abs(values).max(initial=0.0)) for values in given.values()), default=0.0)
+    for name, nodes, d in each:
+        values = given.get(name, np.zeros((len(nodes), 3)))
+        own = np.einsum("nki,nkj->nij", d, d)
+        inside = np.einsum("nij,njk,nk->ni", own, np.linalg.pinv(own, rcond=SAME_DIRECTION, hermitian=True), values)
+        if (np.abs(values - inside) > AGREE * most).any():
+            k = int(np.argmax(np.abs(values - inside).max(axis=1)))
+            raise InputError(
+                f"The displacement {values[k]} of the support of {name!r} has a component that it does not hold; it "
+                f"holds {shown(supports[name])}.",
+                code="not-held",
+            )
+        total[nodes] += own
+        along[nodes] += np.einsum("nij,nj->ni", own, values)
+    out = np.einsum("nij,nj->ni", np.linalg.pinv(total, rcond=SAME_DIRECTION, hermitian=True), along)
+    for name, nodes, d in each:
+        values = given.get(name, np.zeros((len(nodes), 3)))
+        off = np.abs(np.einsum("nki,ni->nk", d, out[nodes] - values)).max(axis=1, initial=0.0)
+        if (off > AGREE * most).any():
+            k = int(off.argmax())
+            raise InputError(
+                f"Two supports of the node at {np.array2string(mesh.points[nodes[k]], precision=4)} prescribe "
+                f"different displacements; one of them is {name!r}.",
+                code="supports-disagree",
+            )
+    return out
 
 
 def check_followed(mesh: Mesh | SectionMesh, supports: Mapping[str, Support]) -> None:

@@ -104,7 +104,9 @@ def hold_of_boundary(body: ElasticBody, part: BodyBlock, name: str, displacement
     load = np.asarray(part.rows.T @ forces[part.index]) + (0.0 if part.loads is None else part.loads)
     if part.hold is not None:
         load = part.hold.balanced(load)
-    rest = K @ displacement + K.T @ displacement - K.diagonal() * displacement - load
+    # the loads have the forces of imposed displacements
+    u = displacement if part.frame.imposed is None else displacement - part.frame.imposed
+    rest = K @ u + K.T @ u - K.diagonal() * u - load
     nodal = body.model.support_forces(name, rest)
     return np.asarray(part.frame.modes(np.eye(6)).T @ nodal)
 

@@ -35,6 +35,7 @@ def export_problem(
     free: Any = None,
     pressures: Any = None,
     tractions: Any = None,
+    displacements: Any = None,
     gravity: Any = None,
     likely: bool = False,
 ) -> Path:
@@ -46,7 +47,7 @@ def export_problem(
         Scene of elastic and rigid bodies.
     path : str or Path
         Ends in ``.npz``.
-    forces, moments, motions, free, pressures, tractions, gravity
+    forces, moments, motions, free, pressures, tractions, displacements, gravity
         As in `Scene.solve`.
     likely : bool
         Whether to write only pairs that are likely to touch; the others must then be checked afterwards.
@@ -80,7 +81,7 @@ def export_problem(
             raise InputError(f"{body.name!r} is a {type(body).__name__}, which has no stiffness matrix to write.")
     loads = {
         "forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures,
-        "tractions": tractions, "gravity": gravity,
+        "tractions": tractions, "displacements": displacements, "gravity": gravity,
     }  # fmt: skip
     loading = LoadStep.of(loads).on(scene.bodies)
     conditions, opening, chosen = prepared(scene, loading)

@@ -108,6 +108,7 @@ def _travel(bodies: Sequence[Body], loading: Loading) -> float:
     """Largest distance by which prescribed motions can bring two bodies together."""
     return sum(
         float(np.linalg.norm(frame.prescribed[:3]) + np.linalg.norm(frame.prescribed[3:]) * frame.body.size)
+        + (0.0 if frame.imposed is None else float(np.linalg.norm(frame.imposed.reshape(-1, 3), axis=1).max()))
         for frame in loading.frames
         if any(frame.body is b for b in bodies)
     )

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -45,6 +46,7 @@ def solve_scene(
     free: Mapping[Body, str] | None = None,
     pressures: Mapping[tuple[Body, str], Distribution] | None = None,
     tractions: Mapping[tuple[Body, str], Distribution] | None = None,
+    displacements: Mapping[Any, Distribution] | None = None,
     gravity: ArrayLike | None = None,
     finite_motion: bool | str = "auto",
     accuracy: float | Mapping[str, float] | None = None,
@@ -81,6 +83,10 @@ def solve_scene(
         boundary's nodes, in the order of ``mesh.boundary_nodes(name)``.
     tractions : mapping of (Body, boundary) to (3,), callable or (n_nodes, 3) array, optional
         Forces per area, in world axes, given likewise; a function returns (n, 3).
+    displacements : mapping, optional
+        Displacement (3,) in world axes of a supported boundary with the key ``(body, "boundary")``, beside that of the
+        body's frame, also as a function of points (n, 3) in the body's axes, or at the boundary's nodes; along what the
+        support holds. With the key ``body`` the values (m,) of its linear conditions.
     gravity : (3,), optional
         Acceleration; bodies need densities.
     finite_motion : {'auto', True, False}
@@ -126,7 +132,7 @@ def solve_scene(
     step = LoadStep.of(
         {
             "forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures,
-            "tractions": tractions, "gravity": gravity,
+            "tractions": tractions, "displacements": displacements, "gravity": gravity,
         }
     )  # fmt: skip
     settings = Settings(solver, tolerance, options, search, finite_motion)

@@ -121,7 +121,7 @@ def write_parts(folder: Path, models: Sequence[Model], placed: Layout) -> None:
     arrays |= {"n_kinds": np.array(count), "held": held, "model_of": model_of}
     for name, array in {**arrays, "points": points, "modes": modes}.items():
         np.save(folder / name, array)
-    if any(m.coordinates.axes is not None or m.coordinates.ties is not None for m in models):
+    if not all(m.coordinates.are_displacements for m in models):
         save(folder / "coordinates.npz", rows_of("T", _transform(models, placed)))
 
 

@@ -243,16 +243,20 @@ def test_parts_without_connection(steel):
     assert Model(both, steel, {"bottom": "xyz", "far": "xyz"}).free_motions.shape == (6, 0)
 
 
-@pytest.mark.parametrize("held", [("bottom", "top"), ("bottom",)])
-def test_a_body_held_at_all_its_nodes_is_refused(held):
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_a_body_held_at_all_its_nodes_is_rigid(mu):
     steel = fc.Material(E=1.0, nu=0.3)
     one = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
-    lower = fc.ElasticBody(one, steel, "top", dict.fromkeys(held, "xyz"))
+    lower = fc.ElasticBody(one, steel, "top", {"bottom": "xyz", "top": "xyz"})
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
     upper = fc.ElasticBody(mesh, steel, "bottom", {"top": "xyz"}).placed((0, 0, 1.0))
-    scene = fc.Scene([upper, lower], [fc.Contact(upper, lower)])
-    if len(held) == 1:
-        assert scene.solve(motions={upper: {"z": -0.01}}).contacts[0].force[2] > 0
-    else:
-        with refused(fc.InputError, "all-held", "8 nodes", "RigidBody"):
-            scene.solve(motions={upper: {"z": -0.01}})
+    floor = fc.RigidBody(fc.Plane()).placed((0, 0, 1.0))
+    forces = []
+    for other in (lower, floor):
+        contact = fc.Contact(upper, other, friction=mu)
+        result = fc.Scene([upper, other], [contact]).solve(motions={upper: {"z": -0.01}})
+        forces.append(result.contacts[0].total_force)
+    assert abs(forces[0] - forces[1]) < 1e-12
+    other = fc.ElasticBody(one, steel, "bottom", {"bottom": "xyz", "top": "xyz"}, name="other").placed((0, 0, 1.0))
+    with refused(fc.InputError, "all-held", "other", "free"):
+        fc.Scene([other, lower], [fc.Contact(other, lower)]).solve(motions={other: {"z": -0.01}})
