@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from fecontact.ancf.bricks.body import AncfBody
     from fecontact.app.joint.joint import Joint
     from fecontact.app.joint.knee_angles import GroodSuntay
-    from fecontact.app.joint.motion_file import read_motion
+    from fecontact.app.joint.ligament import Ligament, read_ligaments
+    from fecontact.app.joint.motion_file import Motion, read_motion
+    from fecontact.app.joint.opensim import OpenSimModel, read_osim
     from fecontact.app.scene_file.scene_file import read_scene
     from fecontact.bodies import (
         AssembledBody,
@@ -125,6 +127,7 @@ __all__ = [
     "InputError",
     "Joint",
     "Layer",
+    "Ligament",
     "LoadCurve",
     "LoadPath",
     "LocalBody",
@@ -133,9 +136,11 @@ __all__ = [
     "MeshError",
     "MissingPackageError",
     "MooneyRivlin",
+    "Motion",
     "MovingContact",
     "NeoHookean",
     "Ogden",
+    "OpenSimModel",
     "Plane",
     "PlaneBody",
     "Pose",
@@ -164,8 +169,10 @@ __all__ = [
     "merge",
     "mesh_solid",
     "pick",
+    "read_ligaments",
     "read_mesh",
     "read_motion",
+    "read_osim",
     "read_scene",
     "read_section",
     "read_surface",
@@ -183,7 +190,9 @@ _MODULES = {
     "ancf.bricks.body": "AncfBody",
     "app.joint.joint": "Joint",
     "app.joint.knee_angles": "GroodSuntay",
-    "app.joint.motion_file": "read_motion",
+    "app.joint.ligament": "Ligament read_ligaments",
+    "app.joint.motion_file": "Motion read_motion",
+    "app.joint.opensim": "OpenSimModel read_osim",
     "app.scene_file.scene_file": "read_scene",
     "bodies": "AssembledBody AxisymmetricBody Body ElasticBody ElasticLayer HalfSpace LocalBody Plane PlaneBody Pose "
     "RigidBody Sphere WindowedBody rotation_about",

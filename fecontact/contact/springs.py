@@ -6,6 +6,10 @@ A ligament of stiffness k and slack length L pulls with T >= 0. With the elongat
 
 which is a contact condition whose gap is -e and whose own compliance is 1/k. A linear spring is two such rows, one for
 each sign. Small motions change the length along the line between its ends.
+
+A ligament with a toe region, k s^2 / (2 toe) up to the strain s = toe and k (s - toe/2) beyond (Blankevoort & Huiskes
+1991, k per strain), is a bundle of n equal fibres that tighten one after the other, at s = toe (j - 1/2)/n: its tension
+is exact beyond the toe and off by k toe / (8 n^2) at most within.
 """
 
 from __future__ import annotations
@@ -27,6 +31,10 @@ from fecontact.common.errors import InputError, shown
 from fecontact.contact.rigid_motion import RigidMotionConstraints, after_prescribed
 
 KINDS = ("tension", "linear")
+#: Fibres of a ligament with a toe region: their tension is off by 1/400 of that at the end of the toe.
+FIBRES = 10
+#: Largest strain at which a toe region may end.
+LONGEST_TOE = 1.0
 
 
 @compact_repr
@@ -45,6 +53,9 @@ class Spring:
     kind : {'tension', 'linear'}
         'tension': a ligament, slack when shorter; 'linear': pulls and pushes.
     name : str
+    toe : float
+        Strain up to which the tension of a ligament grows with its square, from 0 to `stiffness` per length; with it
+        the linear part begins (Blankevoort & Huiskes, J. Biomech. Eng. 113 (1991), 263: 0.06). None by default.
 
     Raises
     ------
@@ -64,11 +75,18 @@ class Spring:
     slack_length: float | None = None
     kind: str = "tension"
     name: str = "spring"
+    toe: float = 0.0
 
     def __post_init__(self) -> None:
         text("the name of a spring", self.name)
         check_magnitude(f"the stiffness of {self.name!r}", positive(f"the stiffness of {self.name!r}", self.stiffness))
         among(f"kind of the spring {self.name!r}:", self.kind, KINDS)
+        if not 0 <= number(self.toe) <= LONGEST_TOE or (self.toe and not self.only_pulls):
+            raise InputError(
+                f"The toe of {self.name!r} is a strain from 0 to {LONGEST_TOE:g}, of a ligament (kind='tension'); "
+                f"found {shown(self.toe)}.",
+                code="toe",
+            )
         for end in (self.start, self.end):
             if not (isinstance(end, tuple | list) and len(end) == 2):
                 raise InputError(f"An end of {self.name!r} must be (body or None, (x, y, z)); found {shown(end)}.")
@@ -91,6 +109,13 @@ class Spring:
     def only_pulls(self) -> bool:
         """Whether it is slack when it is shorter than its slack length."""
         return self.kind == "tension"
+
+    @property
+    def tightening(self) -> Array:
+        """Elongations (n_fibres,) at which its fibres tighten; each has the same share of the stiffness."""
+        assert self.slack_length is not None
+        n = FIBRES if self.toe else 1
+        return self.toe * self.slack_length * (np.arange(n) + (0.5 if self.toe else 0.0)) / n
 
     @cached_property
     def ends(self) -> Array:
@@ -129,7 +154,7 @@ class SpringState:
     tension : float
         Tension, positive.
     elongation : float
-        Elongation beyond the slack length; tension / stiffness unless slack.
+        Elongation beyond the slack length; tension / stiffness unless slack or with a toe.
     """
 
     spring: Spring
@@ -148,21 +173,24 @@ class SpringRows:
         Spring of each row.
     sign : (n,) array
         +1 for a tensile row, -1 for a compressive one.
+    tightening : (n,) array
+        Elongation at which the row's fibre tightens.
     """
 
     springs: tuple[Spring, ...]
     number: IntArray
     sign: Array
+    tightening: Array
 
     @property
     def gap(self) -> Array:
         """Minus the elongations (n,), with the row's sign."""
-        return -self.sign * np.array([s.elongation for s in self.springs])[self.number]
+        return -self.sign * (np.array([s.elongation for s in self.springs])[self.number] - self.tightening)
 
     @property
     def own_compliance(self) -> Array:
         """Inverse stiffnesses (n,)."""
-        return 1 / np.array([s.stiffness for s in self.springs])[self.number]
+        return np.array([len(s.tightening) / s.stiffness for s in self.springs])[self.number]
 
     @property
     def infeasibility_hint(self) -> str:
@@ -183,7 +211,7 @@ class SpringRows:
     def spring_states(self, forces: Array, gaps: Array) -> tuple[SpringState, ...]:
         """States from the forces (n,) of the rows and their gaps (n,) by the bodies' displacements only, minus e."""
         out = []
-        elongation = -self.sign * gaps
+        elongation = -self.sign * gaps + self.tightening
         for k, spring in enumerate(self.springs):
             mine = self.number == k
             out.append(SpringState(spring, float(self.sign[mine] @ forces[mine]), float(elongation[mine][0])))
@@ -211,7 +239,8 @@ class SpringRows:
 
 
 def spring_rows(springs: Sequence[Spring]) -> SpringRows:
-    """One row for each ligament, two for each linear spring."""
-    number = [k for k, s in enumerate(springs) for _ in range(1 if s.only_pulls else 2)]
-    sign = [x for s in springs for x in ((1.0,) if s.only_pulls else (1.0, -1.0))]
-    return SpringRows(tuple(springs), np.array(number, dtype=np.int64), np.array(sign))
+    """One row for each ligament or each of its fibres, two for each linear spring."""
+    signs = {True: (1.0,), False: (1.0, -1.0)}
+    rows = [(k, sign, e) for k, s in enumerate(springs) for sign in signs[s.only_pulls] for e in s.tightening]
+    number, sign, tightening = zip(*rows, strict=True) if rows else ((), (), ())
+    return SpringRows(tuple(springs), np.array(number, dtype=np.int64), np.array(sign), np.array(tightening))

@@ -252,7 +252,7 @@ def _spring(table: Table, bodies: Bodies) -> Spring | None:
         return None if "body" in entry and "body" not in given else (given.get("body"), given.get("point"))
 
     kinds = choice(("tension", "linear"))
-    arguments = {"stiffness!": number, "slack_length": number, "kind": kinds, "name": choice()}
+    arguments = {"stiffness!": number, "slack_length": number, "kind": kinds, "name": choice(), "toe": number}
     return table.make(Spring, {**arguments, "start!": end, "end!": end})
 
 

@@ -42,6 +42,27 @@ def test_pretension_presses_the_bodies_together():
     assert abs(result.contacts[0].total_force - tension) < 1e-10
 
 
+def test_a_ligament_with_a_toe_pulls_as_blankevoort_and_huiskes_say():
+    block, floor = ball_on_floor()
+    length, per_strain, toe = 4.0, 400.0, 0.06
+    ends = (block, (0.5, 0.5, 1.0)), (None, (0.5, 0.5, -3.0))
+    ligament = fc.Spring(per_strain / length, *ends, toe=toe)
+    scene = fc.Scene([block, floor], [fc.Contact(block, floor)], springs=[ligament])
+    for strain in (-0.01, 0.001, 0.02, 0.06, 0.1):
+        found = scene.solve(motions={block: {"z": strain * length}}).springs[0]
+        exact = per_strain * (max(strain, 0) ** 2 / (2 * toe) if strain < toe else strain - toe / 2)
+        # the fibres' polygon touches the parabola between its corners: k toe / (8 n^2) of 10 fibres
+        assert abs(found.tension - exact) <= per_strain * toe / 800 * (1 + 1e-9)
+        assert abs(found.elongation - strain * length) < 1e-12
+    # a load is carried at the strain of the closed form
+    pulled = scene.solve(forces={block: (0, 0, 20.0)}).springs[0]
+    assert abs(pulled.tension - 20.0) < 1e-10
+    assert abs(pulled.elongation - length * (20.0 / per_strain + toe / 2)) < 1e-10
+    for wrong in ({"toe": -0.1}, {"toe": 2.0}, {"toe": 0.1, "kind": "linear"}):
+        with refused(fc.InputError, "toe"):
+            fc.Spring(1.0, *ends, **wrong)
+
+
 def test_linear_spring_pushes_and_pulls():
     block, floor = ball_on_floor()
     spring = fc.Spring(10.0, (block, (0.5, 0.5, 1.0)), (None, (0.5, 0.5, 4.0)), kind="linear")
