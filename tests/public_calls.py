@@ -455,6 +455,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
         "shapes.sphere": of(
             fc.shapes.sphere, radius=2.0, contact_radius=0.2, level=1, sector="quarter", element="hex8"
         ),
+        "shapes.ball": of(fc.shapes.ball, radius=2.0, divisions=1, element="hex8"),
         "shapes.quarter_sphere": of(fc.shapes.quarter_sphere, radius=2.0, contact_radius=0.2, level=1, element="hex8"),
         "shapes.extrude": of(
             fc.shapes.extrude, surface=surface, thickness=0.1, layers=1, names=("a", "b", "c"), strict=False

@@ -11,21 +11,23 @@ import sys
 from collections.abc import Callable, Sequence
 
 from fecontact.app.options import CASES, ELEMENTS, FINITE, LAWS, MODELS, OPTIONS, PRESSURES, PROBLEMS, ROUTES, STUDIES
-from fecontact.common.errors import FecontactError
 from fecontact.common.version import VERSION
+
+#: Exit status of a program that Ctrl-C ends: 128 and the number of the signal.
+STOPPED = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit status (0 success, 2 an error with a message)."""
+    """Run the command line; returns the exit status: 0 success, 2 an error with a message, 130 stopped by Ctrl-C."""
     options = _parser().parse_args(arguments)
     set_threads()
-    from fecontact.app import commands
-
     try:
-        return commands.RUN[options.run](options)
-    except FecontactError as error:
-        print(f"fecontact: {error}", file=sys.stderr)
-        return 2
+        from fecontact.app import commands
+
+        return commands.run(options)
+    except KeyboardInterrupt:  # of the import of numerical packages
+        print("fecontact: stopped by Ctrl-C.", file=sys.stderr)
+        return STOPPED
 
 
 def set_threads() -> None:
@@ -42,10 +44,26 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"%(prog)s {VERSION}")
     commands = parser.add_subparsers(required=True, metavar="command")
     for name, (summary, description, add_options) in COMMANDS.items():
-        command = commands.add_parser(name, help=summary, description=description, formatter_class=_Formatter)
+        own_help = name == "halfspace"
+        command = commands.add_parser(
+            name, help=summary, description=description, formatter_class=_Formatter, add_help=not own_help
+        )
         command.set_defaults(run=name)
         add_options(command)
     return parser
+
+
+class _HelpOfShape(argparse.Action):
+    """Help of ``halfspace KIND --help``, without the options of other kinds; of all before a kind is given."""
+
+    def __call__(self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, *_: object) -> None:
+        shape = getattr(namespace, "shape", None)
+        others = {name for kind, names in OPTIONS.items() if kind != shape for name in names}
+        for action in parser._actions if shape else ():
+            if action.dest in others - set(OPTIONS.get(str(shape), ())):
+                action.help = argparse.SUPPRESS
+        parser.print_help()
+        parser.exit()
 
 
 class _Formatter(argparse.ArgumentDefaultsHelpFormatter):
@@ -90,6 +108,7 @@ def _hertz(parser: argparse.ArgumentParser) -> None:
 
 
 def _halfspace(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-h", "--help", action=_HelpOfShape, nargs=0, help="show this, after a shape for it alone")
     parser.add_argument("shape", choices=OPTIONS)
     body = parser.add_argument_group("half-space")
     body.add_argument("--E", type=float, default=None, help="Young's modulus; leave out for a rigid base under layers")
@@ -129,14 +148,14 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
     form.add_argument("--wavelength", type=float, help="wave; the period unless given")
     form.add_argument("--file", help="heights (.npy .txt .csv .xyz .asc) or a surface (.stl .ply .obj), facing down")
     form.add_argument("--height-unit", type=float, help="of the heights in that of lengths: 1e-6 for nm beside mm")
-    form.add_argument("--peaks-up", action="store_true", help="heights as measured: the highest touch, not the lowest")
-    form.add_argument("--trend", default="none", help="mean, plane or quadratic, subtracted from the heights")
-    form.add_argument("--hurst", type=float, default=0.8, help="rough")
+    form.add_argument("--peaks-up", action="store_const", const=True, help="heights as measured: the highest touch")
+    form.add_argument("--trend", help="mean, plane or quadratic, subtracted from the heights; none unless given")
+    form.add_argument("--hurst", type=float, help="rough; 0.8 unless given")
     form.add_argument("--rms-slope", type=float, help="rough; this or --rms-height")
     form.add_argument("--rms-height", type=float, help="rough")
     form.add_argument("--longest", type=float, help="rough, wavelength; a quarter of the size unless given")
     form.add_argument("--shortest", type=float, help="rough, wavelength; eight cells unless given")
-    form.add_argument("--seed", type=int, default=1, help="rough")
+    form.add_argument("--seed", type=int, help="rough; 1 unless given")
     out = parser.add_argument_group("output")
     out.add_argument("--tolerance", type=float, default=1e-8, help="of the certificate")
     _outputs(out, "pressure, gap, displacement, stress inside; curves for --loads", "one row per load", units=True)

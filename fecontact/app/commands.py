@@ -10,13 +10,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
+from fecontact.app.cli import STOPPED
 from fecontact.app.decks.ccx import beside_ccx, check_ccx
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.app.studies.study import Study
 from fecontact.common.checks import among
 from fecontact.common.errors import FecontactError, InputError, MeshError
-from fecontact.common.files import check_writable, make_folder, save_json
+from fecontact.common.files import check_writable, make_folder, save_json, written_files
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.mesh.surface_mesh import SurfaceMesh
@@ -313,3 +314,17 @@ def examples(options: argparse.Namespace) -> int:
 RUN: dict[str, Callable[[argparse.Namespace], int]] = {
     run.__name__: run for run in (hertz, halfspace, friction, roll, ancf, solve, explain, view, compare, examples)
 }
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run a command; an error is its message, and Ctrl-C one line with the files that are complete."""
+    with written_files() as files:
+        try:
+            return RUN[options.run](options)
+        except FecontactError as error:
+            say(f"fecontact: {error}", sys.stderr)
+            return 2
+        except KeyboardInterrupt:
+            kept = ", ".join(f"{p} ({rows} rows)" if rows else f"{p}" for p, rows in files.items())
+            say(f"fecontact: stopped by Ctrl-C; {f'kept: {kept}' if kept else 'nothing was written'}.", sys.stderr)
+            return STOPPED

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -32,6 +33,11 @@ def text(name: str, value: object) -> str:
     """
     if not (isinstance(value, str) and value):
         raise InputError(f"{sentence(name)} must be a text that is not empty; found {shown(value)}.", code="not-a-text")
+    if any("\ud800" <= letter <= "\udfff" for letter in value):
+        raise InputError(
+            f"{sentence(name)} has letters that the locale does not know; found {shown(value)}. Set PYTHONUTF8=1.",
+            code="not-a-text",
+        )
     return value
 
 
@@ -205,6 +211,6 @@ def file_path(name: str, value: object) -> Path:
             f"{sentence(name)} must be a path, a text or a pathlib.Path; found {shown(value)}.", code="not-a-path"
         )
     path = Path(value)
-    if "\0" in str(value) or len(str(value)) > MAX_PATH or any(len(p.encode()) > MAX_NAME for p in path.parts):
+    if "\0" in str(value) or len(str(value)) > MAX_PATH or any(len(os.fsencode(p)) > MAX_NAME for p in path.parts):
         raise InputError(f"{sentence(name)} is no path that a file can have; found {shown(value)}.", code="not-a-path")
     return path

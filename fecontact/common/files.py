@@ -1,4 +1,4 @@
-"""Files: paths checked before long work, atomic writes, one writer at a time.
+"""Files: paths checked before long work, atomic writes, one writer at a time, and a list of what was written.
 
 Figures written to files.
 
@@ -11,6 +11,7 @@ import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -21,6 +22,34 @@ from matplotlib.figure import Figure
 from fecontact.common.arguments import file_path
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError
+
+_WRITTEN: ContextVar[dict[Path, int] | None] = ContextVar("files written", default=None)
+
+
+@contextmanager
+def written_files() -> Iterator[dict[Path, int]]:
+    """Context: the files that its block has completed, and how many rows it has added to each; 0: a whole file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder, written_files() as files:
+    ...     path = write_atomically(Path(folder) / "figures.txt", "1 2 3")
+    ...     list(files) == [path]
+    True
+    """
+    files: dict[Path, int] = {}
+    token = _WRITTEN.set(files)
+    try:
+        yield files
+    finally:
+        _WRITTEN.reset(token)
+
+
+def _note_written(path: Path, rows: int = 0) -> None:
+    files = _WRITTEN.get()
+    if files is not None:
+        files[path] = files.get(path, 0) + rows
 
 
 def check_writable(path: str | Path) -> Path:
@@ -89,6 +118,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
         yield partial
         if not special:
             partial.replace(path)
+            _note_written(path)
     except OSError as error:
         kept = " The file that was there is unchanged." if path.is_file() else ""
         raise InputError(f"Cannot write {path}: {error.strerror or error}.{kept}", code="cannot-write") from error
@@ -328,6 +358,7 @@ def append_row(path: str | Path, row: Mapping[str, Any]) -> None:
     try:
         with Path(path).open("a", encoding="utf-8") as file:
             file.write(json.dumps(row) + "\n")
+        _note_written(Path(path), 1)
     except OSError as error:
         raise InputError(
             f"Cannot add a row to {path}: {error.strerror or error}. Rows before it are complete.", code="cannot-write"

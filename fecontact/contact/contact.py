@@ -15,6 +15,7 @@ Sources: Michalowski & Mroz, Arch. Mech. 30 (1978) 259; Zmitrowicz, Int. J. Soli
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, fields
 from typing import TypeGuard, cast
 
@@ -28,6 +29,9 @@ from fecontact.common.checks import among, array_of, friction, unlike_friction, 
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
 from fecontact.contact.overclosure import SoftContact
+from fecontact.mesh.facets import facet_centres
+from fecontact.surfaces.facet_surface import facets_of
+from fecontact.surfaces.normals import FACING
 
 #: Sine of the angle between the lay and a point's normal below which the lay has no direction in its tangent plane.
 NEARLY_NORMAL = 0.1
@@ -109,6 +113,52 @@ def is_side(given: object) -> TypeGuard[Side]:
     return isinstance(given, Side)
 
 
+#: Distance of two surfaces that face each other, over the size of the smaller body, up to which they are near.
+NEAR = 0.05
+
+
+def facing_surfaces(slave: Body, master: Body) -> tuple[str, str]:
+    """The one pair of surfaces of two bodies, in their poses, that face each other and are near.
+
+    Raises
+    ------
+    InputError
+        If there are several, or none; not for bodies with one surface each, which may be apart.
+    """
+    pairs = list(itertools.product(slave.contact, master.contact))
+    if len(pairs) > 1 and not (slave.is_rigid and master.is_rigid):
+        distance = NEAR * min(body.size for body in (slave, master) if not body.is_rigid)
+        pairs = [pair for pair in pairs if _face(slave, master, pair, distance)]
+    if len(pairs) == 1:
+        return pairs[0]
+    found = " and ".join(
+        f"those of {b.name!r} are {', '.join(map(repr, b.contact)) or 'none'}" for b in (slave, master)
+    )
+    near = f"; {len(pairs)} of their pairs face each other and are near" if slave.contact and master.contact else ""
+    raise InputError(
+        f"Which surfaces touch? Say it by Contact(..., surfaces=(slave, master)): {found}{near}.",
+        code="several-surfaces",
+    )
+
+
+def _face(slave: Body, master: Body, names: tuple[str, str], distance: float) -> bool:
+    """Whether facets of one of two surfaces face the other within a distance."""
+    one, other = slave, master
+    if (facets := facets_of(slave.surface(names[0]))) is None:
+        one, other, facets, names = master, slave, facets_of(master.surface(names[1])), names[::-1]
+    assert facets is not None  # as one of the bodies is not rigid
+    pose, surface = one.pose.relative_to(other.pose), other.surface(names[1])
+    every, middle = np.arange(len(facets.facets)), facet_centres(facets.triangle)
+    # normals in the middle of facets, distances at their nodes: those of a coarse ball begin where it touches
+    found = surface.project(pose.to_world(facets.evaluate(every, middle)[0]))
+    opposed = ((facets.normals(every, middle) @ pose.rotation.T) * found.normals).sum(axis=1) < -FACING
+    if not opposed.any():
+        return False
+    nodes = np.unique(facets.facets[opposed])
+    at_nodes = surface.project(pose.to_world(facets.points[nodes[nodes >= 0]]))
+    return bool(((np.abs(at_nodes.gap) <= distance) & ~at_nodes.outside).any())
+
+
 @compact_repr
 @dataclass(frozen=True, eq=False)
 class Contact:
@@ -122,7 +172,8 @@ class Contact:
     slave, master : Body, or Side
         In an assembly of `ancf` the slave is a side of a member, the master one of another member or a rigid body.
     surfaces : (str, str), optional
-        Names of their surfaces; optional for a body with one contact surface.
+        Names of their surfaces; optional for bodies with one contact surface each, or of which one pair alone faces
+        each other and is near (`facing_surfaces`).
     swap : {'auto', 'never', 'always'}
         Whether sides may be swapped where faces do not match: the slave should be the coarser side for mortar coupling,
         the finer one for nodal forces. 'always' swaps them if both have faces. Resultants are on the body named first
@@ -178,14 +229,7 @@ class Contact:
         if slave is master:
             raise InputError(f"{slave.name!r} cannot be in contact with itself; give two bodies.", code="one-body")
         if self.surfaces is None:
-            for body in (slave, master):
-                if len(body.contact) != 1:
-                    raise InputError(
-                        f"{body.name!r} declares {len(body.contact)} contact surfaces "
-                        f"({', '.join(body.contact) or 'none'}); say which: Contact(..., surfaces=(slave, master)).",
-                        code="several-surfaces",
-                    )
-            object.__setattr__(self, "surfaces", (slave.contact[0], master.contact[0]))
+            object.__setattr__(self, "surfaces", facing_surfaces(slave, master))
         elif len(pair := texts("surfaces", self.surfaces)) != 2:
             raise InputError(f"surfaces must be a pair of names, the slave's first; found {self.surfaces!r}.")
         else:

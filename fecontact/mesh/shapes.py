@@ -1,4 +1,4 @@
-"""Ready-made bodies: block, cylinder, thick ring, and spheres graded towards the contact point.
+"""Ready-made bodies: block, ball, cylinder, thick ring, and spheres graded towards the contact point.
 
 All sizes are lengths in the user's unit. Round shapes are **ring meshes**: a square core on the axis (no collapsed edge
 inside a contact), then rings whose edges are circles. With ``contact_radius=a`` one ring lies at r = a exactly; the
@@ -16,14 +16,16 @@ Ring meshes: a square core on the axis, rings round it, and repetition of a quar
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.common.arguments import items, known_options
+from fecontact.common.arguments import items
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, array_of, lengths, number, whole
 from fecontact.common.errors import InputError, shown
@@ -33,7 +35,18 @@ from fecontact.mesh.mesh import Mesh, merge
 from fecontact.mesh.refine import divided
 
 __all__ = ["LEVELS", "Level", "RingGrading", "as_level", "geometric", "grading"]
-__all__ += ["block", "cap", "cylinder", "divided", "extrude", "half_sphere", "merge", "quarter_sphere", "sphere"]
+__all__ += [
+    "ball",
+    "block",
+    "cap",
+    "cylinder",
+    "divided",
+    "extrude",
+    "half_sphere",
+    "merge",
+    "quarter_sphere",
+    "sphere",
+]
 __all__ += ["thick_ring"]
 
 
@@ -396,13 +409,71 @@ def cap(
     return repeated(right_handed(merge([right_handed(p) for p in parts], tolerance)), sector, tolerance)
 
 
-def cylinder(radius: float, height: float, **options: object) -> Mesh:
+def cylinder(
+    radius: float,
+    height: float,
+    *,
+    contact_radius: float | None = None,
+    level: int | Level = 2,
+    sector: str = "full",
+    element: str = "hex20",
+) -> Mesh:
     """Cylinder about the z axis with its contact end in the plane z = 0 and its body in z >= 0.
 
     Takes the options of `cap`; boundaries `cap` (z = 0), `base` (z = height), `side`, `sym_x`, `sym_y`.
     """
-    known_options(cap, options)
-    return cap(math.inf, radius, height, **options)  # type: ignore[arg-type]
+    return cap(math.inf, radius, height, contact_radius=contact_radius, level=level, sector=sector, element=element)
+
+
+def ball(radius: float, divisions: int = 4, *, element: str = "hex20") -> Mesh:
+    """A whole sphere of cells of like size about the origin: a rounded cube of cells and layers of them around it.
+
+    For scenes of many bodies, or contacts at any place; `sphere` has its cells at a pole, for one contact there.
+
+    Parameters
+    ----------
+    radius : float
+    divisions : int
+        Cells along each edge of the cube: 4 are 256 cells, 8 are 2048.
+    element : {'hex8', 'hex20', 'hex27'}
+
+    Returns
+    -------
+    Mesh
+        Boundaries `surface`, and its sixths `x_min`, `x_max`, `y_min`, `y_max`, `z_min`, `z_max`.
+
+    Examples
+    --------
+    >>> ball(10.0)
+    Mesh(hex20, 256 cells, 1201 points, boundaries: surface, x_min, x_max, y_min, y_max, z_min, z_max)
+    """
+    lengths(radius=radius)
+    n = whole("the divisions", divisions, most=MAX_ALONG)
+    layers = max(1, n // 2)
+
+    def rounded(q: Array) -> Array:
+        """Smooth map of the cube [-1, 1]^3 to the ball (P. Nowell, Mapping a cube to a sphere, 2005)."""
+        s, t = np.roll(q, -1, axis=1) ** 2, np.roll(q, -2, axis=1) ** 2
+        return np.asarray(q * np.sqrt(1 - s / 2 - t / 2 + s * t / 3))
+
+    def inner(index: Array) -> Array:
+        q = 2 * index / n - 1
+        return radius / 4 * (q + rounded(q))
+
+    def around(index: Array, axis: int, side: int) -> Array:
+        face = index[:, [0, 1, 1]] * 2 / n - 1
+        face[:, 2] = 1.0
+        face, share = np.roll(face, axis + 1, axis=1), index[:, 2:] / layers
+        face[:, axis] = side
+        return (1 - share) * radius / 4 * (face + rounded(face)) + share * radius * rounded(face)
+
+    parts = [lattice((n, n, n), (None,) * 6, element).mapped(inner)]
+    for axis, side in itertools.product(range(3), (-1, 1)):
+        name = "xyz"[axis] + ("_min" if side < 0 else "_max")
+        shell = lattice((n, n, layers), (None,) * 5 + (name,), element)
+        shell = right_handed(shell.mapped(partial(around, axis=axis, side=side)))
+        parts.append(replace(shell, boundaries={"surface": shell.boundaries[name], **shell.boundaries}))
+    return merge(parts, 1e-9 * radius)
 
 
 def half_sphere(
@@ -482,19 +553,27 @@ def _collar(
     return mesh.mapped(shape)
 
 
-def quarter_sphere(radius: float, **options: object) -> Mesh:
+def quarter_sphere(
+    radius: float, *, contact_radius: float | None = None, level: int | Level = 2, element: str = "hex20"
+) -> Mesh:
     """A quarter (x, y >= 0) of `half_sphere`, for a scene with two planes of symmetry."""
-    known_options(half_sphere, options)
-    return half_sphere(radius, **{**options, "sector": "quarter"})  # type: ignore[arg-type]
+    return half_sphere(radius, contact_radius=contact_radius, level=level, sector="quarter", element=element)
 
 
-def sphere(radius: float, **options: object) -> Mesh:
+def sphere(
+    radius: float,
+    *,
+    contact_radius: float | None = None,
+    level: int | Level = 2,
+    sector: str = "full",
+    element: str = "hex20",
+) -> Mesh:
     """A whole sphere with its graded pole at the origin: `half_sphere` and its mirror image below the equator.
 
-    Boundaries `cap` (round the pole at the origin), `far_cap` (round the opposite pole) and `flank`.
+    Boundaries `cap` (round the pole at the origin), `far_cap` (round the opposite pole) and `flank`. With the options
+    of `half_sphere` at their defaults these are 15,600 cells; `ball` has 256 of like size.
     """
-    known_options(half_sphere, options)
-    upper = half_sphere(radius, **options)  # type: ignore[arg-type]
+    upper = half_sphere(radius, contact_radius=contact_radius, level=level, sector=sector, element=element)
     lower = right_handed(upper.mapped(lambda x: np.stack([x[:, 0], x[:, 1], 2 * radius - x[:, 2]], 1)))
     renamed = {("far_cap" if n == "cap" else n): f for n, f in lower.boundaries.items()}
     return merge([upper, replace(lower, boundaries=renamed)], 1e-9 * radius)

@@ -505,9 +505,6 @@ def _refuse_foreign(shape: str, given: Options) -> None:
     if foreign := sorted((every - set(OPTIONS[shape])) & set(given)):
         known = ", ".join("--" + name.replace("_", "-") for name in OPTIONS[shape])
         raise InputError(f"--{foreign[0].replace('_', '-')} says nothing about the shape {shape!r}, which has {known}.")
-    own = given.get("trend", "none") != "none" or given.get("peaks_up") or "height_unit" in given
-    if own and shape != "heights":
-        raise InputError("--trend, --peaks-up and --height-unit go with heights from a file.")
 
 
 def _shape(

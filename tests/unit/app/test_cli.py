@@ -1,6 +1,8 @@
 """The command line, run in this process."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
 
@@ -8,7 +10,9 @@ import meshio
 import numpy as np
 import pytest
 
+from fecontact.app import commands
 from fecontact.app.cli import main
+from fecontact.common import files
 
 KEYS = {
     "case",
@@ -102,3 +106,47 @@ def test_a_reader_that_stops_loses_no_files(tmp_path):
 def test_the_route_of_1978_is_for_the_report(capsys):
     assert main(["hertz", "--route", "1978"]) == 2
     assert "--case report" in capsys.readouterr().err
+
+
+COMMAND = [sys.executable, "-m", "fecontact"]
+PRESS = ["halfspace", "sphere", "--radius", "10", "--E", "1", "--nu", "0", "--force", "1e-4", "--cells", "32", "--csv"]
+
+
+@pytest.mark.parametrize("signals", [0, 2])
+def test_ctrl_c_is_one_line_that_names_what_is_kept(signals, tmp_path, monkeypatch, capsys):
+    """Before anything is written, and after a file and two rows of another; no traceback."""
+
+    def work(_):
+        if signals:
+            files.write_atomically(tmp_path / "table.csv", "1")
+        for _ in range(signals):
+            files.append_row(tmp_path / "rows.jsonl", {"name": "a"})
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setitem(commands.RUN, "hertz", work)
+    assert main(["hertz"]) == 130
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    kept = f"kept: {tmp_path / 'table.csv'}, {tmp_path / 'rows.jsonl'} (2 rows)"
+    assert (kept if signals else "nothing was written") in told
+
+
+@pytest.mark.full
+def test_a_path_with_an_umlaut_where_the_locale_has_none(tmp_path):
+    """File names are bytes; ``python -m fecontact`` is the command."""
+    plain = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    path = tmp_path / "Stöße.csv"
+    subprocess.run([*COMMAND, *PRESS, str(path)], env=plain, check=True, stdout=subprocess.DEVNULL)
+    assert path.exists()
+
+
+def test_help_of_a_shape_has_its_options_alone(capsys):
+    def told(*words):
+        with pytest.raises(SystemExit):
+            main(["halfspace", *words, "--help"])
+        return capsys.readouterr().out
+
+    options = ("--amplitude", "--hurst", "--peaks-up", "--radius ")
+    for shape, expected in (("sphere", "--radius "), ("wave", "--amplitude"), ("heights", "--peaks-up")):
+        assert [option for option in options if option in told(shape)] == [expected]
+    assert all(option in told() for option in options)

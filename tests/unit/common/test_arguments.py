@@ -14,7 +14,7 @@ from fecontact.common.errors import shown
 @pytest.mark.parametrize(
     ("check", "good", "bad", "code"),
     [
-        (arguments.text, "femur", ["", None, 1, b"femur", ["femur"]], "not-a-text"),
+        (arguments.text, "femur", ["", None, 1, b"femur", ["femur"], "\udcc2m"], "not-a-text"),
         (arguments.texts, ["a", "b"], [None, 1, {"a": 1}], "not-a-sequence"),
         (arguments.texts, ["a", "b"], [["a", 2], [""]], "not-a-text"),
         (arguments.flag, False, [None, 0, 1.0, "no"], "not-true-or-false"),

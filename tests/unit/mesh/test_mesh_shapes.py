@@ -114,6 +114,21 @@ def test_half_sphere_boundaries_lie_where_they_should():
     assert (mesh.points[0] == 0).all() or (mesh.points == 0).all(axis=1).sum() == 1
 
 
+@pytest.mark.parametrize("element", ["hex8", "hex20", "hex27"])
+def test_a_ball_of_like_cells(element):
+    """Its volume and centre, all faces of its surface in one of six equal parts, nodes on the sphere."""
+    mesh = shapes.ball(2.0, 4, element=element)
+    check_mesh(mesh)
+    volume, centre = moments_of_volume(mesh)
+    assert abs(volume / (4 / 3 * math.pi * 8) - 1) < {"hex8": 0.08, "hex20": 2e-3, "hex27": 2e-3}[element]
+    assert np.abs(centre).max() < 1e-14
+    assert np.abs(radius_from(mesh, "surface", 0) - 2).max() < 1e-14
+    sixths = [mesh.faces(f"{axis}_{end}") for axis in "xyz" for end in ("min", "max")]
+    assert sorted(map(tuple, np.concatenate(sixths).tolist())) == sorted(map(tuple, mesh.outer_faces.tolist()))
+    assert mesh.points[mesh.boundary_nodes("y_min")][:, 1].max() < -1.0
+    assert np.ptp([np.linalg.norm(area(mesh, f"{axis}_min")) for axis in "xyz"]) < 1e-12
+
+
 def test_sphere_has_two_caps():
     mesh = BUILD["sphere"](sector="full")
     assert set(mesh.boundaries) == {"cap", "far_cap", "flank"}

@@ -431,6 +431,21 @@ def test_result_refuses_strangers():
         result.boundary_motion(body, "lid")
 
 
+def test_the_one_pair_of_surfaces_that_faces_is_taken():
+    """In a stack of blocks and in a row of balls; not where two pairs do, or none is near."""
+    low = cube(contact=("bottom", "top"), supports={})
+    high = low.placed((0, 0, 1.0), name="high")
+    assert fc.Contact(low, high).surfaces == ("top", "bottom")
+    assert fc.Contact(high, low).surfaces == ("bottom", "top")
+    assert fc.Contact(low, floor()).surfaces == ("bottom", "surface")
+    sixths = tuple(f"{axis}_{end}" for axis in "xyz" for end in ("min", "max"))
+    ball = fc.ElasticBody(fc.shapes.ball(1.0), fc.Material(1.0, 0.3), contact=sixths)
+    assert fc.Contact(ball, ball.placed((0, 2.0, 0), name="next")).surfaces == ("y_max", "y_min")
+    for place, count in (((1.42, 1.42, 0), "4 of their"), ((0, 3.0, 0), "0 of their")):
+        with refused(InputError, "several-surfaces", count):
+            fc.Contact(ball, ball.placed(place, name="next"))
+
+
 # input that must be refused
 
 
@@ -438,8 +453,8 @@ def test_bad_contacts():
     body, plane, two = cube(), floor(), cube(contact=("bottom", "top"), supports={})
     for call, words in [
         (lambda: fc.Contact(body, body), ("one-body",)),
-        (lambda: fc.Contact(two, plane), ("several-surfaces", "declares 2", "bottom, top")),
-        (lambda: fc.Contact(cube(contact=()), plane), ("several-surfaces", "declares 0", "none")),
+        (lambda: fc.Contact(two, plane.placed((0, 0, -1.0))), ("several-surfaces", "'bottom', 'top'", "0 of their")),
+        (lambda: fc.Contact(cube(contact=()), plane), ("several-surfaces", "none")),
         (lambda: fc.Contact(body, plane, ("top", "surface")), ("no-contact-surface", "'top'", "'body'")),
         (lambda: fc.Contact(body, plane, ("lid", "surface")), ("unknown-boundary", "'lid'", "'x_min'")),
         (lambda: fc.Contact(body, plane, ("bottom",)), ("input", "pair of names")),
