@@ -93,6 +93,7 @@ if TYPE_CHECKING:
     from fecontact.solvers import available_solvers
     from fecontact.surfaces.repair import repair_surface
     from fecontact.surfaces.solid import mesh_solid
+    from fecontact.surfaces.tied import tied
 
 __all__ = [
     "AdhesionCurve",
@@ -181,6 +182,7 @@ __all__ = [
     "sections",
     "shapes",
     "surfaces",
+    "tied",
 ]
 
 __version__ = VERSION
@@ -226,6 +228,7 @@ _MODULES = {
     "solvers": "available_solvers",
     "surfaces.repair": "repair_surface",
     "surfaces.solid": "mesh_solid",
+    "surfaces.tied": "tied",
 }
 #: Place of each public name; some are modules.
 _PLACES = {name: f"fecontact.{module}:{name}" for module, names in _MODULES.items() for name in names.split()} | {

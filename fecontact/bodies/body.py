@@ -99,6 +99,8 @@ class Body(FormerNames):
     is_rigid = False
     #: Whether a surface node is displaced by its own pressure only.
     _is_foundation = False
+    #: Whether parts of it are tied to each other, so that it is a problem without any contact.
+    _is_tied = False
     #: Whether its contact surface is a window, placed and fitted when a scene is solved, see `scene.windows`.
     _has_window = False
 

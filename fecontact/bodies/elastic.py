@@ -525,6 +525,11 @@ class ElasticBody(Body):
         return self._described(f"{m.size_line}{mid}{self._ties}, {self.n_unknowns} dofs{self._law_words}")
 
     @property
+    def _is_tied(self) -> bool:  # type: ignore[override]
+        """Whether nodes of its mesh follow others."""
+        return self.mesh.hanging is not None
+
+    @property
     def _ties(self) -> str:
         """Number of hanging nodes, in words."""
         return "" if self.mesh.hanging is None else f" with {len(self.mesh.hanging.nodes)} hanging nodes"

@@ -70,6 +70,24 @@ class UnilateralConstraints(Protocol):
         return after_prescribed(self.gap, self.rows, frames)
 
 
+class NothingMeets(UnilateralConstraints):
+    """One gap that stays open: the condition of a scene whose parts are tied only, which has no other."""
+
+    @property
+    def gap(self) -> Array:
+        """One."""
+        return np.ones(1)
+
+    @property
+    def own_compliance(self) -> Array:
+        """One."""
+        return np.ones(1)
+
+    def rows(self, body: Body) -> None:
+        """None: no body is involved."""
+        return
+
+
 @compact_repr
 @dataclass(frozen=True, eq=False)
 class Interface(UnilateralConstraints):

@@ -46,10 +46,12 @@ class SceneModel:
             object.__setattr__(self, name, texts(f"the {name} of a scene", getattr(self, name)))
         object.__setattr__(self, "units", Units.of(self.units))
         object.__setattr__(self, "axes", Directions.of(self.axes))
-        if not self.contacts and not self.springs:
-            raise InputError("A scene needs at least one Contact or Spring.", code="no-contact")
         for body in self.bodies:
             check_body(body)
+        if not self.contacts and not self.springs and not any(body._is_tied for body in self.bodies):
+            raise InputError(
+                "A scene needs a Contact, a Spring, or a body whose parts are tied (fc.tied).", code="no-contact"
+            )
         if len({id(b) for b in self.bodies}) != len(self.bodies):
             raise InputError("A body is listed twice; use body.placed(...) to stand the same model in two places.")
         setting = setting_of(self.bodies)

@@ -46,7 +46,8 @@ def modelled(bodies: Sequence[Body]) -> list[str]:
 def report(result: ContactResult) -> str:
     """The table that `print(result)` shows."""
     units = result.scene.unit_names
-    lines = [f"Contact of {len(result.scene.bodies)} bodies: {result.status} by {result.solution.solver}"]
+    what = "Tied parts" if result._only_tied else "Contact"
+    lines = [f"{what} of {len(result.scene.bodies)} bodies: {result.status} by {result.solution.solver}"]
     lines += [f"  {b.describe()}" for b in result.scene.bodies]
     lines.append(
         f"  {result.n_candidates} candidates, {result.n_active} in contact, {result.nit} iterations, "

@@ -167,7 +167,12 @@ class ContactResult(FormerNames):
     @property
     def n_candidates(self) -> int:
         """Candidate points of all contacts."""
-        return self.solution.problem.n
+        return 0 if self._only_tied else self.solution.problem.n
+
+    @property
+    def _only_tied(self) -> bool:
+        """Whether nothing may touch: parts of bodies are tied to each other only."""
+        return not (self.contacts or self.springs)
 
     @property
     def n_active(self) -> int:
@@ -496,14 +501,19 @@ class ContactResult(FormerNames):
         equilibrium = max([r.equilibrium, self._unbalanced, *map(self._imbalance, self._interfaces, self.contacts)])
         return replace(r, penetration=max(r.penetration, outside / scale), equilibrium=equilibrium)
 
+    def _forces_inside(self, body: Body) -> Array:
+        """Forces (n_points, 3) that the elements of an elastic body take up at its nodes, in its axes."""
+        k, elastic = self._elastic(body)
+        rigid = self._condensed.parts[k].frame.modes(self._state.motions[k][:, None])[:, 0]
+        return elastic.model.internal_forces(self._state.displacements[k] - rigid).reshape(-1, 3)
+
     @cached_property
     def _unbalanced(self) -> float:
-        """Largest unbalanced force on a node of any body, see `results.finite_strain`; zero without laws."""
+        """Largest unbalanced force on a node, see `results.finite_strain`; zero of contacts without laws."""
         worst, forces = 0.0, (self.friction or self.solution).forces
-        for k, part in enumerate(self._condensed.parts if self.finite_strain else ()):
-            u = self._state.displacements[k] - part.frame.modes(self._state.motions[k][:, None])[:, 0]
+        for part in self._condensed.parts if self.finite_strain or self._only_tied else ():
             for body in elastic_among([part.body]):
-                worst = max(worst, unbalanced(part, forces, body.model.internal_forces(u)))
+                worst = max(worst, unbalanced(part, forces, self._forces_inside(body).ravel()))
         return worst
 
     def _imbalance(self, interface: Interface, fields: ContactFields) -> float:

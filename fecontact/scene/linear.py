@@ -25,7 +25,7 @@ from fecontact.contact.condensed_problem import CondensedProblem, assemble, chec
 from fecontact.contact.coupling.choose import build_interface, matrix_free
 from fecontact.contact.friction_rows import TangentialRows, friction_problem
 from fecontact.contact.hold import Hold
-from fecontact.contact.interface import UnilateralConstraints
+from fecontact.contact.interface import NothingMeets, UnilateralConstraints
 from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search_region import SearchRadius
@@ -38,6 +38,7 @@ from fecontact.solvers import (
     CustomSolver,
     InfeasibleLoadError,
     SlidingLoadError,
+    Status,
     solve,
     solve_friction,
     validate_options,
@@ -157,7 +158,8 @@ def solved(
             )
     found = model, interfaces, chosen, loading, condensed, solution, state, timer, rounds
     if frictional is None:
-        return make_result(*found, {})
+        result = make_result(*found, {})
+        return certified_tie(result, tolerance) if result._only_tied else result
     fields = friction_fields(friction, chosen, frictional, state)
     for each in friction:
         each.check_lay(fields[each.place].touching)
@@ -175,6 +177,23 @@ def solved(
         worn={} if past is None else past.worn,
     )
     return replace(make_result(*found, fields), friction=frictional, _step_end=end)
+
+
+def certified_tie(result: ContactResult, tolerance: float) -> ContactResult:
+    """A result without any condition of contact, whose forces balance on every node.
+
+    Raises
+    ------
+    SolverError
+        If they do not.
+    """
+    if (off := result.residuals().equilibrium) > tolerance:
+        raise SolverError(
+            f"Forces on nodes of tied bodies do not balance: {off:.3g} of the largest, tolerance {tolerance:.0e}.",
+            code="not-certified",
+        )
+    solution = replace(result.solution, status=Status.SOLVED, message="forces balance on every node")
+    return replace(result, solution=solution)
 
 
 def prepared(
@@ -205,6 +224,8 @@ def prepared(
         conditions.append(ligaments)
         opening.append(ligaments.opening_by(loading.frames))
         chosen.append(np.arange(len(ligaments.gap)))
+    if not conditions:
+        return [NothingMeets()], [np.ones(1)], [np.zeros(1, np.int64)]
     return conditions, opening, chosen
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -118,20 +118,24 @@ class Found:
             return np.zeros(0, np.int64)
         return mesh.groups[look_up(name, mesh.groups, "element set of solids", s.place)]
 
-    def surface(self, name: str, place: str, mesh: Mesh) -> str:
-        """Spelling of a surface's name.
+    def surface(self, name: str, place: str, mesh: Mesh, follows: bool = False) -> str:
+        """Spelling of a surface's name; one that `follows` another may be nodes alone.
 
         Raises
         ------
         InputError
-            If there is none, or it is one of nodes.
+            If there is none, or its nodes fill no faces.
         """
-        if name.upper() in self.by_nodes:
+        known = {k.upper() for k in mesh.boundaries}
+        if name.upper() in self.by_nodes and name.upper() not in known:
+            if follows:
+                return look_up(name, mesh.node_sets, "surface of nodes", place)
             raise InputError(
-                f"{place}: {name!r} is a surface of nodes (TYPE=NODE), which has no faces; make it one of elements.",
+                f"{place}: {name!r} is a surface of nodes (TYPE=NODE), some of which are on no face of elements with "
+                "all its nodes among them; make it one of elements.",
                 code="surface-of-nodes",
             )
-        if "." in name and name.upper() not in {k.upper() for k in mesh.boundaries}:
+        if "." in name and name.upper() not in known:
             name = name.partition(".")[2]
         return look_up(name, mesh.boundaries, "surface of solids", place)
 
@@ -149,7 +153,7 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
         raise InputError(f"Files that {path.name} includes are missing: {', '.join(missing)}.", code="missing-files")
     found = Found.of(keywords)
     _refuse_plane(keywords, found)
-    mesh = read_mesh(path)
+    mesh = _with_faces(read_mesh(path), found.by_nodes)
     sets = frozenset(s.parameters["NSET"].upper() for s in keywords if "NSET" in s.parameters)
     names = Names(mesh, path.name, sets)
     shape = mesh.points.shape
@@ -194,6 +198,20 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
     )
 
 
+def _with_faces(mesh: Mesh, by_nodes: Collection[str]) -> Mesh:
+    """The mesh with the faces that surfaces of nodes fill as boundaries of their names; of the others nodes remain."""
+    outer, found = mesh.outer_faces, dict(mesh.boundaries)
+    if any(name.upper() in by_nodes for name in mesh.node_sets):
+        facets = mesh.face_nodes(outer)
+        added = np.zeros(facets.shape, bool) if mesh.file_nodes is None else mesh.file_nodes[facets] < 0
+    for name, nodes in mesh.node_sets.items():
+        if name.upper() in by_nodes:
+            filled = (added | np.isin(facets, nodes)).all(axis=1)
+            if np.isin(nodes, facets[filled]).all():
+                found[name] = outer[filled]
+    return replace(mesh, boundaries=found)
+
+
 def _refuse_plane(keywords: Sequence[KeywordSection], found: Found) -> None:
     """Refuse a deck whose elements are all plane or axisymmetric.
 
@@ -235,7 +253,7 @@ def _model(
         if wrong := [p for p in OF_TIES if p in s.parameters]:
             raise InputError(f"{s.place}: *TIE, {wrong[0]} ties surfaces that are apart, which is not done here.")
         reach = s.parameters.get("POSITION TOLERANCE")
-        found.ties += [_pair(line, s.place, 0.0, found, names.mesh, reach) for line in s.lines]
+        found.ties += [_pair(line, s.place, 0.0, found, names.mesh, reach, ties=True) for line in s.lines]
     elif s.keyword in ("PLASTIC", "CREEP", "VISCOELASTIC"):
         at = f" above {values_of(s.lines[0])[0]:g}" if s.keyword == "PLASTIC" and s.lines else ""
         found.remarks.warn(f"{s.place}: *{s.keyword} is not used: the material stays elastic{at}.")
@@ -246,12 +264,14 @@ def _model(
     return owner
 
 
-def _pair(line: str, place: str, friction: float, found: Found, mesh: Mesh, reach: str | None = None) -> DeckPair:
+def _pair(
+    line: str, place: str, friction: float, found: Found, mesh: Mesh, reach: str | None = None, ties: bool = False
+) -> DeckPair:
     """Slave and master of a data line."""
     words = [word.strip() for word in line.split(",")]
     if len(words) < 2 or not words[1]:
         raise InputError(f"{place}: expected two surfaces, slave and master; found {line!r}.")
-    slave, master = (found.surface(word, place, mesh) for word in words[:2])
+    slave, master = found.surface(words[0], place, mesh, ties), found.surface(words[1], place, mesh)
     return DeckPair(slave, master, friction, place, None if reach is None else values_of(reach)[0])
 
 

@@ -1,7 +1,4 @@
-"""Scenes from the contents of decks: bodies are the parts of the mesh that share no node.
-
-Tied surfaces: nodes of the slave follow the facets of the master that they lie on.
-"""
+"""Scenes from the contents of decks: bodies are the parts of the mesh that share no node."""
 
 from __future__ import annotations
 
@@ -25,86 +22,28 @@ from fecontact.fem.laws import laws_of
 from fecontact.fem.rigid import COMPONENTS, rigid_modes
 from fecontact.mesh.build import MIXED
 from fecontact.mesh.element import EDGES
-from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.scene.scene import Scene
 from fecontact.surfaces import Facets
-from fecontact.surfaces.facet_surface import FacetSurface
-
-#: Distance of a node from the master, relative to the size of its facets, up to which it is tied by default
-#: (Abaqus Analysis User's Guide, "Mesh tie constraints": 5 % of the typical size of the master's elements).
-NEAR = 0.05
+from fecontact.surfaces.tied import followers, joined_by
 
 
-def tied(mesh: Mesh, ties: Sequence[DeckPair]) -> tuple[Mesh, tuple[str, ...]]:
-    """The mesh with the nodes of slaves on their masters, which they follow by the masters' shape functions.
-
-    Nodes further away than the tie reaches (by default a twentieth of the size of a facet), or beside the master, stay
-    free; a warning gives their number. A tied node is moved onto the master, so that rigid motions
-    do not strain.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        With the boundaries that the ties name.
-    ties : sequence of DeckPair
-
-    Returns
-    -------
-    mesh : Mesh
-    warnings : tuple of str
+def tied(mesh: Mesh, ties: Sequence[DeckPair]) -> Mesh:
+    """The mesh with the slaves of ties on their masters, see `surfaces.tied`; warnings name the line of the deck.
 
     Raises
     ------
     InputError
         If no node of a slave lies on its master.
-
-    Examples
-    --------
-    >>> import fecontact as fc
-    >>> from fecontact.mesh.mesh import merge
-    >>> lower = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
-    >>> upper = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 3), element="hex8").translated((0, 0, 1))
-    >>> rename = lambda mesh, old, new: replace(mesh, boundaries={new: mesh.faces(old)})
-    >>> both = merge([rename(upper, "bottom", "slave"), rename(lower, "top", "master")], 1e-9)
-    >>> tied(both, [DeckPair("slave", "master", 0.0, "line 1")])[0].hanging
-    HangingNodes(12 of 87 points)
     """
-    nodes: list[IntArray] = []
-    weights: list[sp.csr_matrix] = []
-    loose: list[str] = []
+    found = []
     for tie in ties:
-        master = FacetSurface(mesh.points, mesh.face_nodes(mesh.faces(tie.master)))
-        slave = np.setdiff1d(mesh.boundary_nodes(tie.slave), master.nodes)
-        if not len(slave):
-            continue
-        found = master.project(mesh.points[slave])
-        assert found.weights is not None
-        assert found.facet is not None
-        size = np.sqrt(SurfaceMesh.of(mesh, tie.master).areas)[found.facet]
-        reach = NEAR * size if tie.reach is None else np.full(len(slave), tie.reach)
-        away = np.linalg.norm(found.points - mesh.points[slave], axis=1)
-        on = np.flatnonzero(away <= reach)
-        if not len(on):
-            raise InputError(f"{tie.place}: no node of the tied surface {tie.slave!r} lies on {tie.master!r}.")
-        if len(on) < len(slave):
-            loose.append(
-                f"{tie.place}: {len(slave) - len(on)} of {len(slave)} nodes of the tied {tie.slave!r} lie up to "
-                f"{away.max():.3g} from {tie.master!r}, beyond the tie's reach of {reach.max():.3g}, and stay loose."
-            )
-        nodes.append(slave[on])
-        weights.append(found.weights[on])
-    if not nodes:
-        return mesh, ()
-    every, first = np.unique(np.concatenate(nodes), return_index=True)
-    hanging = HangingNodes.closed(every, _normalised(sp.vstack(weights).tocsr()[first]))
-    return replace(mesh, points=hanging.followed(mesh.points), hanging=hanging), tuple(loose)
-
-
-def _normalised(weights: sp.csr_matrix) -> sp.csr_matrix:
-    """Rows that sum to one, but for rounding of the projection."""
-    return sp.csr_matrix(sp.diags(1 / np.asarray(weights.sum(axis=1)).ravel()) @ weights)
+        try:
+            one = followers(mesh, tie.slave, tie.master, tie.reach)
+        except InputError as error:
+            raise InputError(f"{tie.place}: {error}", code=error.code) from None
+        found.append(replace(one, loose=f"{tie.place}: {one.loose}") if one.loose else one)
+    return joined_by(mesh, found)
 
 
 #: Deviation of prescribed displacements from a rigid motion, relative to the largest, that is rounding of a deck.
@@ -120,13 +59,10 @@ class DeckBody:
     body : ElasticBody
     nodes : (n_points,) int array
         Points of its mesh among those of the deck.
-    loose : sequence of str
-        Warnings of nodes that ties leave loose.
     """
 
     body: ElasticBody
     nodes: IntArray
-    loose: Sequence[str] = ()
 
 
 def make_scene(deck: DeckContent, path: Path) -> SceneFile:
@@ -153,7 +89,7 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     made = [_body(deck, name, cells) for name, cells in _parts(deck).items()]
     rigid = {r.name: _rigid(r) for r in deck.rigid if r.surface is not None or r.normal is not None}
     contacts, unused = _contacts(deck, made, rigid)
-    if not contacts:
+    if not contacts and (unused or not any(m.body._is_tied for m in made)):
         raise InputError(
             f"{deck.source} brings no two bodies into contact. {' '.join(unused)} A scene needs a contact between "
             "surfaces of two bodies, parts of the mesh that share no node.",
@@ -173,11 +109,10 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     if soft:
         options = {}  # motions are finite
     notes = (*(n for n in deck.notes if MIXED not in n or mixed), *unused)
-    loose = tuple(text for m in made for text in m.loose)
     return SceneFile(
         path,
         deck.title,
-        Scene(bodies, contacts, notes=notes, warnings=(*deck.warnings, *loose)),
+        Scene(bodies, contacts, notes=notes, warnings=deck.warnings),
         {b.name: b for b in bodies},
         {} if several else loads[0],
         options,
@@ -216,7 +151,8 @@ def _parts(deck: DeckContent) -> dict[str, IntArray]:
     n_cells, width = mesh.cells.shape
     ends = [(np.repeat(np.arange(n_cells), width), n_cells + mesh.cells.ravel())]
     for tie in deck.ties:
-        chain = np.unique(np.concatenate([mesh.faces(tie.slave), mesh.faces(tie.master)])[:, 0])
+        slave = np.flatnonzero(np.isin(mesh.cells, mesh.boundary_nodes(tie.slave)).any(axis=1))
+        chain = np.union1d(slave, mesh.faces(tie.master)[:, 0])
         ends.append((chain[:-1], chain[1:]))
     rows, columns = (np.concatenate(part) for part in zip(*ends, strict=True))
     n = n_cells + len(mesh.points)
@@ -253,12 +189,13 @@ def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
     if whole.midface is None and len(nodes) != len(mesh.points):
         raise InputError(f"{deck.source}: {name!r} has nodes that are not its own.")
     mesh, supports = _supported(mesh, deck.steps[0].held[nodes])
-    mesh, loose = tied(mesh, [t for t in deck.ties if t.slave in mesh.boundaries and t.master in mesh.boundaries])
+    sets = {*mesh.boundaries, *mesh.node_sets}
+    mesh = tied(mesh, [t for t in deck.ties if t.slave in sets and t.master in mesh.boundaries])
     materials = {k: deck.materials[k.removeprefix("material ")] for k in mesh.groups if k != name}
     touching = dict.fromkeys(n for pair in deck.contacts for n in (pair.slave, pair.master) if n in mesh.boundaries)
     material: Any = next(iter(materials.values())) if len(materials) == 1 else materials
     body = ElasticBody(mesh, material, tuple(touching), supports, name=name, geometry="plain")
-    return DeckBody(body, nodes, loose)
+    return DeckBody(body, nodes)
 
 
 def _supported(mesh: Mesh, held: Array) -> tuple[Mesh, dict[str, str]]:

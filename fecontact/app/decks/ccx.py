@@ -22,9 +22,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from fecontact.app.decks.abaqus_steps import STATIC
-from fecontact.bodies.elastic import elastic_among
+from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, MissingPackageError, SolverError
@@ -230,14 +232,39 @@ def compared(result: ContactResult, fields: Mapping[str, FrdField], seconds: flo
         sizes = [float(np.linalg.norm(u, axis=1).max(initial=0.0)) for u in (ours, theirs, ours - theirs)]
         rows.append((f"largest displacement of {body.name}", sizes[0], sizes[1]))
         apart[body.name] = sizes[2] / sizes[1] if sizes[1] else sizes[0]
-        if FORCES in fields:
+        if FORCES in fields and any(body in contact.bodies for contact in result.contacts):
             taken = sum(_on(contact, body) for contact in result.contacts) + np.zeros(3)
             force = fields[FORCES].at(numbers)[:, :3].sum(axis=0)
             rows.append((f"contact force on {body.name}", float(np.linalg.norm(taken)), float(np.linalg.norm(force))))
-    if CONTACT in fields:
+        elif FORCES in fields:
+            # nothing touches it, so that its forces sum to zero: those of every support by itself
+            rows.append((f"forces of supports on {body.name}", *_held_forces(body, result, fields[FORCES])))
+    if CONTACT in fields and result.contacts:
         peak = float(fields[CONTACT].values[:, 3].max(initial=0.0))
         rows.append(("largest pressure", max(c.max_pressure for c in result.contacts), peak))
     return BesideCcx([*rows, ("seconds", result.seconds["total"], seconds)], apart)
+
+
+def _held_forces(body: ElasticBody, result: ContactResult, given: FrdField) -> tuple[float, float]:
+    """Sizes of the forces on groups of held nodes that share cells, summed: ours and those of ccx."""
+    numbers, cells = body.mesh.file_nodes, body.mesh.cells
+    assert numbers is not None
+    held = np.zeros(len(body.mesh.points), bool)
+    held[body.model.held_nodes] = True
+    cell, column = np.nonzero(held[cells])
+    nodes = cells[cell, column]
+    n = len(held) + len(cells)
+    joined = sp.csr_matrix((np.ones(len(nodes)), (nodes, len(held) + cell)), shape=(n, n))
+    group = connected_components(joined, directed=False)[1][np.unique(nodes)]
+    ours, theirs = result._forces_inside(body), np.zeros((len(held), 3))
+    _, own, other = np.intersect1d(numbers, given.nodes, return_indices=True)
+    theirs[own] = given.values[other, :3]
+    sums = []
+    for forces in (ours, theirs):
+        total = np.zeros((n, 3))
+        np.add.at(total, group, forces[np.unique(nodes)])
+        sums.append(float(np.linalg.norm(total, axis=1).sum()))
+    return sums[0], sums[1]
 
 
 def _on(contact: Any, body: Any) -> Array:

@@ -226,7 +226,7 @@ def test_the_command_line_solves_decks(deck, tmp_path, capsys):
         (("ELSET=Lower, MATERIAL", "ELSET=Lowest, MATERIAL"), ("input", "element", "set of solids 'Lowest'")),
         (("Upper_below, Lower_above", "Upper_below, Lower_rim"), ("input", "surface", "of solids 'Lower_rim'")),
         (("Upper_below, Lower_above", "Upper_below, Cap_above"), ("no-contact", "are on one body")),
-        (("Upper_above, Cap_below", "Upper_above, Lower_below"), ("input", "no node of the tied surface")),
+        (("Upper_above, Cap_below", "Upper_above, Lower_below"), ("tie-apart", "no node of the tied surface")),
         (("INTERACTION=Dry, TYPE", "INTERACTION=Wet, TYPE"), ("unknown-interaction", "'Wet'")),
         (("Lower_foot, 3, 3", "Lower_feet, 3, 3"), ("input", "'Lower_feet'")),
         (("*ELASTIC\n10., 0.", "*ELASTIC\n10., zero"), ("bad-value",)),

@@ -190,7 +190,11 @@ def test_several_steps_are_not_solved_as_one(read, tmp_path):
         ("*TIE, CYCLIC SYMMETRY, NAME=T\nLOW_face_x_min, LOW_face_y_min\n", "", ("input", "CYCLIC SYMMETRY")),
         ("*EXPANSION\n1e-5,\n", "*TEMPERATURE\nLOW_bottom, 30.\n", ("input", "*TEMPERATURE expands a material")),
         ("*INITIAL CONDITIONS, TYPE=STRESS\n1, 1., 0., 0., 0., 0., 0.\n", "", ("input", "begin without stress")),
-        ("*SURFACE, NAME=N, TYPE=NODE\nUP_bottom,\n*TIE, NAME=T\nN, LOW_face_top\n", "", ("surface-of-nodes", "'N'")),
+        (
+            "*SURFACE, NAME=N, TYPE=NODE\n5001,\n*CONTACT PAIR, INTERACTION=I\nN, LOW_face_top\n",
+            "",
+            ("surface-of-nodes", "'N'"),
+        ),
         ("", "*DLOAD\nUP, CENTRIF, 1., 0., 0., 0., 1., 0., 0.\n", ("load-would-be-lost", "expected P1, P2")),
         ("", "*CLOAD\nUP_top, 4, 1.\n", ("load-would-be-lost", "nodes of solids have no component 4")),
         ("*NODE, NSET=ALONE\n9999, 0., 0., 9.\n", "*CLOAD\nALONE, 3, -1.\n", ("load-would-be-lost", "ALONE")),
@@ -242,6 +246,36 @@ def test_a_linear_overclosure_is_a_soft_contact_unless_it_is_a_penalty(kinds, re
     hard, stiffness = force(1e6)
     assert stiffness is None
     assert abs(hard - CCX[kinds]) < 1e-4
+
+
+@pytest.mark.parametrize("kinds", [("hex8", "hex8"), ("hex20", "hex20"), ("hex8", "hex20")])
+def test_surfaces_of_nodes_that_fill_faces_are_these_faces(kinds, read):
+    """Linear cells beside quadratic ones of a body, whose nodes in the middles of edges are in no set, too."""
+    meshes = blocks(*kinds)
+    text = deck_of(meshes, step(PRESS.format(0.1)), SLIDES)
+    nodes = "*SURFACE, NAME=NODES, TYPE=NODE\nUP_bottom,\n"
+    by_nodes = text.replace("*CONTACT PAIR", f"{nodes}*CONTACT PAIR").replace("UP_face_bottom, LOW", "NODES, LOW")
+    one, other = (read(given).solve().contacts[0] for given in (text, by_nodes))
+    assert np.abs(one.pressure - other.pressure).max() <= 1e-12 * one.max_pressure
+
+
+def test_a_tie_of_single_nodes_is_a_scene_without_contact(read):
+    """Four corners of the upper block on the lower one: the deck has no other contact, and no face for the tie."""
+    meshes = blocks(divisions=((1, 1, 1), (2, 2, 1)))
+    text = deck_of(meshes, step("*DSLOAD\nUP_face_top, P, .1\n"), SLIDES)
+    x = meshes[1].points
+    feet = np.flatnonzero((x[:, 2] == 1) & np.isin(x[:, :2], (0, 1)).all(axis=1))
+    corners = "".join(f"{n},\n" for n in (feet + 5001).tolist())
+    tie = f"*SURFACE, NAME=FEET, TYPE=NODE\n{corners}*TIE, NAME=T\nFEET, LOW_face_top\n"
+    pair = "*CONTACT PAIR, INTERACTION=I\nUP_face_bottom, LOW_face_top\n"
+    scene = read(text.replace(pair, tie))
+    assert scene.scene.contacts == ()
+    result = scene.solve()
+    (body,) = scene.scene.bodies
+    assert len(body.mesh.hanging.nodes) == 4
+    foot = sum(result.reaction(body, name)[:3] for name in body.supports)
+    assert np.abs(foot - [0, 0, 0.1]).max() <= 1e-12
+    assert result.status == "solved"
 
 
 def test_a_soft_law_of_bodies_at_finite_strain_is_warned_of(read):

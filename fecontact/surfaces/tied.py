@@ -1,0 +1,125 @@
+"""Surfaces tied to each other: nodes of one follow the facets of the other by their functions.
+
+A tied node is moved onto the master, so that rigid motions do not strain. A tie is exact for uniform stress where the
+slave's facets lie in those of the master, elsewhere as accurate as ties of nodes to faces in other programs.
+
+Source: Abaqus Analysis User's Guide, "Mesh tie constraints", of the reach by default.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from fecontact.common.arguments import instance, mapping
+from fecontact.common.arrays import IntArray
+from fecontact.common.checks import positive
+from fecontact.common.errors import InputError
+from fecontact.mesh.hanging_nodes import HangingNodes
+from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.surface_mesh import SurfaceMesh
+from fecontact.surfaces.facet_surface import FacetSurface
+
+#: Distance of a node from the master, relative to the size of its facets, up to which it is tied by default.
+NEAR = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Followers:
+    """Nodes of a slave (n,), their weights (n, n_points) in the master, and in words how many of them stay loose."""
+
+    nodes: IntArray
+    weights: sp.csr_matrix
+    loose: str = ""
+
+
+def tied(mesh: Mesh, ties: Mapping[str, str], reach: float | None = None) -> Mesh:
+    """A mesh whose parts are tied: nodes of slaves, boundaries or sets of nodes, follow the faces of their masters.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Of one body, such as `merge` makes it of several meshes.
+    ties : mapping of slave to master
+        Names of boundaries; the slave should be the finer one, and may be a set of nodes.
+    reach : float, optional
+        Distance up to which nodes are tied, by default a twentieth of the size of a facet. Others, and those beside
+        the master, stay free, of which the mesh warns.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    InputError
+        If no node of a slave lies on its master.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> lower = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2), element="hex8")
+    >>> upper = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 3), element="hex8").translated((0, 0, 1))
+    >>> rename = lambda mesh, old, new: replace(mesh, boundaries={new: mesh.faces(old)})
+    >>> both = fc.merge([rename(upper, "bottom", "slave"), rename(lower, "top", "master")], 1e-9)
+    >>> fc.tied(both, {"slave": "master"}).hanging
+    HangingNodes(12 of 87 points)
+    """
+    instance("the mesh of a tie", mesh, Mesh)
+    if reach is not None:
+        positive("the reach of a tie", reach)
+    pairs = mapping("the ties of a mesh", ties).items()
+    return joined_by(mesh, [followers(mesh, slave, master, reach) for slave, master in pairs])
+
+
+def followers(mesh: Mesh, slave: str, master: str, reach: float | None = None) -> Followers:
+    """Nodes of a slave that follow a master, see `tied`; none where all of them are its own.
+
+    Raises
+    ------
+    InputError
+        If no node of the slave lies on the master.
+    """
+    surface = FacetSurface(mesh.points, mesh.face_nodes(mesh.faces(master)))
+    nodes = np.setdiff1d(mesh.boundary_nodes(slave), surface.nodes)
+    if not len(nodes):
+        return Followers(nodes, sp.csr_matrix((0, len(mesh.points))))
+    found = surface.project(mesh.points[nodes])
+    assert found.weights is not None
+    assert found.facet is not None
+    size = np.sqrt(SurfaceMesh.of(mesh, master).areas)[found.facet]
+    limit = NEAR * size if reach is None else np.full(len(nodes), reach)
+    away = np.linalg.norm(found.points - mesh.points[nodes], axis=1)
+    on = np.flatnonzero(away <= limit)
+    if not len(on):
+        raise InputError(
+            f"no node of the tied surface {slave!r} lies on {master!r}: the nearest is {away.min():.3g} away, the "
+            f"tie's reach is {limit.max():.3g}.",
+            code="tie-apart",
+        )
+    loose = ""
+    if len(on) < len(nodes):
+        loose = (
+            f"{len(nodes) - len(on)} of {len(nodes)} nodes of the tied {slave!r} lie up to {away.max():.3g} from "
+            f"{master!r}, beyond the tie's reach of {limit.max():.3g}, and stay loose."
+        )
+    return Followers(nodes[on], _normalised(found.weights[on]), loose)
+
+
+def joined_by(mesh: Mesh, ties: Sequence[Followers]) -> Mesh:
+    """The mesh with followers on their masters; of nodes with two masters the first counts."""
+    ties = [tie for tie in ties if len(tie.nodes)]
+    if not ties:
+        return mesh
+    every, first = np.unique(np.concatenate([tie.nodes for tie in ties]), return_index=True)
+    hanging = HangingNodes.closed(every, sp.vstack([tie.weights for tie in ties]).tocsr()[first])
+    loose = tuple(tie.loose for tie in ties if tie.loose)
+    return replace(mesh, points=hanging.followed(mesh.points), hanging=hanging, warnings=(*mesh.warnings, *loose))
+
+
+def _normalised(weights: sp.csr_matrix) -> sp.csr_matrix:
+    """Rows that sum to one, but for rounding of the projection."""
+    return sp.csr_matrix(sp.diags(1 / np.asarray(weights.sum(axis=1)).ravel()) @ weights)
