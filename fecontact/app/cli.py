@@ -10,11 +10,20 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 
-from fecontact.app.options import CASES, ELEMENTS, FINITE, LAWS, MODELS, OPTIONS, PRESSURES, PROBLEMS, ROUTES, STUDIES
+from fecontact.app.options import (
+    CASES,
+    ELEMENTS,
+    FINITE,
+    LAWS,
+    MODELS,
+    OPTIONS,
+    PRESSURES,
+    PROBLEMS,
+    ROUTES,
+    STOPPED,
+    STUDIES,
+)
 from fecontact.common.version import VERSION
-
-#: Exit status of a program that Ctrl-C ends: 128 and the number of the signal.
-STOPPED = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

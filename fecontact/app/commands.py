@@ -10,8 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
-from fecontact.app.cli import STOPPED
 from fecontact.app.decks.ccx import beside_ccx, check_ccx
+from fecontact.app.options import STOPPED
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.app.scene_file.scene_file import read_scene
 from fecontact.app.studies.study import Study

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pkgutil import resolve_name
 from typing import Any
 
+#: Exit status of a program that Ctrl-C ends: 128 and the number of the signal.
+STOPPED = 130
 #: Radii and load of the report's test problems (Elangovan 1978, section IV), in cm and kgf; 'light' is the load without
 #: a solution in the report.
 CASES = {"equal": ((25.0, 25.0), 726.4), "unequal": ((25.0, 2.5), 454.0), "light": ((25.0, 25.0), 45.4)}

@@ -101,7 +101,7 @@ def entries(root: Path, rooms: Rooms) -> Iterator[str]:
     """Files and folders at the root that are no rooms, and rooms that are missing."""
     for entry in sorted((root / PACKAGE).iterdir()):
         held = entry.is_file() or any(f.is_file() for f in entry.rglob("*") if "__pycache__" not in f.parts)
-        if held and entry.name not in ("__init__.py", "py.typed", *rooms):
+        if held and entry.name not in ("__init__.py", "__main__.py", "py.typed", *rooms):
             yield f"unknown entry: {PACKAGE}/{entry.name}"
     for room in rooms:
         if not (root / PACKAGE / room / "__init__.py").is_file():
