@@ -12,11 +12,14 @@ from scipy.optimize import brentq
 import fecontact as fc
 from fecontact.bodies import halfspace
 from fecontact.bodies.local import body as local
+from fecontact.common.stopwatch import Stopwatch
+from fecontact.contact.loads import LoadStep
 from fecontact.contact.turning import turning_with
 from fecontact.fem import model
 from fecontact.halfspace import operator
 from fecontact.results.result import ContactResult
 from fecontact.scene import finite_strain
+from fecontact.scene.linear import Settings
 from tests.hanging_meshes import step
 from tests.refusals import refused
 
@@ -405,3 +408,43 @@ def test_a_state_that_breaks_a_condition_of_contact_is_no_answer(penetration, ac
         said = f"breaks the conditions of contact: penetration {penetration:.1e}"
         with refused(fc.SolverError, "no-equilibrium", said):
             pressed(one, floor, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("change", "residual", "stable", "later"),
+    [
+        pytest.param(9e-7, 9e-7, [True], 0, id="stable"),
+        pytest.param(9e-7, 9e-7, [False, False, True], 2, id="stable later"),
+        pytest.param(9e-7, 9e-7, [False] * 20, 20, id="never stable"),
+        pytest.param(2e-6, 9e-7, [], None, id="changes too large"),
+        pytest.param(9e-7, 2e-6, [], None, id="forces too large"),
+    ],
+)
+def test_a_step_whose_changes_fall_no_further_has_settled(change, residual, stable, later, monkeypatch) -> None:
+    """Floors stand for points that open and close by rounding: within the bounds of every answer there is one.
+
+    A stable one is taken at once, of those that are not the last. Outside there is none.
+    """
+    body, plane = dome(divisions=(2, 2, 1)), fc.RigidBody(fc.Plane(), name="floor")
+    scene = fc.Scene([body, plane], [fc.Contact(body, plane)])
+    step = LoadStep(motions={body: {"z": -0.1}})
+    one = finite_strain._Newton(Settings(), Stopwatch(), finite_strain.at_rest(scene, step), step)
+    steps, true, large, most = one._steps, one._residual, [], 13
+
+    def floored(result):
+        taken, largest = steps(result)
+        large.extend([largest] * (largest > finite_strain.SETTLED * one._size))
+        return taken, max(largest, change * one._size)
+
+    monkeypatch.setattr(one, "_steps", floored)
+    monkeypatch.setattr(one, "_residual", lambda result: max(true(result), residual))
+    monkeypatch.setattr(finite_strain, "is_stable", lambda result: stable.pop(0) if stable else True)
+    monkeypatch.setattr(finite_strain, "MAX_ITERATIONS", most)
+    if later is None:
+        with refused(fc.SolverError, "no-equilibrium", f"found no equilibrium in {most} iterations"):
+            one.converged()
+        return
+    found = one.converged()
+    assert found.equilibria[0].iterations == min(len(large) + finite_strain.SETTLING + later, most)
+    force = pressed(body, plane, 0.1).contacts[0].total_force
+    assert abs(found.result.contacts[0].total_force / force - 1) < 1e-8
