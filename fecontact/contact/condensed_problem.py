@@ -373,15 +373,15 @@ def assemble(
     bare = uncondensed(bodies, interfaces, chosen, loading)
     rows = np.zeros(len(bare.g), bool) if hold is None else hold.rows(interfaces, chosen)
     alone = _alone(bare, rows)
-    turns = () if hold is None or not rows.any() else hold.turns
-    stiffness = _turning(bare.parts, turns)
+    stiffness = _turning(bare.parts, () if hold is None or not rows.any() else hold.turns)
+    turns = np.any(stiffness)
     S: Array | LinearOperator | None = None
-    if not (alone and hold is not None and (hold.at_once or stiffness.any())):
+    if not (alone and hold is not None and (hold.at_once or turns)):
         for part in bare.parts:
             if part.body._inner_forces is not None:
                 part.body._stiffen(part.rows[:0])
         S, response, by_products, unstable = _condensed(bare, dense, timer, hold is not None)
-        if not unstable and not stiffness.any():
+        if not unstable and not turns:
             problem = ContactProblem(S, bare.g + response, bare.B, bare.F)
             return CondensedProblem(problem, tuple(bare.parts), tuple(interfaces), by_products, bare=bare, closed=rows)
     springs = np.zeros(len(rows))
@@ -403,10 +403,11 @@ def assemble(
     )  # fmt: skip
 
 
-def _turning(parts: Sequence[BodyBlock], turns: Sequence[Array]) -> Array:
-    """Stiffness (m, m) of the free motions by that (3, 3) of the bodies' rotations."""
-    zero = np.zeros((3, 3))
-    each = zip(parts, turns or [zero] * len(parts), strict=True)
+def _turning(parts: Sequence[BodyBlock], turns: Sequence[Array]) -> Array | float:
+    """Stiffness (m, m) of the free motions by that (3, 3) of the bodies' rotations; zero without any."""
+    if not turns:
+        return 0.0
+    each = zip(parts, turns, strict=True)
     return np.asarray(scipy.linalg.block_diag(*(part.free[3:].T @ turn @ part.free[3:] for part, turn in each)))
 
 

@@ -25,7 +25,7 @@ from fecontact.app.decks.abaqus_steps import (
     unused,
 )
 from fecontact.app.decks.content import DeckContent, DeckPair, Remarks, look_up
-from fecontact.app.decks.materials import hyperelastic, hyperfoam
+from fecontact.app.decks.materials import compressibility, hyperelastic, hyperfoam
 from fecontact.app.options import FINITE
 from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
@@ -374,11 +374,14 @@ def _material(name: str, parts: Sequence[KeywordSection], laws: str, remarks: Re
         except InputError as error:
             raise InputError(f"{s.place}: {error}", code=error.code) from None
         rest = at_rest(made)
+        moduli = f"moduli at rest E = {rest.E:.6g}, nu = {rest.nu:.6g}"
+        if not foam and compressibility(form, order, c) == 0:
+            moduli += " as no D is given (CalculiX and Abaqus/Explicit take the same, Abaqus/Standard nu = .5)"
         remarks.warn(
             f"{s.place}: finite strain, with the bulk energy (ln J)^2 / D in place of (J - 1)^2 / D: pressures differ "
-            "by 3/2 (J - 1) of themselves."
+            f"by 3/2 (J - 1) of themselves; {moduli}."
             if laws == FINITE
-            else f"{s.place}: linear, with the moduli at rest: E = {rest.E:.6g}, nu = {rest.nu:.6g}."
+            else f"{s.place}: linear, with the {moduli}."
         )
         return made
     raise InputError(f"The material {name!r} has none of *ELASTIC, *HYPERELASTIC and *HYPERFOAM.")

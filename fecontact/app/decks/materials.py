@@ -17,7 +17,8 @@ from fecontact.fem.laws import CompressibleOgden, HolmesMow, Law, MooneyRivlin, 
 _T = TypeVar("_T")
 #: What makes a material of its constants and density.
 _Maker = Callable[[Mapping[str, float], float | None], _T]
-#: Poisson's ratio of laws without compressibility: K is about 20 mu (Abaqus: default of *HYPERELASTIC).
+#: Poisson's ratio of laws without compressibility: K is about 20 mu (CalculiX User's Manual, section "Hyperelastic and
+#: hyperfoam materials"; Abaqus/Explicit).
 NEARLY_INCOMPRESSIBLE = 0.475
 #: FEBio's laws whose constants are those of small strains.
 BY_E_AND_V = (
@@ -28,6 +29,8 @@ BY_E_AND_V = (
     "St.Venant-Kirchhoff",
     "Holmes-Mow",
 )
+#: How many of a law's first constants are of the first order, where that is more than one: mu = 2 times their sum.
+OF_FIRST_ORDER = {"MOONEY-RIVLIN": 2, "POLYNOMIAL": 2}
 REMEDY = "laws='small-strain' (--laws small-strain) takes its moduli at rest."
 
 
@@ -74,36 +77,44 @@ def hyperelastic(form: str, order: int, c: Sequence[float], density: float | Non
     >>> hyperelastic("NEO HOOKE", 1, [0.5, 1.2], None)
     Material(E=2.5, nu=0.25, density=None)
     """
-    sizes = {
-        "NEO HOOKE": (1, 1),
-        "MOONEY-RIVLIN": (2, 2),
-        "YEOH": (3, 1),
-        "REDUCED POLYNOMIAL": (order, 1),
-        "POLYNOMIAL": ((order + 1) * (order + 2) // 2 - 1, 2),
-    }
-    if form == "OGDEN":
-        needed = 2 * order + 1
-    elif form == "ARRUDA-BOYCE":
-        needed = 3
-    elif form in sizes:
-        needed = sizes[form][0] + 1
-    else:
-        raise InputError(
-            f"*HYPERELASTIC, {form} is not known; expected {', '.join((*sizes, 'OGDEN', 'ARRUDA-BOYCE'))}.",
-            code="unknown-law",
-        )
-    values = [*c, 0.0]
-    if len(values) < needed:
-        raise InputError(f"*HYPERELASTIC, {form} needs {needed} constants; found {len(c)}.", code="constants")
-    D = values[needed - 1]
+    D = compressibility(form, order, c)
     bulk = 2 / D if D else None
     if laws == FINITE:
-        return _as_law(form, order, values, bulk, density)
+        return _as_law(form, order, [*c, 0.0], bulk, density)
     if form == "OGDEN":
-        return from_moduli(sum(values[0 : 2 * order : 2]), bulk, density)
+        return from_moduli(sum(c[0 : 2 * order : 2]), bulk, density)
     if form == "ARRUDA-BOYCE":
-        return from_moduli(values[0] * _chain(values[1] ** 2), bulk, density)
-    return from_moduli(2 * sum(values[: sizes[form][1]]), bulk, density)
+        return from_moduli(c[0] * _chain(c[1] ** 2), bulk, density)
+    return from_moduli(2 * sum(c[: OF_FIRST_ORDER.get(form, 1)]), bulk, density)
+
+
+def compressibility(form: str, order: int, c: Sequence[float]) -> float:
+    """D of *HYPERELASTIC, the first of several; zero where there is none.
+
+    Raises
+    ------
+    InputError
+        For another law or too few constants.
+
+    Examples
+    --------
+    >>> compressibility("NEO HOOKE", 1, [0.5, 1.2]), compressibility("OGDEN", 1, [0.5, 2.0])
+    (1.2, 0.0)
+    """
+    before = {
+        "NEO HOOKE": 1,
+        "MOONEY-RIVLIN": 2,
+        "YEOH": 3,
+        "REDUCED POLYNOMIAL": order,
+        "POLYNOMIAL": (order + 1) * (order + 2) // 2 - 1,
+        "OGDEN": 2 * order,
+        "ARRUDA-BOYCE": 2,
+    }
+    if form not in before:
+        raise InputError(f"*HYPERELASTIC, {form} is not known; expected {', '.join(before)}.", code="unknown-law")
+    if len(c) < before[form]:
+        raise InputError(f"*HYPERELASTIC, {form} needs {before[form]} constants; found {len(c)}.", code="constants")
+    return [*c, 0.0][before[form]]
 
 
 def _as_law(form: str, order: int, c: Sequence[float], bulk: float | None, density: float | None) -> Law:

@@ -138,14 +138,19 @@ def test_loads_of_steps_and_amplitudes(steps, expected, read):
     assert np.abs(np.array(forces_of(scene)) - expected).max() < 1e-9
 
 
-def test_rubber_is_at_finite_strain_with_another_bulk_energy(tmp_path, read):
-    text = deck_of(SMALL, step(PRESS.format(0.5)), SLIDES).replace("*ELASTIC\n100.0, 0.3", RUBBER)
+@pytest.mark.parametrize("rubber", [RUBBER, "*HYPERELASTIC, NEO HOOKE\n2.5", "*HYPERELASTIC, NEO HOOKE\n2.5, 0."])
+def test_rubber_is_at_finite_strain_with_another_bulk_energy(rubber, tmp_path, read):
+    text = deck_of(SMALL, step(PRESS.format(0.5)), SLIDES).replace("*ELASTIC\n100.0, 0.3", rubber)
     scene = read(text)
-    law = scene.scene.bodies[0].material
-    assert law == fc.MooneyRivlin(2.5, 0.0, 2 / 0.6)
-    assert any("(ln J)^2 / D in place of (J - 1)^2 / D" in note for note in scene.scene.warnings)
+    # without D: K / mu = 2 (1 + nu) / 3 / (1 - 2 nu) with nu = .475
+    law, bulk = scene.scene.bodies[0].material, 2 / 0.6 if rubber == RUBBER else 5.0 * 2.95 / 0.15
+    assert law.c10 == 2.5
+    assert abs(law.bulk - bulk) < 1e-12 * bulk
+    (said,) = (note for note in scene.scene.warnings if "(ln J)^2 / D in place of (J - 1)^2 / D" in note)
     small = fc.read_scene(tmp_path / "blocks.inp", laws="small-strain").scene
-    assert any("linear, with the moduli at rest: " in note for note in small.warnings)
+    (rest,) = (note for note in small.warnings if "linear, with the moduli at rest" in note)
+    for told in (said, rest):
+        assert ("nu = 0.475 as no D is given (CalculiX and Abaqus/Explicit take the same" in told) == (rubber != RUBBER)
 
 
 def test_an_amplitude_that_bends_within_a_step_and_softer_elements_are_said(read):
