@@ -1,6 +1,6 @@
 """Supports and joints of bricks and slender structures: linear conditions on coordinates, eliminated beforehand.
 
-A joint ties positions or gradients of two places, which keep their initial difference; a support fixes them. The
+A joint ties positions or gradients of two places; a support fixes them. The
 directions that are left free, an orthonormal basis, are all that statics and dynamics move, so that joints are exact
 and cost nothing. A place is a node of a slender structure, or any point of a solid of bricks.
 
@@ -330,8 +330,8 @@ class Joints:
         return sp.csr_matrix(self._placed(k, rows) - self._placed(hub, sp.csr_matrix(moved @ pick)))
 
     def spherical(self, one: Place, other: Place) -> sp.csr_matrix:
-        """Positions tied; in a plane a pin joint."""
-        return sp.csr_matrix(self._rows(one, [0]) - self._rows(other, [0]))
+        """Positions tied, which coincide or are joined by an arm of the first; in a plane a pin joint."""
+        return self._tied(one, other, np.zeros((0, 3)))
 
     def slot(self, one: Place, other: Place, along: ArrayLike) -> sp.csr_matrix:
         """Positions tied across a fixed direction (3,)."""
@@ -339,41 +339,115 @@ class Joints:
         return sp.csr_matrix(self._rows(one, [0], across) - self._rows(other, [0], across))
 
     def revolute(self, one: Place, other: Place, gradient: int) -> sp.csr_matrix:
-        """Positions tied, and the gradient (1, 2 or 3) along the axis of the hinge, which must be the same in both.
+        """Positions tied, and the material line along the axis of the hinge: a gradient (1, 2 or 3) at the first place.
 
         Raises
         ------
         InputError
-            If it is not: a rigid motion of both members would then violate the tie.
+            If the gradients at the other place do not span it, or the places lie apart.
         """
-        return self._tied(one, other, [0, gradient])
+        axes = self._initial(one)
+        if not 1 <= gradient <= len(axes):
+            self._rows(one, [gradient])
+        return self._tied(one, other, axes[[gradient - 1]])
 
     def rigid(self, one: Place, other: Place) -> sp.csr_matrix:
-        """Positions and all gradients tied, which must have the same directions and sizes in both.
+        """Positions and deformation gradients tied, so that members that meet at any angle turn and strain together.
+
+        F d is a constant combination of a node's gradients, found in the initial shape, for each direction d that both
+        have: a slope discontinuity. A strip or a beam on bricks, as on a hub, is tied by its section alone: its axis
+        may stretch and shear. Two lines at an angle in the plane x, y are held in this plane, and stretch alike at the
+        joint. Places of members with three gradients may lie apart.
+        Source: A. A. Shabana & A. M. Mikkola, J. Mech. Des. 125 (2003), 342-350; Shabana, Computational Continuum
+        Mechanics, 5.2.
 
         Raises
         ------
         InputError
-            If they have not, as where members meet at an angle: a rigid motion of both would then violate the tie.
-        """
-        vectors = range(min(len(_vectors(self.structures[k], k, where)) for k, where in (one, other)))
-        return self._tied(one, other, list(vectors))
+            If their gradients share too few directions, as of plates that are folded or cables in space: a rigid
+            motion of both would violate the tie.
 
-    def _tied(self, one: Place, other: Place, vectors: list[int]) -> sp.csr_matrix:
-        """Differences of vectors of two places, the gradients among them initially equal."""
-        rows = sp.csr_matrix(self._rows(one, vectors) - self._rows(other, vectors))
-        q0 = np.concatenate([s.q0 for s in self.structures])
-        off = np.linalg.norm((rows @ q0).reshape(-1, 3), axis=1)
-        gradients = np.linalg.norm((self._rows(one, vectors) @ q0).reshape(-1, 3), axis=1)
-        apart = [v for v, d, g in zip(vectors, off, gradients, strict=True) if v and d > EQUAL * g]
-        if apart:
+        Examples
+        --------
+        A frame of two beams that meet at a right angle:
+
+        >>> import fecontact as fc
+        >>> from fecontact.ancf.slender import beam, straight
+        >>> steel = fc.Material(E=210e3, nu=0.3)
+        >>> legs = straight((0, 0, 0), (0, 0, 9), 2), straight((0, 0, 9), (9, 0, 9), 2)
+        >>> joints = Joints([beam(p, steel, width=1.0, height=1.0, up=(0, 1, 0)) for p in legs])
+        >>> joints.rigid((0, -1), (1, 0)).shape
+        (12, 72)
+        """
+        bricks = [hasattr(self.structures[k], "space") for k, _ in (one, other)]
+        thin, wide = sorted((one, other), key=lambda place: len(self._initial(place)))
+        if bricks[0] != bricks[1]:
+            thin, wide = (one, other) if bricks[1] else (other, one)
+        axes, others = self._initial(thin), self._initial(wide)
+        along = [getattr(self.structures[k], "n_along", 0) for k, _ in (thin, wide)]
+        if any(bricks) and along[0] == 1 and len(axes) > 1:
+            axes = axes[1:]
+        elif along == [1, 1] and not (
+            axes[:, 2].any()
+            or others[:, 2].any()
+            or (len(axes) == len(others) and np.allclose(axes, others, rtol=0, atol=EQUAL))
+        ):
+            return self._corner(thin, wide)
+        return self._tied(wide, thin, axes)
+
+    def _initial(self, place: Place) -> Array:
+        """Initial gradients (n, 3) at a place, at the first of several points."""
+        k, where = place
+        self._check(k)
+        q0 = self.structures[k].q0.reshape(-1, 3)
+        return np.array([(rows[[0]] @ q0)[0] for rows in _vectors(self.structures[k], k, where)[1:]])
+
+    def _carried(self, place: Place, directions: Array) -> sp.csr_matrix:
+        """F d of material directions d (n, 3) at a place, F the deformation gradient there.
+
+        Raises
+        ------
+        InputError
+            If its gradients do not span them.
+        """
+        every = _vectors(self.structures[place[0]], *place)
+        axes = self._initial(place)
+        if not len(directions):
+            return sp.csr_matrix((0, sum(s.n_dofs for s in self.structures)))
+        share = np.linalg.lstsq(axes.T, directions.T, rcond=EQUAL)[0]
+        if np.abs(axes.T @ share - directions.T).max() > EQUAL * np.abs(directions).max():
             raise InputError(
-                f"Gradient {apart[0]} of {one} and that of {other} differ, as of members that meet at an angle: tied "
-                "to each other they would stop them from turning together. Tie positions alone (`spherical`), or let "
-                "the members follow a hub of bricks (`follows`).",
+                f"The gradients at {place} do not carry all directions of the other member there, or its distance: a "
+                "tie would stop both from turning together. Tie positions that coincide (`spherical`), take members "
+                "with three gradients (`beam`, `thick_plate`), or tie both to a hub of bricks.",
                 code="members-at-an-angle",
             )
-        return rows
+        rows = [
+            sum((c * rows for c, rows in zip(column, every[1:], strict=True) if c), 0 * every[0]) for column in share.T
+        ]
+        return self._placed(place[0], sp.kron(sp.vstack(rows), np.eye(3), format="csr"))
+
+    def _tied(self, one: Place, other: Place, directions: Array) -> sp.csr_matrix:
+        """Positions of two places, and what both carry along material directions (n, 3); the first carries the arm."""
+        q0 = np.concatenate([s.q0 for s in self.structures])
+        positions = sp.csr_matrix(self._rows(one, [0]) - self._rows(other, [0]))
+        apart = (positions @ q0).reshape(-1, 3)
+        if np.abs(apart).max() > EQUAL * np.abs(q0).max():
+            positions = sp.csr_matrix(positions - self._carried(one, apart[:1]))
+        return sp.vstack([positions, self._carried(one, directions) - self._carried(other, directions)], format="csr")
+
+    def _corner(self, one: Place, other: Place) -> sp.csr_matrix:
+        """Lines and strips in the plane x, y: tangent or section of the second is that of the first, turned."""
+        (k, a), (m, b) = ((len(axes), axes[-1]) for axes in map(self._initial, (one, other)))
+        turn = np.array([[a @ b, a[1] * b[0] - a[0] * b[1]], [a[0] * b[1] - a[1] * b[0], a @ b]]) / (a @ a)
+        flat, up = np.eye(3)[:2], np.eye(3)[2]
+        tied = [
+            self._rows(one, [0]) - self._rows(other, [0]),
+            self._rows(other, [m], flat) - self._rows(one, [k], turn @ flat),
+            self._rows(one, [k], up),
+            self._rows(other, [m], up),
+        ]
+        return sp.vstack(tied, format="csr")
 
     def motion(self, conditions: Sequence[sp.csr_matrix], changes: Sequence[ArrayLike | None]) -> Array:
         """Smallest change (n_dofs,) of the coordinates that changes every condition as given; None keeps one.

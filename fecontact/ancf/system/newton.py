@@ -64,8 +64,14 @@ class Ties:
     value: Array
 
     def along(self, Z: sp.csr_matrix, jump: Array) -> Ties:
-        """The same in the free directions Z, after a given change of the coordinates."""
-        return Ties(sp.csr_matrix(self.rows @ Z), sp.csr_matrix(self.columns @ Z), self.value + self.rows @ jump)
+        """The same in the free directions Z, after a given change of the coordinates.
+
+        What rounding leaves of equations that supports obey is no derivative: along it forces would be large.
+        """
+        free = [sp.csr_matrix(C @ Z) for C in (self.rows, self.columns)]
+        for C, at in zip((self.rows, self.columns), free, strict=True):
+            at.data[np.abs(at.data) <= DEPENDENT * np.abs(C.data).max(initial=0.0)] = 0.0
+        return Ties(*free, self.value + self.rows @ jump)
 
 
 @dataclass(frozen=True, eq=False)

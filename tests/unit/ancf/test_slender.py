@@ -7,7 +7,7 @@ from refusals import refused
 from scipy.spatial.transform import Rotation
 
 import fecontact as fc
-from fecontact.ancf import Assembly, Joints, Stage, equilibrium
+from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Joints, Stage, equilibrium
 from fecontact.ancf.slender import beam, line, plate, straight, strip, thick_plate
 
 MATERIAL = fc.Material(E=3.0, nu=0.3, density=2.0)
@@ -213,7 +213,7 @@ def test_plates_do_not_lock(slenderness, nu):
 
 
 def test_joints_tie_what_they_say_and_leave_the_rest():
-    one, other = (line(straight((0, 0, z), (1, 0, z), 2), EA=1.0, EI=1.0) for z in (0.0, 1.0))
+    one, other = (line(straight((x, 0, 0), (x + 1, 0, 0), 2), EA=1.0, EI=1.0) for x in (0.0, 1.0))
     joints, n = Joints([one, other]), 36
     for condition, rank in (
         (joints.clamped((0, 0)), 5),
@@ -244,13 +244,93 @@ def test_a_clamped_line_stretches_up_to_its_end():
     assert abs(last.q.reshape(-1, 3)[-2, 0] - 1.001) < 1e-12
 
 
-def test_members_at_an_angle_are_not_tied_by_their_gradients():
+def test_ties_that_stop_members_from_turning_together_are_refused():
     post, arm = (line(straight(*ends, 2), EA=1.0, EI=1.0) for ends in (((0, 0, 0), (0, 1, 0)), ((0, 1, 0), (1, 1, 0))))
-    joints = Joints([post, arm])
-    for tie in (lambda: joints.rigid((0, 2), (1, 0)), lambda: joints.revolute((0, 2), (1, 0), 1)):
+    rising = line(straight((0, 1, 0), (0, 1, 1), 2), EA=1.0, EI=1.0)
+    sheets = [
+        plate([(0, 0, 0), (1, 0, 0), (0, 1, 0)], (1, 1), fc.Material(E=1.0, nu=0.0), 0.1),
+        plate([(1, 0, 0), (1, 0, 1), (1, 1, 0)], (1, 1), fc.Material(E=1.0, nu=0.0), 0.1),
+    ]
+    joints = Joints([post, arm, rising, *sheets])
+    for tie in (
+        lambda: joints.revolute((0, 2), (1, 0), 1),
+        lambda: joints.rigid((0, 2), (2, 0)),
+        lambda: joints.rigid((3, 2), (4, 0)),
+        lambda: joints.spherical((0, 2), (1, 1)),
+    ):
         with refused(fc.InputError, "members-at-an-angle"):
             tie()
     assert joints.spherical((0, 2), (1, 0)).shape[0] == 3
+    assert joints.rigid((0, 2), (1, 0)).shape[0] == 7  # in their plane
+
+
+def legs(kind, angle, n, side=0.1):
+    """Two members of length 10 and E I = 1 that meet at an angle, the second along x."""
+    corner = (10 * np.cos(angle), 10 * np.sin(angle), 0.0)
+    lines = straight((0, 0, 0), corner, n), straight(corner, (corner[0] + 10, corner[1], 0), n)
+    steel = fc.Material(E=12 / side**4, nu=0.0)
+    if kind is line:
+        return [line(p, EA=12 / side**2, EI=1.0) for p in lines]
+    return [kind(p, steel, width=side, height=side) for p in lines]
+
+
+@pytest.mark.parametrize(("kind", "n", "far"), [(line, 2, 1e-5), (strip, 8, 1.7e-3), (beam, 8, 1.7e-3)])
+@pytest.mark.parametrize("angle", [np.pi / 2, 2.0])
+def test_frames_of_two_members_bend_as_one(kind, n, far, angle):
+    """Tip of a frame under a small force: L^3 P / (3 E I) of the arm, and the turn and drop of the post.
+
+    Lines differ by their axial strain (6.3e-6 at a right angle), strips by the linear turn of their
+    sections, 1 / (4 n^2), beams by the shear of their common node, see `Joints.rigid`.
+    """
+    members = legs(kind, angle, n)
+    joints, P, L = Joints(members), 1e-8, 10.0
+    ties = [joints.clamped((0, 0)), joints.rigid((0, -1), (1, 0)), *([] if kind is beam else [joints.flat()])]
+    frame = Assembly(members, ties)
+    load = np.zeros((frame.n_dofs // 3, 3))
+    tip = (frame.starts[1] // 3) + n * members[1].shape.per_node
+    load[tip, 1] = -P
+    last = equilibrium(lambda level: Stage(frame, level * load.ravel()), steps=1).last
+    c = np.cos(angle)
+    # moment P (L + (L - s) c) at s along the post, whose end drops by its normal deflection times c
+    exact = P * L**3 * (1 / 3 + (1 + c / 2) + (1 / 2 + c / 3) * c)
+    assert abs((frame.q0 - last.q).reshape(-1, 3)[tip, 1] / exact - 1) < far
+    turned = (frame.q0.reshape(-1, 3) @ fc.rotation_about((0, 0, 1), 0.7).T).ravel()
+    assert np.abs(ties[1] @ (turned - frame.q0)).max() < 1e-14
+
+
+def test_a_spoke_on_a_rigid_hub_turns_and_bends_with_it():
+    """A cantilever on a hub, at any angle: turned together no force; tip P L^3 / (3 E I), pulled F L / (E A)."""
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8").translated((-0.5, -0.5, -0.5))
+    hub, out = AncfSolid(AncfSpace(mesh), fc.Material(E=1.0, nu=0.0)), fc.rotation_about((1, 2, 3), 0.9)[0]
+    spoke = beam(straight(np.zeros(3), 10 * out, 8), fc.Material(E=12e4, nu=0.0), width=0.1, height=0.1)
+    joints = Joints([hub, spoke])
+    tie = joints.rigid((1, 0), (0, (0.0, 0.0, 0.0)))
+    rest = np.concatenate([hub.q0, spoke.q0])
+    turn = fc.rotation_about((3, -1, 2), np.radians(80.0))
+    turned = np.concatenate([hub.space.affine(turn, np.zeros(3)), (spoke.q0.reshape(-1, 3) @ turn.T).ravel()])
+    assert np.abs(tie @ (turned - rest)).max() < 1e-13
+    held = joints.affine(0), joints.clamped((0, (0.0, 0.0, 0.0))), tie
+    wheel = Assembly([hub, spoke], list(held), rigid=[0])
+    tip = wheel.starts[1] // 3 + 8 * 4
+    for along, force, exact in ((np.cross(out, (0, 0, 1)), 1e-6, 1e-3 / 3), (out, 1e-3, 1e-2 / 1200)):
+        unit, load = along / np.linalg.norm(along), np.zeros((wheel.n_dofs // 3, 3))
+        load[tip] = force * unit
+        last = equilibrium(lambda level: Stage(wheel, level * load.ravel()), steps=1).last  # noqa: B023
+        # the turn of its section is linear within elements: 1 / (4 n^2) of the deflection
+        assert abs((last.q - wheel.q0).reshape(-1, 3)[tip] @ unit / exact - 1) < 5e-3
+
+
+def test_a_hinge_of_members_at_an_angle():
+    """Two beams on a hinge about the y of the first, which is the height of the second: they turn apart freely."""
+    steel = fc.Material(E=1e4, nu=0.0)
+    one = beam(straight((0, 0, 0), (1, 0, 0), 1), steel, width=0.1, height=0.1)
+    other = beam(straight((1, 0, 0), (1, 0, 1), 1), steel, width=0.1, height=0.1, up=(0, 1, 0))
+    joints = Joints([one, other])
+    hinge = joints.revolute((0, 1), (1, 0), 2)
+    arms = other.vectors - np.array([[[1.0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]]])
+    for axis, free in (((0, 1, 0), True), ((1, 0, 0), False)):
+        moved = np.concatenate([np.zeros(one.n_dofs), (arms @ (fc.rotation_about(axis, 0.5).T - np.eye(3))).ravel()])
+        assert (np.abs(hinge @ moved).max() < 1e-14) == free
 
 
 def test_members_without_mass_have_no_weight_to_be_asked_for():
