@@ -1,4 +1,4 @@
-"""Generalised forces of loads on ANCF solids: weight, forces at points, dead tractions, follower pressure.
+"""Generalised forces of loads on members: weight, forces at points, dead tractions, follower pressure, moments.
 
 A force acts through the shape functions on all coordinates, including gradients: Q_a = int S_a b dV or int S_a t dA.
 
@@ -24,7 +24,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -32,14 +32,44 @@ from numpy.typing import ArrayLike
 
 from fecontact.ancf.bricks.hexahedron import gauss
 from fecontact.ancf.bricks.solid import AncfSolid
-from fecontact.ancf.bricks.space import AncfSpace
+from fecontact.ancf.bricks.space import AncfSpace, SurfaceRule, vector_areas
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import number, vector
 from fecontact.common.errors import InputError
-from fecontact.mesh.element import quad_quadrature
 
-#: Quadrature degree on faces: four points per direction.
-ORDER = 7
+
+class Carrier(Protocol):
+    """What a force acts on."""
+
+    def place_rows(self, where: Any) -> list[sp.csr_matrix]:
+        """Rows (n, n_functions) of the position and each gradient at places."""
+
+
+class Surfaced(Protocol):
+    """What tractions and pressures act on: a space of bricks, or a slender structure."""
+
+    @property
+    def functions(self) -> IntArray:
+        """Numbers of its elements' functions."""
+
+    @property
+    def q0(self) -> Array:
+        """Initial coordinates (n_dofs,)."""
+
+    @property
+    def joining(self) -> sp.csr_matrix | None:
+        """Functions of elements by those that neighbours share; None where they are the same."""
+
+    def spread(self, q: Array) -> Array:
+        """Vectors (n, 3) of the functions, from q (n_dofs,)."""
+
+    def gather(self, f: Array) -> Array:
+        """Generalised forces (n_dofs,) from those on the functions (n, 3)."""
+
+    def surface_rule(self, boundary: str) -> SurfaceRule:
+        """Quadrature on a boundary."""
+
+
 #: Permutation symbol.
 _EPS = np.zeros((3, 3, 3))
 _EPS[[0, 1, 2], [1, 2, 0], [2, 0, 1]], _EPS[[0, 2, 1], [2, 1, 0], [1, 0, 2]] = 1.0, -1.0
@@ -81,8 +111,15 @@ def point_force(space: AncfSpace, cell: int, X: ArrayLike, force: ArrayLike) -> 
     return np.asarray(rows.T @ vector("The force", force)[None, :]).ravel()
 
 
-def force_at(space: AncfSpace, point: ArrayLike, force: ArrayLike) -> Array:
+def force_at(space: Carrier, point: ArrayLike, force: ArrayLike) -> Array:
     """Forces (n_dofs,) of a force (3,) at any point (3,) of the initial shape; it goes with the material point.
+
+    Parameters
+    ----------
+    space : AncfSpace, AncfSolid or Structure
+    point : (3,) array
+        Of a solid, an axis or a middle surface.
+    force : (3,) array
 
     Raises
     ------
@@ -98,8 +135,8 @@ def force_at(space: AncfSpace, point: ArrayLike, force: ArrayLike) -> Array:
     >>> (Q @ space.rigid_modes()).round(12).tolist()  # the force and its moment about the origin
     [0.0, 0.0, -2.0, -1.0, 3.0, 0.0]
     """
-    cells, X = space.located(vector("The point", point)[None, :])
-    return point_force(space, int(cells[0]), X[0], force)
+    rows = space.place_rows(vector("The point", point)[None, :])[0]
+    return np.asarray(rows.T @ vector("The force", force)[None, :]).ravel()
 
 
 def nodal_force(space: AncfSpace, point: int, force: ArrayLike) -> Array:
@@ -115,18 +152,28 @@ def nodal_force(space: AncfSpace, point: int, force: ArrayLike) -> Array:
     return f.ravel()
 
 
-def traction(space: AncfSpace, boundary: str, field: ArrayLike | Callable[[Array, Array], Array]) -> Array:
+def traction(space: Surfaced, boundary: str, field: ArrayLike | Callable[[Array, Array], Array]) -> Array:
     """Forces (n_dofs,) of a dead load: force per initial area on a boundary, which keeps its direction.
 
     Parameters
     ----------
-    space : AncfSpace
+    space : AncfSpace or Structure
     boundary : str
+        Of a solid; ``"top"`` or ``"bottom"`` of a plate, whose normal is x cross y or its opposite; ``"axis"`` of a
+        line, a strip or a beam, whose load is a force per initial length.
     field : (3,) array or callable
-        ``field(points (n, 3), unit outward normals (n, 3)) -> (n, 3)``, both of the initial shape.
+        ``field(points (n, 3), unit outward normals (n, 3)) -> (n, 3)``, both of the initial shape; tangents of an axis.
+
+    Examples
+    --------
+    >>> from fecontact.ancf.slender import line, straight
+    >>> bar = line(straight((0, 0, 0), (2, 0, 0), 2), EA=1.0, EI=1.0)
+    >>> Q = traction(bar, "axis", (0.0, -3.0, 0.0))
+    >>> ((Q @ bar.rigid_modes).round(12) + 0.0).tolist()  # force, and no moment about the middle
+    [0.0, -6.0, 0.0, 0.0, 0.0, 0.0]
     """
-    faces, S, dS, W = face_rule(space, boundary)
-    e = space.spread(space.q0)[space.functions[faces[:, 0]]]
+    functions, S, dS, W = space.surface_rule(boundary)
+    e = space.spread(space.q0)[functions]
     dA = vector_areas(e, dS) * W[:, None]
     area = np.linalg.norm(dA, axis=2)
     x = S @ e
@@ -134,34 +181,33 @@ def traction(space: AncfSpace, boundary: str, field: ArrayLike | Callable[[Array
         t = np.asarray(field(x.reshape(-1, 3), (dA / area[..., None]).reshape(-1, 3)), dtype=float).reshape(x.shape)
     else:
         t = np.broadcast_to(vector("The traction", field), x.shape)
-    return _summed(space, faces, np.einsum("fqa,fqi,fq->fai", S, t, area))
+    return _summed(space, functions, np.einsum("fqa,fqi,fq->fai", S, t, area))
 
 
-def dead_pressure(space: AncfSpace, boundary: str, pressure: float) -> Array:
+def dead_pressure(space: Surfaced, boundary: str, pressure: float) -> Array:
     """Forces (n_dofs,) of a pressure on the initial shape that keeps its direction; positive pushes inwards."""
     return traction(space, boundary, lambda x, n: -pressure * n)
 
 
-def pressure_forces(space: AncfSpace, q: Array, boundary: str, pressure: float) -> Array:
+def pressure_forces(space: Surfaced, q: Array, boundary: str, pressure: float) -> Array:
     """Forces (n_dofs,) of a pressure that follows the surface at coordinates q; positive pushes inwards.
 
     -p int S_a (dr/ds x dr/dt) ds dt (Bonet & Wood 2008, section 9.3.5).
     """
-    faces, S, dS, W = face_rule(space, boundary)
-    dA = vector_areas(space.spread(q)[space.functions[faces[:, 0]]], dS) * W[:, None]
-    return _summed(space, faces, -pressure * np.swapaxes(S, 1, 2) @ dA)
+    functions, S, dS, W = space.surface_rule(boundary)
+    dA = vector_areas(space.spread(q)[functions], dS) * W[:, None]
+    return _summed(space, functions, -pressure * np.swapaxes(S, 1, 2) @ dA)
 
 
-def pressure_tangent(space: AncfSpace, q: Array, boundary: str, pressure: float) -> sp.csr_matrix:
+def pressure_tangent(space: Surfaced, q: Array, boundary: str, pressure: float) -> sp.csr_matrix:
     """Derivative (n_dofs, n_dofs) of `pressure_forces` by q; symmetric only for a closed or edge-held surface."""
-    faces, S, dS, W = face_rule(space, boundary)
-    functions = space.functions[faces[:, 0]]
+    functions, S, dS, W = space.surface_rule(boundary)
     along = np.einsum("fqaj,fai->fqji", dS, space.spread(q)[functions])
     # d(r_s x r_t)_i = eps_ikm (dS_s r_t,m - dS_t r_s,m) dq_k
     cross_t, cross_s = (np.einsum("ikm,fqm->fqik", _EPS, along[:, :, j]) for j in (1, 0))
     change = dS[..., 0][..., None, None] * cross_t[:, :, None] - dS[..., 1][..., None, None] * cross_s[:, :, None]
     blocks = np.einsum("fqa,fqbik,q->faibk", S, change, -pressure * W, optimize=True)
-    dofs = (3 * functions[:, :, None] + np.arange(3)).reshape(len(faces), -1)
+    dofs = (3 * functions[:, :, None] + np.arange(3)).reshape(len(functions), -1)
     n, k = 3 * (int(space.functions.max()) + 1), dofs.shape[1]
     where = np.repeat(dofs, k, axis=1).ravel(), np.tile(dofs, (1, k)).ravel()
     K = sp.csr_matrix((blocks.reshape(-1), where), shape=(n, n))
@@ -171,26 +217,9 @@ def pressure_tangent(space: AncfSpace, q: Array, boundary: str, pressure: float)
     return (T.T @ K @ T).tocsr()
 
 
-def face_rule(space: AncfSpace, boundary: str) -> tuple[IntArray, Array, Array, Array]:
-    """Faces, their functions (n_faces, n_q, 32), derivatives (..., 2) at Gauss points, and weights; kept."""
-    if boundary not in space.kept:
-        faces = space.mesh.faces(boundary)
-        X, W = quad_quadrature(ORDER)
-        n = len(X)
-        S, dS = space.face_functions(np.repeat(faces, n, axis=0), np.tile(X, (len(faces), 1)))
-        space.kept[boundary] = faces, S.reshape(len(faces), n, -1), dS.reshape(len(faces), n, -1, 2), W
-    return space.kept[boundary]
-
-
-def vector_areas(e: Array, dS: Array) -> Array:
-    """Outward vector areas (n_faces, n_q, 3) per area of the face's coordinates."""
-    along = np.einsum("fqaj,fai->fqij", dS, e, optimize=True)
-    return np.cross(along[..., 0], along[..., 1])
-
-
-def _summed(space: AncfSpace, faces: IntArray, own: Array) -> Array:
+def _summed(space: Surfaced, functions: IntArray, own: Array) -> Array:
     total = np.zeros((int(space.functions.max()) + 1, 3))
-    np.add.at(total, space.functions[faces[:, 0]], own)
+    np.add.at(total, functions, own)
     return space.gather(total)
 
 
@@ -199,16 +228,16 @@ FLAT = 1e-9
 
 
 class Follower(Protocol):
-    """A load on a solid of bricks that depends on its coordinates."""
+    """A load on a solid of bricks or a slender structure that depends on its coordinates."""
 
     @property
     def solid(self) -> int:
-        """Number of the solid in its assembly."""
+        """Number of the member in its assembly."""
 
-    def forces(self, space: AncfSpace, q: Array) -> Array:
-        """Generalised forces (n_dofs,) at coordinates q of the solid."""
+    def forces(self, space: Any, q: Array) -> Array:
+        """Generalised forces (n_dofs,) at coordinates q of the member, given its space or structure."""
 
-    def tangent(self, space: AncfSpace, q: Array) -> sp.csr_matrix:
+    def tangent(self, space: Any, q: Array) -> sp.csr_matrix:
         """Their derivative (n_dofs, n_dofs)."""
 
 
@@ -219,8 +248,9 @@ class FollowerPressure:
     Parameters
     ----------
     solid : int
-        Number of the solid in its assembly.
+        Number of the solid or the plate in its assembly.
     boundary : str
+        ``"top"`` or ``"bottom"`` of a plate, see `traction`.
     pressure : float
 
     Raises
@@ -247,11 +277,11 @@ class FollowerPressure:
         if not np.isfinite(number(self.pressure)):
             raise InputError(f"A pressure must be a finite number; found {self.pressure!r}.", code="not-finite")
 
-    def forces(self, space: AncfSpace, q: Array) -> Array:
+    def forces(self, space: Surfaced, q: Array) -> Array:
         """Generalised forces (n_dofs,)."""
         return pressure_forces(space, q, self.boundary, self.pressure)
 
-    def tangent(self, space: AncfSpace, q: Array) -> sp.csr_matrix:
+    def tangent(self, space: Surfaced, q: Array) -> sp.csr_matrix:
         """Their derivative (n_dofs, n_dofs)."""
         return pressure_tangent(space, q, self.boundary, self.pressure)
 
@@ -263,11 +293,11 @@ class Moment:
     Parameters
     ----------
     solid : int
-        Number of the solid in its assembly.
+        Number of the solid or the slender structure in its assembly.
     at : str or int
-        A boundary, or a point of the mesh that is a node.
+        A boundary, or a point of the mesh that is a node; a node of a structure.
     moment : (3,)
-        It keeps its direction.
+        It keeps its direction. On a line, which does not twist, it does no work along the tangent.
 
     Raises
     ------
@@ -291,16 +321,20 @@ class Moment:
     def __post_init__(self) -> None:
         vector("The moment", self.moment)
 
-    def forces(self, space: AncfSpace, q: Array) -> Array:
+    def forces(self, space: Any, q: Array) -> Array:
         """Generalised forces (n_dofs,)."""
-        B = self._weights(space)
+        B = space.gradient_weights(self.at)
+        if np.linalg.matrix_rank(B) == 1:
+            return self._on_line(B, q)[0]
         R, T = _rotation(q.reshape(-1, 3).T @ B)
         g = np.linalg.solve(T, R.T @ np.asarray(self.moment, dtype=float))
         return np.asarray(B @ (R @ _skew(g)).T).ravel()
 
-    def tangent(self, space: AncfSpace, q: Array) -> sp.csr_matrix:
+    def tangent(self, space: Any, q: Array) -> sp.csr_matrix:
         """Their derivative (n_dofs, n_dofs); symmetric if everything turns in one plane."""
-        B = self._weights(space)
+        B = space.gradient_weights(self.at)
+        if np.linalg.matrix_rank(B) == 1:
+            return self._on_line(B, q)[1]
         R, T = _rotation(q.reshape(-1, 3).T @ B)
         m = R.T @ np.asarray(self.moment, dtype=float)
         g = np.linalg.solve(T, m)
@@ -318,32 +352,15 @@ class Moment:
         n = len(dofs)
         return sp.csr_matrix((blocks.ravel(), (dofs.repeat(n), np.tile(dofs, n))), shape=(space.n_dofs,) * 2)
 
-    def _weights(self, space: AncfSpace) -> Array:
-        """B (n_functions, 3)."""
-        return _boundary_weights(space, self.at) if isinstance(self.at, str) else _nodal_weights(space, self.at)
-
-
-def _boundary_weights(space: AncfSpace, boundary: str) -> Array:
-    """Integrals of S_f (X - X_mean) over the surface (n_functions, 3), over its polar moment of area."""
-    faces, S, dS, W = face_rule(space, boundary)
-    functions = space.functions[faces[:, 0]]
-    e = space.spread(space.q0)[functions]
-    area = np.linalg.norm(vector_areas(e, dS), axis=2) * W
-    X = S @ e
-    X = X - (area[..., None] * X).sum(axis=(0, 1)) / area.sum()
-    own = np.swapaxes(S, 1, 2) @ (area[..., None] * X)
-    return _summed(space, faces, own).reshape(-1, 3) / (area[..., None] * X * X).sum()
-
-
-def _nodal_weights(space: AncfSpace, point: int) -> Array:
-    """Ones for the three gradients of a node."""
-    first = space.start[space.node_of(point)]
-    count = np.diff(np.append(space.start, space.n_functions))[space.node_of(point)]
-    if count != 4:
-        raise InputError(f"Point {point} has released gradients, so that it has no single rotation; take a boundary.")
-    B = np.zeros((space.n_functions, 3))
-    B[first + 1 : first + 4] = np.eye(3)
-    return B
+    def _on_line(self, B: Array, q: Array) -> tuple[Array, sp.csr_matrix]:
+        """Forces on a single tangent t, and their derivative: m . dtheta with dtheta = t x dt / t^2 is m x t / t^2."""
+        (k,) = np.flatnonzero(B.any(axis=1))
+        t, m = q.reshape(-1, 3)[k], np.asarray(self.moment, dtype=float)
+        Q, size = np.zeros(len(q)), t @ t
+        Q[3 * k : 3 * k + 3] = np.cross(m, t) / size
+        K = sp.lil_matrix((len(q), len(q)))
+        K[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = _skew(m) / size - 2 * np.outer(np.cross(m, t), t) / size**2
+        return Q, sp.csr_matrix(K)
 
 
 def _rotation(A: Array) -> tuple[Array, Array]:

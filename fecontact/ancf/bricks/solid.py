@@ -400,18 +400,8 @@ class AncfSolid:
         return self.space.affine(np.zeros((3, 3)), direction)
 
     def place_rows(self, where: ArrayLike) -> list[sp.csr_matrix]:
-        """Rows (n, n_functions) of the position and the three gradients at points (3,) or (n, 3) of the initial shape.
-
-        Raises
-        ------
-        InputError
-            If they are no points, or lie outside.
-        """
-        points = np.atleast_2d(np.asarray(where, dtype=float))
-        if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
-            raise InputError(f"A place of bricks is a point of three finite numbers, or several; found {where!r}.")
-        cells, X = self.space.located(points)
-        return [self.space.rows_at(cells, X), *self.space.gradient_rows_at(cells, X)]
+        """Rows of its space, see `AncfSpace.place_rows`."""
+        return self.space.place_rows(where)
 
     def forces_between(self, q0: Array, q1: Array) -> Array:
         """Conserving elastic forces (n_dofs,) between coordinates q0 and q1, see the module.

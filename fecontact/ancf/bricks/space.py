@@ -37,10 +37,15 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, MeshError
 from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3, jacobians
 from fecontact.mesh.check import check_cells
-from fecontact.mesh.element import CORNERS, FACES, hex_shapes
+from fecontact.mesh.element import CORNERS, FACES, hex_shapes, quad_quadrature
 from fecontact.mesh.facets import corner_keys, sides_of
 from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.mesh import Mesh
+
+#: Quadrature degree on faces: four points per direction.
+ORDER = 7
+#: Functions (n_faces, n) of faces, their values (n_faces, n_q, n) and derivatives (n_faces, n_q, n, 2), weights (n_q,).
+SurfaceRule = tuple[IntArray, Array, Array, Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -317,8 +322,8 @@ class AncfSpace:
         return node
 
     @cached_property
-    def kept(self) -> dict[str, tuple[IntArray, Array, Array, Array]]:
-        """Functions on boundaries by name, filled by `loads.face_rule`: pressure needs them in every iteration."""
+    def kept(self) -> dict[str, SurfaceRule]:
+        """Functions on boundaries by name, filled by `surface_rule`."""
         return {}
 
     @cached_property
@@ -435,6 +440,60 @@ class AncfSpace:
         """Positions (n, 3) of material points, given by cell (n,) and reference coordinates (n, 3)."""
         S = self.rows_at(cells, X)
         return np.asarray(S @ np.asarray(q, dtype=float).reshape(-1, 3))
+
+    def surface_rule(self, boundary: str) -> SurfaceRule:
+        """Quadrature on a boundary, kept: pressure needs it in every iteration."""
+        if boundary not in self.kept:
+            faces = self.mesh.faces(boundary)
+            X, W = quad_quadrature(ORDER)
+            n = len(X)
+            S, dS = self.face_functions(np.repeat(faces, n, axis=0), np.tile(X, (len(faces), 1)))
+            each = self.functions[faces[:, 0]]
+            self.kept[boundary] = each, S.reshape(len(faces), n, -1), dS.reshape(len(faces), n, -1, 2), W
+        return self.kept[boundary]
+
+    def gradient_weights(self, at: str | int) -> Array:
+        """B (n_functions, 3) of what turns, sum_f q_f (x) B_f: a boundary, or the gradients at a point of the mesh.
+
+        Of a boundary B is int S_f (X - X_mean) dA over its polar moment of area.
+
+        Raises
+        ------
+        InputError
+            For a point that is no node, or whose gradients are released.
+        """
+        if not isinstance(at, str):
+            node = self.node_of(at)
+            first, count = self.start[node], np.diff(np.append(self.start, self.n_functions))[node]
+            if count != 4:
+                raise InputError(
+                    f"Point {at} has released gradients, so that it has no single rotation; take a boundary."
+                )
+            B = np.zeros((self.n_functions, 3))
+            B[first + 1 : first + 4] = np.eye(3)
+            return B
+        functions, S, dS, W = self.surface_rule(at)
+        e = self.spread(self.q0)[functions]
+        area = np.linalg.norm(vector_areas(e, dS), axis=2) * W
+        X = S @ e
+        X = X - (area[..., None] * X).sum(axis=(0, 1)) / area.sum()
+        total = np.zeros((int(self.functions.max()) + 1, 3))
+        np.add.at(total, functions, np.swapaxes(S, 1, 2) @ (area[..., None] * X))
+        return self.gather(total).reshape(-1, 3) / (area[..., None] * X * X).sum()
+
+    def place_rows(self, where: ArrayLike) -> list[sp.csr_matrix]:
+        """Rows (n, n_functions) of the position and the three gradients at points (3,) or (n, 3) of the initial shape.
+
+        Raises
+        ------
+        InputError
+            If they are no points, or lie outside.
+        """
+        points = np.atleast_2d(np.asarray(where, dtype=float))
+        if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+            raise InputError(f"A place of bricks is a point of three finite numbers, or several; found {where!r}.")
+        cells, X = self.located(points)
+        return [self.rows_at(cells, X), *self.gradient_rows_at(cells, X)]
 
     def located(self, points: ArrayLike) -> tuple[IntArray, Array]:
         """Cells (n,) and reference coordinates (n, 3) of points (n, 3) of the initial shape, by Newton's method.
@@ -561,3 +620,9 @@ def deformation_gradients(e: Array, batch: GradientBatch) -> Array:
     G = batch.gradients.swapaxes(2, 3).reshape(n, 3 * n_q, n_functions)
     F = np.swapaxes(e[batch.functions], 1, 2) @ np.swapaxes(G, 1, 2)
     return np.ascontiguousarray(F.reshape(n, 3, n_q, 3).swapaxes(1, 2))
+
+
+def vector_areas(e: Array, dS: Array) -> Array:
+    """Outward vector areas (n_faces, n_q, 3) per area of the face's coordinates; of an axis its tangents."""
+    along = np.einsum("fqaj,fai->fqij", dS, e, optimize=True)
+    return np.cross(along[..., 0], along[..., 1]) if along.shape[-1] == 2 else along[..., 0]

@@ -12,25 +12,31 @@ Axes of slender members: nodes in order, their tangents, elements and lengths.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, Self
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from fecontact.ancf.slender.closest import Middle
 from fecontact.ancf.slender.contact import Skin
 from fecontact.ancf.slender.shapes import Order, Shape
 from fecontact.ancf.slender.strains import Measure
 from fecontact.ancf.system.member import Drawing
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 
 #: Gauss points and weights of the straight step between two states: the mean of the forces there does the work of the
 #: energy's change, to the sixth power of the strains of a step. Source: the average vector field of R. I. McLachlan,
 #: G. R. W. Quispel & N. Robidoux, Phil. Trans. R. Soc. A 357 (1999).
 BETWEEN = tuple(((1 + x) / 2, w / 2) for x, w in zip(*np.polynomial.legendre.leggauss(3), strict=True))
+
+
+#: Distance of a point from an axis or middle surface, relative to its extent, below which it lies on it.
+ON_AXIS = 1e-6
 
 
 class HasVectors(Protocol):
@@ -61,6 +67,21 @@ class Nodal:
 
     def check_inverted(self, q: Array) -> None:
         """Slender structures have no volume to turn inside out."""
+
+    def place_rows(self: HasVectors, where: Any) -> list[sp.csr_matrix]:
+        """Rows (1, n_vectors) of the position and of each gradient at a node.
+
+        Raises
+        ------
+        InputError
+            For unknown nodes, counted from 0 or from the end.
+        """
+        n_nodes, per_node = self.vectors.shape[:2]
+        if not (isinstance(where, int | np.integer) and -n_nodes <= where < n_nodes):
+            raise InputError(f"The member has {n_nodes} nodes, counted from 0; found {where!r}.", code="unknown-node")
+        rows = sp.eye_array(n_nodes * per_node, format="csr")
+        first = per_node * (int(where) % n_nodes)
+        return [rows[[first + v]] for v in range(per_node)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,9 +125,6 @@ class Structure(Nodal):
     parts : sequence of Part
     inertia : (points, weights, size)
         Quadrature of the mass: weights include the density.
-    moments : tuple of (int, float)
-        Moments about z on nodes of a flat structure, which turn their first gradients: energy -M times the angle, which
-        is followed from node to node, so that it may exceed a full turn.
 
     Raises
     ------
@@ -120,7 +138,6 @@ class Structure(Nodal):
     lengths: Array
     parts: Sequence[Part]
     inertia: tuple[Array, Array, Array]
-    moments: tuple[tuple[int, float], ...] = ()
 
     def __post_init__(self) -> None:
         if self.vectors.shape[1:] != (self.shape.per_node, 3) or not np.isfinite(self.vectors).all():
@@ -245,9 +262,6 @@ class Structure(Nodal):
         for k, part in enumerate(self.parts):
             e = self.strains(q, k)
             total += float((self._weights(part) * (e @ part.rigidity * e).sum(axis=2)).sum()) / 2
-        if self.moments:
-            angles = self.angles(q)
-            total -= sum(moment * float(angles[node]) for node, moment in self.moments)
         return total
 
     def angles(self, q: Array) -> Array:
@@ -255,20 +269,92 @@ class Structure(Nodal):
         t = self.gradients(q)[:, 0]
         return np.asarray(np.unwrap(np.arctan2(t[:, 1], t[:, 0])))
 
-    def turned(self, moments: tuple[tuple[int, float], ...]) -> Self:
-        """The same structure under other moments."""
-        return replace(self, moments=moments)
+    def place_rows(self, where: Any) -> list[sp.csr_matrix]:
+        """Rows (n, n_vectors) of the position and the gradients at a node, or at points (3,) or (n, 3) of the axis.
 
-    def _of_moments(self, q: Array) -> tuple[IntArray, Array, Array]:
-        """Places (n, 2) of the coordinates that moments turn, and the first and second derivatives of their energy."""
-        nodes = np.array([node % len(self.vectors) for node, _ in self.moments], dtype=np.int64)
-        size = np.array([moment for _, moment in self.moments])
-        x, y = self.gradients(q)[nodes, 0, :2].T
-        s = x * x + y * y
-        first = -size / s * np.stack([-y, x])
-        mixed = (y * y - x * x) / s**2
-        second = -size * np.array([[2 * x * y / s**2, mixed], [mixed, -2 * x * y / s**2]])
-        return 3 * (self.shape.per_node * nodes[:, None] + 1) + np.arange(2), first.T, np.moveaxis(second, 2, 0)
+        Raises
+        ------
+        InputError
+            For unknown nodes, and for points off the initial axis or middle surface.
+        """
+        if np.ndim(where) == 0:
+            return super().place_rows(where)
+        points = np.atleast_2d(np.asarray(where, dtype=float))
+        if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+            raise InputError(f"A place is a node, or points of three finite numbers; found {where!r}.", code="place")
+        each, local = self.middle.project(self.q0, points)
+        rows = self.middle.matrix(each, local)
+        off = np.linalg.norm(rows @ self.q0.reshape(-1, 3) - points, axis=1).max()
+        if off > ON_AXIS * self.extent:
+            raise InputError(
+                f"The point {points[0].tolist()} lies off the axis or middle surface of the {self.name}, by {off:.3g}; "
+                "give one on it. A force beside it is a force on it and a `Moment`.",
+                code="off-axis",
+            )
+        at = np.zeros((len(points), 3))
+        at[:, : self.n_along] = local
+        out, columns = [rows], self.functions[each]
+        for d in self.shape.gradients:
+            order = tuple(int(k == d) for k in range(3))
+            values = self.shape.functions_each(self.lengths[each], at, order)  # type: ignore[arg-type]
+            values = values / self.lengths[each][:, [d]]
+            row = np.arange(len(each)).repeat(values.shape[1])
+            out.append(sp.csr_matrix((values.ravel(), (row, columns.ravel())), shape=rows.shape))
+        return out
+
+    @property
+    def joining(self) -> None:
+        """Nothing: elements share the vectors of their nodes."""
+
+    def spread(self, q: Array) -> Array:
+        """Its vectors (n_vectors, 3)."""
+        return q.reshape(-1, 3)
+
+    def gather(self, f: Array) -> Array:
+        """Generalised forces (n_dofs,) from those on its vectors (n_vectors, 3)."""
+        return f.ravel()
+
+    def surface_rule(self, boundary: str) -> tuple[IntArray, Array, Array, Array]:
+        """Quadrature on its axis or on a side of its middle surface, see `AncfSpace.surface_rule`.
+
+        Raises
+        ------
+        InputError
+            For other names than "axis" of a line, a strip or a beam, and "top" and "bottom" of a plate.
+        """
+        names = {"axis": (0,)} if self.n_along == 1 else {"top": (0, 1), "bottom": (1, 0)}
+        among(f"boundary of a {self.name}", boundary, tuple(names))
+        x, w = np.polynomial.legendre.leggauss(4)
+        grid = np.stack(np.meshgrid(*[(1 + x) / 2] * self.n_along, indexing="ij"), axis=-1).reshape(-1, self.n_along)
+        points = np.zeros((len(grid), 3))
+        points[:, : self.n_along] = grid
+        weights = w / 2 if self.n_along == 1 else np.outer(w, w).ravel() / 4
+        S = self.shape.functions(self.lengths, points)
+        along = [
+            self.shape.functions(self.lengths, points, (1 - d, d, 0)) * self.lengths[:, d, None, None]
+            for d in names[boundary]
+        ]
+        return self.functions, S, np.stack(along, axis=-1), weights
+
+    def gradient_weights(self, node: Any) -> Array:
+        """B (n_vectors, 3) of what turns at a node, sum_f q_f (x) B_f: a section, a middle surface, or a tangent.
+
+        The other gradients turn with it by shear: a moment on them would shear the elements at the node by M / (G A l).
+
+        Raises
+        ------
+        InputError
+            For unknown nodes.
+        """
+        rows = self.place_rows(node if np.ndim(node) == 0 else None)[1:]
+        rows = rows[:2] if self.n_along == 2 else rows[len(rows) > 1 :]
+        axes = np.concatenate([r @ self.q0.reshape(-1, 3) for r in rows])
+        return np.asarray(sp.vstack(rows).T @ np.linalg.pinv(axes).T)
+
+    @cached_property
+    def middle(self) -> Middle:
+        """Its axis or middle surface."""
+        return Middle(self, 0)
 
     @staticmethod
     def _weights(part: Part) -> Array:
@@ -290,12 +376,7 @@ class Structure(Nodal):
             J = part.measure.first(g)
             along = (stress[..., None, :] @ J.reshape(*J.shape[:4], -1)).reshape(m, n, -1, 3)
             total += (np.swapaxes(derivatives, 1, 2) @ along).sum(axis=0)
-        out = self._gathered(total)
-        if self.moments:
-            for q, share in zip(states, shares, strict=True):
-                places, first, _ = self._of_moments(q)
-                np.add.at(out, places, share * first)
-        return out
+        return self._gathered(total)
 
     def tangent(self, q: Array) -> sp.csr_matrix:
         """Derivative (n_dofs, n_dofs) of the elastic forces."""
@@ -310,12 +391,7 @@ class Structure(Nodal):
             inner += part.measure.second(g, stress).reshape(inner.shape)
             B = self._by_component[k]
             total += np.swapaxes(B.reshape(n, -1, width), 1, 2) @ (inner @ B).reshape(n, -1, width)
-        K = self._summed(total)
-        if self.moments:
-            places, _, second = self._of_moments(q)
-            rows, columns = places[:, :, None].repeat(2, axis=2), places[:, None, :].repeat(2, axis=1)
-            K = sp.csr_matrix(K + sp.csr_matrix((second.ravel(), (rows.ravel(), columns.ravel())), shape=K.shape))
-        return K
+        return self._summed(total)
 
     @cached_property
     def _by_component(self) -> list[Array]:

@@ -53,11 +53,10 @@ class Motion(WithContacts):
     message : str
     time : (n,) array
     kinetic, strain, potential : (n,) arrays
-        Energies; the potential of dead loads is zero at the initial coordinates, and that of moments on flat
-        structures, -M times the angle, is part of the strain energy.
+        Energies; the potential of dead loads is zero at the initial coordinates.
     work, viscous_work, friction_work : (n,) arrays
-        Work of what varies in time (of such a moment -angle dM), energy lost to viscosity, and work of friction, from
-        the start.
+        Work of loads that follow, as moments, and of what varies in time, energy lost to viscosity, and work of
+        friction, from the start.
     momentum : (n, 3) array
     contact_force : (n, n_contacts, 3) array
         Resultant on each slave, with friction.
@@ -298,8 +297,7 @@ def _held_at(assembly: Assembly, start: Start | None) -> StageAt:
 def _acting(stage: Stage) -> tuple[object, ...]:
     """What varies in a stage, for a fingerprint."""
     a = stage.assembly
-    moments = [getattr(solid, "moments", ()) for solid in a.solids]
-    return stage.forces, stage.motion, tuple(stage.follow), [t.pair for t in a.constraints], moments
+    return stage.forces, stage.motion, tuple(stage.follow), [t.pair for t in a.constraints]
 
 
 def _approach(begin: Stage, end: Stage, then: Instant, now: Instant) -> float:

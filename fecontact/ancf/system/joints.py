@@ -240,7 +240,7 @@ class Joints:
         k, where = place
         self._check(k)
         member = self.structures[k]
-        every = _vectors(member, k, where)
+        every = member.place_rows(where)
         vectors = range(len(every)) if given is None else given
         if max(vectors) >= len(every):
             raise InputError(
@@ -281,7 +281,7 @@ class Joints:
         along = getattr(member, "n_along", 0)
         if not along:
             return self._rows(place, None)
-        axes = (sp.vstack(_vectors(member, k, where)[1:]) @ member.q0.reshape(-1, 3)).reshape(-1, 3)
+        axes = (sp.vstack(member.place_rows(where)[1:]) @ member.q0.reshape(-1, 3)).reshape(-1, 3)
         bare = scipy.linalg.null_space(axes).T  # directions without a gradient of their own
         rows = [self.pinned(place), *(self.guided(place, g + 1, bare) for g in range(len(axes)) if len(bare))]
         if along == 1:
@@ -379,7 +379,7 @@ class Joints:
         >>> joints.rigid((0, -1), (1, 0)).shape
         (12, 72)
         """
-        bricks = [hasattr(self.structures[k], "space") for k, _ in (one, other)]
+        bricks = [not self.structures[k].is_slender for k, _ in (one, other)]
         thin, wide = sorted((one, other), key=lambda place: len(self._initial(place)))
         if bricks[0] != bricks[1]:
             thin, wide = (one, other) if bricks[1] else (other, one)
@@ -400,7 +400,7 @@ class Joints:
         k, where = place
         self._check(k)
         q0 = self.structures[k].q0.reshape(-1, 3)
-        return np.array([(rows[[0]] @ q0)[0] for rows in _vectors(self.structures[k], k, where)[1:]])
+        return np.array([(rows[[0]] @ q0)[0] for rows in self.structures[k].place_rows(where)[1:]])
 
     def _carried(self, place: Place, directions: Array) -> sp.csr_matrix:
         """F d of material directions d (n, 3) at a place, F the deformation gradient there.
@@ -410,7 +410,7 @@ class Joints:
         InputError
             If its gradients do not span them.
         """
-        every = _vectors(self.structures[place[0]], *place)
+        every = self.structures[place[0]].place_rows(place[1])
         axes = self._initial(place)
         if not len(directions):
             return sp.csr_matrix((0, sum(s.n_dofs for s in self.structures)))
@@ -533,19 +533,6 @@ def _sorted_by(label: IntArray, count: int) -> tuple[IntArray, IntArray, IntArra
     place = np.empty(len(label), dtype=np.int64)
     place[order] = np.arange(len(label)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
     return sizes, order, place
-
-
-def _vectors(member: Any, k: int, where: Any) -> Sequence[sp.csr_matrix]:
-    """Rows (m, n_dofs / 3) of the position and of each gradient at a place."""
-    of_place = getattr(member, "place_rows", None)
-    if of_place is not None:
-        return tuple(of_place(where))
-    n_nodes, per_node = member.vectors.shape[:2]
-    if not -n_nodes <= where < n_nodes:
-        raise InputError(f"Structure {k} has {n_nodes} nodes, counted from 0; found {where}.", code="unknown-node")
-    rows = sp.eye_array(n_nodes * per_node, format="csr")
-    first = per_node * (where % n_nodes)
-    return [rows[[first + v]] for v in range(per_node)]
 
 
 def affine_modes(space: AncfSpace) -> Array:

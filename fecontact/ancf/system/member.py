@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import scipy.sparse as sp
 
@@ -65,6 +65,9 @@ class Member(Protocol):
 
     def translation(self, direction: Array) -> Array:
         """Change (n_dofs,) of the coordinates by a translation (3,)."""
+
+    def place_rows(self, where: Any) -> list[sp.csr_matrix]:
+        """Rows (n, n_dofs / 3) of the position and of each gradient at a node or at points of the initial shape."""
 
     def energy(self, q: Array) -> float:
         """Strain energy."""

@@ -68,10 +68,13 @@ class Ties:
 
         What rounding leaves of equations that supports obey is no derivative: along it forces would be large.
         """
-        free = [sp.csr_matrix(C @ Z) for C in (self.rows, self.columns)]
-        for C, at in zip((self.rows, self.columns), free, strict=True):
-            at.data[np.abs(at.data) <= DEPENDENT * np.abs(C.data).max(initial=0.0)] = 0.0
-        return Ties(*free, self.value + self.rows @ jump)
+
+        def free(C: sp.csr_matrix) -> sp.csr_matrix:
+            out = sp.csr_matrix(C @ Z)
+            out.data[np.abs(out.data) <= DEPENDENT * np.abs(C.data).max(initial=0.0)] = 0.0
+            return out
+
+        return Ties(free(self.rows), free(self.columns), self.value + self.rows @ jump)
 
 
 @dataclass(frozen=True, eq=False)

@@ -264,7 +264,6 @@ class GeneralisedAlpha:
                 v = now.v + h * ((1 - gamma) * now.b + gamma * b) + h * c
                 applied = acting(end, q, acceleration, viscous.forces - kept.by_hubs(ties))
                 work = now.work + float((now.applied + applied) @ (q - now.q)) / 2 + _by_tools(begin, end, q, forces)
-                work += (_by_moments(begin.assembly, a, now.q) + _by_moments(begin.assembly, a, q)) / 2
                 after = now.after(h, viscous, q, v, acceleration, b, forces, applied, work, nit)
                 gap = conditions.gap + conditions.G @ change
                 unbalanced = kept.unbalanced(a, change, *balance)
@@ -328,7 +327,6 @@ class EnergyMomentum:
                 supports = a.held(internal - load - contact), a.held(inertia)
                 work = load @ (q - now.q) + supports[0] @ moved + h / 2 * supports[1] @ (v + now.v)
                 work += float(forces @ done) if halfway is not None else 0.0
-                work += _by_moments(begin.assembly, half.assembly, now.q) + _by_moments(half.assembly, a, q)
                 applied = load + supports[0] + supports[1]
                 acceleration = (v - now.v) / h
                 end_of_step = now.after(
@@ -391,12 +389,6 @@ def _by_tools(begin: Stage, end: Stage, q: Array, forces: Array) -> float:
         return 0.0
     gaps = (stage.assembly.conditions(q).gap for stage in (begin, end))
     return float(forces @ np.subtract(*map(_finite, gaps)))
-
-
-def _by_moments(before: Assembly, after: Assembly, q: Array) -> float:
-    """Work of moments that vary, the change of energy at rest at q: the potential -M theta of flat structures."""
-    same = all(one is other for one, other in zip(before.solids, after.solids, strict=True))
-    return 0.0 if same else after.energy(q) - before.energy(q)
 
 
 def _since(a: Assembly, now: Instant) -> SlipStart:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from fecontact.ancf.bricks.loads import Follower
-from fecontact.ancf.bricks.space import AncfSpace
 from fecontact.ancf.system.assembly import Assembly
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
@@ -26,8 +26,7 @@ class Stage:
     Parameters
     ----------
     assembly : Assembly
-        The same solids at every level; supports may differ, rigid bodies may move, and the moments of flat structures
-        vary (`Structure.turned`).
+        The same solids at every level; supports may differ, rigid bodies may move.
     forces : (n_dofs,) array or None
         Dead loads.
     motion : (n_dofs,) array or None
@@ -38,7 +37,7 @@ class Stage:
     Raises
     ------
     InputError
-        For arrays that do not fit or are not finite, and loads on what is no solid of bricks.
+        For arrays that do not fit or are not finite, and loads that follow on what has no gradients.
 
     Examples
     --------
@@ -70,18 +69,19 @@ class Stage:
         _ = self._followed
 
     @cached_property
-    def _followed(self) -> list[tuple[Follower, AncfSpace, slice]]:
-        """Loads that follow, with the coordinates of their solids."""
+    def _followed(self) -> list[tuple[Follower, Any, slice]]:
+        """Loads that follow, with the spaces or structures that they act on, and their coordinates."""
         a, out = self.assembly, []
         for load in self.follow:
-            space = getattr(a.solids[load.solid], "space", None) if 0 <= load.solid < len(a.solids) else None
-            if space is None:
+            member = a.solids[load.solid] if 0 <= load.solid < len(a.solids) else None
+            carrier = getattr(member, "space", member)
+            if getattr(carrier, "gradient_weights", None) is None:
                 raise InputError(
-                    f"A load that follows the deformation acts on a solid of bricks; number {load.solid} is none of "
-                    f"the {len(a.solids)} members, counted from 0.",
+                    "A load that follows the deformation acts on a solid of bricks or a structure with gradients; "
+                    f"number {load.solid} is none of the {len(a.solids)} members, counted from 0.",
                     code="no-bricks",
                 )
-            out.append((load, space, slice(a.starts[load.solid], a.starts[load.solid + 1])))
+            out.append((load, carrier, slice(a.starts[load.solid], a.starts[load.solid + 1])))
         return out
 
     def acts_as(self, other: Stage) -> bool:

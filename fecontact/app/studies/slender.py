@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.ancf import Assembly, EnergyMomentum, Stage, equilibrium, move
+from fecontact.ancf import Assembly, EnergyMomentum, Moment, Stage, equilibrium, move
 from fecontact.ancf.slender import Joints, Structure, line, straight
 from fecontact.app.studies import elastica, fourbar
 from fecontact.app.studies.slender_study import slender_study
@@ -83,8 +83,10 @@ def _circle(n: int, options: Mapping[str, Any]) -> Study:
     began = time.perf_counter()
     beam, conditions = elastica.cantilever(n, options.get("measure") or "turn")
 
+    assembly = Assembly([beam], conditions)
+
     def stage(level: float) -> Stage:
-        return Stage(Assembly([beam.turned(((-1, level * 2 * math.pi * elastica.EI),))], conditions))
+        return Stage(assembly, follow=[Moment(0, -1, (0.0, 0.0, level * 2 * math.pi * elastica.EI))])
 
     path = equilibrium(stage, steps=8)
     if not path.success:

@@ -142,8 +142,10 @@ def test_a_moment_that_varies_does_its_work(scheme):
     joints = Joints([beam])
     conditions = [joints.flat(), joints.clamped((0, 0))]
 
+    a = Assembly([beam], conditions)
+
     def stage(t):
-        return Stage(Assembly([beam.turned(((-1, 0.8 * np.sin(9 * t)),))], conditions))
+        return Stage(a, follow=[Moment(0, -1, (0, 0, 0.8 * np.sin(9 * t)))])
 
     motion = move(stage, until=0.2, step=0.01, scheme=scheme, every=1)
     # generalised-alpha damps, and its work is trapezoidal; it drifted by a third where this work was left out
@@ -222,8 +224,10 @@ def test_the_record_of_other_moments_is_refused(tmp_path):
     joints = Joints([beam])
     conditions = [joints.flat(), joints.clamped((0, 0))]
 
+    a = Assembly([beam], conditions)
+
     def turned(rate):
-        return lambda t: Stage(Assembly([beam.turned(((-1, rate * t),))], conditions))
+        return lambda t: Stage(a, follow=[Moment(0, -1, (0, 0, rate * t))])
 
     moved(turned(1.0), path=file)
     with refused(fc.InputError, "record-of-another", "the loads"):
