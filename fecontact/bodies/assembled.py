@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Self
@@ -13,10 +13,11 @@ from skfem import CellBasis
 
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.common.arguments import instance
-from fecontact.common.arrays import IntArray
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.fem.expansion import Heated
 from fecontact.fem.laws import without_law
 from fecontact.fem.model import Model
 from fecontact.fem.support import Support
@@ -140,6 +141,14 @@ class AssembledBody(ElasticBody):
         assert self.stiffness is not None
         material = without_law("an AssembledBody", self.material)
         return AssembledModel(self.mesh, material, self.supports, self.stiffness, self.backend, self.condensation)
+
+    def _heated(self, change: Callable[[Array], Array]) -> Heated:
+        """Refused: the forces of a temperature would not be those of the stiffness."""
+        raise InputError(
+            f"{self.name!r} is an AssembledBody, whose stiffness need not be that of its material: temperatures are "
+            "offered for an ElasticBody. Give their nodal forces as loads.",
+            code="heated-assembled",
+        )
 
     def _divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
         """The body as it is: the stiffness of other cells is not known."""

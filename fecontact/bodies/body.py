@@ -27,6 +27,7 @@ from fecontact.common.errors import InputError, shown
 from fecontact.common.renamed import FormerNames, warn
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
+from fecontact.fem.expansion import Heated
 from fecontact.fem.finite_strain import FiniteStrain, State
 from fecontact.mesh.section_mesh import Extent
 from fecontact.surfaces.facet_surface import Projection, Surface
@@ -307,8 +308,12 @@ class Body(FormerNames):
         """Displacements (n_dofs,) that supports (n_nodes, 3) and linear conditions (m,) prescribe, zero elsewhere."""
         raise _refused(self, "A prescribed displacement")
 
-    def _body_force(self, gravity: Array) -> Array | None:
-        """Nodal forces (n_dofs,) of gravity (3,); None where it does not act."""
+    def _heated(self, change: Callable[[Array], Array]) -> Heated:
+        """Forces and free strains of a change of temperature, a function of the points of its mesh."""
+        raise _refused(self, "A change of temperature")
+
+    def _body_force(self, field: Callable[[Array], Array]) -> Array | None:
+        """Nodal forces (n_dofs,) of forces per mass (n, 3) at points (n, 3); None where they do not act."""
         return None
 
     @property
@@ -320,7 +325,9 @@ class Body(FormerNames):
         """Number of common faces of two of its contact surfaces."""
         return int(one == other)
 
-    def _energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
+    def _energy_error(
+        self, displacement: Array, points: Array, reach: float, heated: Heated | None = None
+    ) -> EnergyError:
         """Error of displacements (n_dofs,) in the cells within `reach` of points (n, 3)."""
         return NO_CELLS
 

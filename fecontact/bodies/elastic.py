@@ -25,6 +25,7 @@ from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.condensation import ROUTES
 from fecontact.fem.energy_error import EnergyError
+from fecontact.fem.expansion import Heated
 from fecontact.fem.factor import DIRECT
 from fecontact.fem.finite_strain import AtState, FiniteStrain, State, at_state
 from fecontact.fem.laws import Law, at_rest, laws_of
@@ -419,8 +420,30 @@ class ElasticBody(Body):
         u = model.prescribed(supports, values)
         return u - model.held_part(model.state.u) if isinstance(model, AtState) else u
 
-    def _body_force(self, gravity: Array) -> Array:
-        """Nodal forces (n_dofs,) of gravity (3,) in its axes.
+    def _heated(self, change: Callable[[Array], Array]) -> Heated:
+        """Forces and free strains of a change of temperature.
+
+        Raises
+        ------
+        InputError
+            Without a coefficient of expansion for every material, or with a law of finite strain.
+        """
+        if laws_of(self.material):
+            raise InputError(
+                f"{self.name!r} has a law of finite strain; temperatures are offered for small strains. Give it a "
+                "Material.",
+                code="finite-strain",
+            )
+        if any(m.expansion is None for m in self.model.materials):
+            raise InputError(
+                f"A change of temperature needs an expansion for every material of {self.name!r}: "
+                "Material(E, nu, expansion=...), 0 where there is none.",
+                code="no-expansion",
+            )
+        return self.model.heated(change(self.mesh.points))
+
+    def _body_force(self, field: Callable[[Array], Array]) -> Array:
+        """Nodal forces (n_dofs,) of forces per mass (n, 3) at points (n, 3), both in its axes.
 
         Raises
         ------
@@ -432,7 +455,7 @@ class ElasticBody(Body):
                 f"Gravity needs a density for every material of {self.name!r}: Material(E, nu, density=...).",
                 code="no-density",
             )
-        return self.model.body_force(lambda x: np.broadcast_to(gravity, x.shape))
+        return self.model.body_force(field)
 
     @property
     def _weighted_modes(self) -> Array:
@@ -448,11 +471,14 @@ class ElasticBody(Body):
         """Displacements (n_points, 3) of its mesh's points by generalised ones (n_dofs,)."""
         return self.model.at_points(displacement)
 
-    def _energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
+    def _energy_error(
+        self, displacement: Array, points: Array, reach: float, heated: Heated | None = None
+    ) -> EnergyError:
         """Error of displacements (n_dofs,) in the cells whose middles are within `reach` of points (n, 3)."""
         centres = self.mesh.points[self.mesh.cells[:, : self.mesh.n_corners]].mean(axis=1)
         distance, _ = cKDTree(points).query(centres, distance_upper_bound=reach)
-        return self.model.energy_error(displacement, np.flatnonzero(np.isfinite(distance)))
+        near = np.flatnonzero(np.isfinite(distance))
+        return self.model.energy_error(self.model.stressing(displacement, heated), near)
 
     def _outside(self, displacement: Array) -> Outside:
         """Its outer surface, displaced by (n_dofs,)."""

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.fem.expansion import Heated
 from fecontact.fem.model import Model
 from fecontact.fem.stress import hooke, to_nodes
 from fecontact.mesh.locate import interpolation
@@ -37,6 +38,8 @@ class InnerFields:
     u : (model.n_dofs,) array
         Displacements that its elements carry.
     beside : Beside, optional
+    heated : Heated, optional
+        Of a change of temperature.
 
     Examples
     --------
@@ -50,10 +53,11 @@ class InnerFields:
     model: Model
     u: Array
     beside: Beside | None = None
+    heated: Heated | None = None
 
     def stress(self, cells: IntArray | None = None) -> Array:
         """Stress (n_points, 6) at the nodes; of the elements averaged over given cells only, NaN at other nodes."""
-        stress = self.model.nodal_stress(self.u, cells)
+        stress = self._of_elements(cells)
         if self.beside is None:
             return stress
         return stress + hooke(self.beside.strain(self.model.mesh.points), *self._moduli(cells))
@@ -61,7 +65,19 @@ class InnerFields:
     def strain(self) -> Array:
         """Strain (n_points, 6) at the nodes."""
         strain = self.model.nodal_strain(self.u)
+        if self.heated is not None:
+            # across plane stress the elements give the strain of their stress alone
+            free = self.heated.strain
+            strain[:, 1] += to_nodes(self.model.elements, free[..., :1] - free[..., 1:2])[:, 0]
         return strain if self.beside is None else strain + self.beside.strain(self.model.mesh.points)
+
+    def _of_elements(self, cells: IntArray | None = None) -> Array:
+        """Stress (n_points, 6) of the elements at the nodes, without what strains by temperatures would have."""
+        stress, model = self.model.nodal_stress(self.u, cells), self.model
+        if self.heated is None:
+            return stress
+        free = hooke(self.heated.strain, model.lame[:, None], model.shear[:, None])
+        return stress - to_nodes(model.elements, free, cells)
 
     def _moduli(self, cells: IntArray | None = None) -> tuple[Array, Array]:
         """Lame constants (n_points,) at the nodes, averaged as the stresses of the elements are."""
@@ -79,7 +95,7 @@ class InnerFields:
         u, stress = np.full((len(points), 3), np.nan), np.full((len(points), 6), np.nan)
         deformation = self.model.mesh.points - self.model.mesh_at_rest.points
         u[found] = weights[found] @ (self.model.at_points(self.u) + deformation)
-        stress[found] = weights[found] @ self.model.nodal_stress(self.u)
+        stress[found] = weights[found] @ self._of_elements()
         if self.beside is not None:
             lame, shear = self._moduli()
             u[found] += self.beside.displacement(points[found])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fecontact.common.arrays import Array
-from fecontact.common.checks import check_magnitude, number, positive
+from fecontact.common.checks import check_magnitude, finite, number, positive
 from fecontact.common.errors import InputError, shown
 
 
@@ -23,6 +23,8 @@ class Material:
         Poisson's ratio, strictly between -1 and 0.5.
     density : float, optional
         Mass per volume, positive; needed only for gravity and dynamics.
+    expansion : float, optional
+        Coefficient of linear thermal expansion, strain per change of temperature; needed only for ``temperatures=``.
 
     Raises
     ------
@@ -39,6 +41,7 @@ class Material:
     E: float
     nu: float
     density: float | None = None
+    expansion: float | None = None
 
     def __post_init__(self) -> None:
         check_magnitude("Young's modulus E", positive("Young's modulus E", self.E))
@@ -50,6 +53,8 @@ class Material:
             )
         if self.density is not None:
             check_magnitude("the density", positive("the density", self.density))
+        if self.expansion is not None:
+            check_magnitude("the coefficient of expansion", finite("the coefficient of expansion", self.expansion))
 
     @property
     def lame(self) -> float:

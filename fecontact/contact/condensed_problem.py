@@ -238,9 +238,10 @@ class BodyBlock:
 
     @property
     def external(self) -> Array:
-        """Loads (n_dofs,) without the internal forces of a state of finite strain and of imposed displacements."""
+        """Loads (n_dofs,) without forces inside: of finite strain, imposed displacements and temperatures."""
         inner, loads = self.body._inner_forces, np.zeros(self.body.n_dofs) if self.loads is None else self.loads
         loads = loads if inner is None else loads + inner
+        loads = loads if self.frame.heated is None else loads - self.frame.heated.forces
         return loads if self.frame.imposed is None else loads - _resisting(self.body, self.frame.imposed)
 
     def answer(self, forces: Array) -> Array:

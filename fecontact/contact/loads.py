@@ -23,6 +23,7 @@ from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
 from fecontact.contact.dimension import Dimension, setting_of
 from fecontact.contact.rigid_motion import RigidMotionConstraints, constrain_rigid_motion
+from fecontact.fem.expansion import Heated
 
 #: What a user gives for an intensity over a boundary.
 Distribution = ArrayLike | Callable[[Array], ArrayLike]
@@ -112,7 +113,7 @@ def _checked(what: str, given: Distribution, shape: tuple[int, ...]) -> Array:
 
 
 #: Fields of a `LoadStep` whose keys are bodies or places on them, and all of them.
-KEYED = ("forces", "moments", "motions", "free", "pressures", "tractions", "displacements")
+KEYED = ("forces", "moments", "motions", "free", "pressures", "tractions", "displacements", "temperatures")
 LOADS = (*KEYED, "gravity")
 
 
@@ -131,7 +132,8 @@ class LoadStep:
     pressures: Mapping[tuple[Body, str], Distribution] = field(default_factory=dict)
     tractions: Mapping[tuple[Body, str], Distribution] = field(default_factory=dict)
     displacements: Mapping[Any, Distribution] = field(default_factory=dict)
-    gravity: ArrayLike | None = None
+    temperatures: Mapping[Body, Distribution] = field(default_factory=dict)
+    gravity: ArrayLike | Callable[[Array], ArrayLike] | None = None
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> LoadStep:
@@ -176,13 +178,15 @@ class LoadStep:
                 body, whole.get(body), self.moments.get(body), self.motions.get(body), self.free.get(body, ()),
                 pushes, setting.turning,
             )  # fmt: skip
-            frame = replace(frame, imposed=self._imposed(body))
+            frame = replace(frame, imposed=self._imposed(body), heated=self._heated(body))
             setting.check_frame(frame)
             parts += [pressed(b, name, p) for (b, name), p in self.pressures.items() if b is body]
             parts += [pulled(b, name, t, setting) for (b, name), t in self.tractions.items() if b is body]
             if self.gravity is not None:
-                weight = body._body_force(vector("Gravity", self.gravity) @ pose.rotation)
+                weight = body._body_force(self._gravity(body, setting))
                 parts += [] if weight is None else [weight]
+            if frame.heated is not None:
+                parts.append(frame.heated.forces)
             if frame.spread:
                 parts.append(_spread(frame))
             frames.append(frame)
@@ -219,7 +223,7 @@ class LoadStep:
                     code="load-key",
                 )
         moved = (place[0] if isinstance(place, tuple) else place for place in self.displacements)
-        members = [*whole, *self.moments, *self.motions, *self.free, *moved]
+        members = [*whole, *self.moments, *self.motions, *self.free, *moved, *self.temperatures]
         for member in [*members, *(place[0] for place in (*local, *self.pressures, *self.tractions))]:
             check_member(member, bodies)
         return whole, local
@@ -253,6 +257,33 @@ class LoadStep:
                 supports[name] = _at_nodes(what.format(repr(name)), body, name, given) @ rotation
         return body._prescribed(supports, values) if supports or values is not None else None
 
+    def _gravity(self, body: Body, setting: Dimension) -> Callable[[Array], Array]:
+        """Forces per mass (n, 3) at points (n, 3), both in a body's axes."""
+        pose, given = body.pose, self.gravity
+        if not callable(given):
+            constant = vector("Gravity", cast(ArrayLike, given)) @ pose.rotation
+            return lambda x: np.broadcast_to(constant, x.shape)
+
+        def field(x: Array) -> Array:
+            values = _checked(f"Gravity, a function of points {x.shape},", given(pose.to_world(x)), x.shape)
+            setting.check_traction(np.abs(values).max(axis=0), "Gravity")
+            return values @ pose.rotation
+
+        return field
+
+    def _heated(self, body: Body) -> Heated | None:
+        """Forces and free strains of a change of a body's temperature."""
+        given = self.temperatures.get(body)
+        if given is None:
+            return None
+        what = f"The change of temperature of {body.name!r}"
+
+        def change(points: Array) -> Array:
+            values = given(points) if callable(given) else given
+            return _checked(what, np.full(len(points), values) if np.ndim(values) == 0 else values, (len(points),))
+
+        return body._heated(change)
+
     def carried(self, body: Callable[[Any], Any]) -> LoadStep:
         """The same loads on other bodies."""
 
@@ -285,7 +316,8 @@ class LoadStep:
             With the boundary.
         """
         supports = {place: v for place, v in self.displacements.items() if isinstance(place, tuple)}
-        for loads, constant in ((self.pressures, 0), (self.tractions, 1), (supports, 1)):
+        heated = {(body, "all nodes"): v for body, v in self.temperatures.items()}
+        for loads, constant in ((self.pressures, 0), (self.tractions, 1), (supports, 1), (heated, 0)):
             for (body, name), value in loads.items():
                 if not callable(value) and np.ndim(value) > constant:
                     raise InputError(
@@ -374,12 +406,12 @@ def _lengths(vectors: Array) -> Array:
     return np.asarray(np.linalg.norm(vectors.reshape(len(vectors) // 3, 3, vectors.shape[1]), axis=1))
 
 
-def _check_forces(setting: Dimension, local: Mapping[tuple[Body, Any], ArrayLike], gravity: ArrayLike | None) -> None:
+def _check_forces(setting: Dimension, local: Mapping[tuple[Body, Any], ArrayLike], gravity: Any) -> None:
     """Refuse forces and gravity that do not exist in a plane or axisymmetric scene."""
     for (body, place), force in local.items():
         what = f"The force on {place!r} of {body.name!r}"
         setting.check_force(vector(what, force), what)
-    if gravity is not None:
+    if gravity is not None and not callable(gravity):
         setting.check_force(vector("Gravity", gravity), "Gravity")
 
 

@@ -33,6 +33,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.checks import finite, vector
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
+from fecontact.fem.expansion import Heated
 from fecontact.fem.rigid import COMPONENTS, describe_motion, gram_schmidt
 
 
@@ -57,6 +58,8 @@ class RigidMotionConstraints:
         Components that `motions` prescribes, including zero values.
     imposed : (n_dofs,) array, optional
         Displacements that supports and linear conditions prescribe beside the frame's, in the body's axes.
+    heated : Heated, optional
+        Forces and free strains of a change of temperature.
     """
 
     body: Body
@@ -67,6 +70,7 @@ class RigidMotionConstraints:
     spread: bool
     prescribed_components: tuple[int, ...] = ()
     imposed: Array | None = None
+    heated: Heated | None = None
 
     @property
     def point(self) -> Array:

@@ -33,6 +33,7 @@ from fecontact.fem.condensation import (
 )
 from fecontact.fem.coordinates import Coordinates, restricted
 from fecontact.fem.energy_error import EnergyError, energy_error, free_points
+from fecontact.fem.expansion import Heated, expansion_forces, free_strain
 from fecontact.fem.factor import Factor, bordered, condense, factorise, has_bordered
 from fecontact.fem.multigrid import Multigrid
 from fecontact.fem.rigid import null_space, rigid_modes
@@ -280,6 +281,23 @@ class Model:
     def body_force(self, field: Callable[[Array], Array]) -> Array:
         """Nodal forces (n_dofs,) of a force per mass ``field(points (n, 3)) -> (n, 3)``."""
         return body_force(self.elements, field, self.density)
+
+    def heated(self, change: Array) -> Heated:
+        """Forces and free strains of a change of temperature (n_points,)."""
+        expansion = self._per_cell("expansion")
+        strain = free_strain(self.elements, expansion, change, self.across)
+        return Heated(
+            expansion_forces(self.elements, expansion, change, self._lame_sum, self.shear, self.selective), strain
+        )
+
+    def stressing(self, u: Array, heated: Heated | None) -> Array:
+        """Displacements (n_dofs,), or of a heated body the strains (n_cells, n_q, 6) that have stress."""
+        return u if heated is None else self.gauss_strain(u) - heated.strain
+
+    @property
+    def _lame_sum(self) -> Array:
+        """Sum (n_cells,) of the stresses that the first Lame constant gives by a unit strain in all directions."""
+        return 3 * self.lame
 
     def traction(self, name: str, field: Callable[[Array, Array], Array]) -> Array:
         """Nodal forces (n_dofs,) of ``field(points (n, 3), unit outward normals (n, 3)) -> (n, 3)`` on a boundary."""

@@ -185,6 +185,10 @@ class SectionModel(Model):
         """First Lame constant (n_cells,) of the stiffness: that of plane stress, or the material's."""
         return 2 * self.lame * self.shear / (self.lame + 2 * self.shear) if self.plane_stress else self.lame
 
+    @property
+    def _lame_sum(self) -> Array:
+        return (2 if self.plane_stress else 3) * self.effective_lame
+
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
         """Upper triangle of the stiffness (n_dofs, n_dofs)."""

@@ -19,6 +19,7 @@ from fecontact.common.region import Region
 from fecontact.common.renamed import FormerNames, RenamedKeys, redefined, renamed
 from fecontact.contact.interface import Interface
 from fecontact.fem.energy_error import EnergyError
+from fecontact.fem.expansion import Heated
 from fecontact.results.between_nodes import GapsBetweenNodes
 from fecontact.results.cell_contact import CellContact, cell_contact
 from fecontact.results.contact_outline import ContactOutline, contact_outline
@@ -126,6 +127,8 @@ class ContactFields(FormerNames):
     overclosure: Array | None = None
     #: Overclosure by a unit pressure; zero for hard contact.
     _softness: float = 0.0
+    #: Temperatures of slave and master.
+    _heated: tuple[Heated | None, Heated | None] = (None, None)
 
     @property
     def bodies(self) -> tuple[Body, Body]:

@@ -314,10 +314,10 @@ def energy_errors(contact: ContactFields, readings: PressureReadings | None) -> 
     if readings is None:
         return NO_CELLS, NO_CELLS
     width = max(readings.across, NARROWEST) * float(_lengths(contact, readings.facets).mean())
-    points, (ours, theirs) = contact.points[contact.active], contact._displacements
+    points, (ours, theirs), heated = contact.points[contact.active], contact._displacements, contact._heated
     return (
-        contact.slave._energy_error(ours, contact.slave.pose.to_body(points), width),
-        contact.master._energy_error(theirs, contact.master.pose.to_body(points), width),
+        contact.slave._energy_error(ours, contact.slave.pose.to_body(points), width, heated[0]),
+        contact.master._energy_error(theirs, contact.master.pose.to_body(points), width, heated[1]),
     )
 
 

@@ -318,7 +318,8 @@ def _errors(part: BodyBlock, u: Array, other: Array | None = None) -> EnergyErro
         loaded[part.rows.indices] = True
         plain = body.n_dofs == 3 * len(body.mesh.points)
         free = np.asarray(~loaded.reshape(-1, 3).any(axis=1)) if plain else None
-        return body.model.energy_error(u, np.arange(len(body.mesh.cells)), other, free)
+        strain = body.model.stressing(u, part.frame.heated)
+        return body.model.energy_error(strain, np.arange(len(body.mesh.cells)), other, free)
     return NO_CELLS
 
 

@@ -270,6 +270,8 @@ class ContactResult(FormerNames):
         """
         k, elastic = self._elastic(body)
         rigid = self._loading.frames[k].modes(self._state.motions[k][:, None])[:, 0]
+        if self._condensed.parts[k].frame.heated is not None:
+            return float(self._response_errors.primal[k].energy.sum()) / 2
         return elastic.model.strain_energy(self._state.displacements[k] - rigid)
 
     def fields_at(self, body: Body, points: ArrayLike) -> tuple[Array, Array]:
@@ -335,7 +337,7 @@ class ContactResult(FormerNames):
         inner = self.scene.bodies[k]._inner_fields(self._state.displacements[k], part.rows, forces)
         if inner is None:
             raise _no_field(body)
-        return inner
+        return replace(inner, heated=part.frame.heated)
 
     @cached_property
     def _motions(self) -> Array:
@@ -505,7 +507,9 @@ class ContactResult(FormerNames):
         """Forces (n_points, 3) that the elements of an elastic body take up at its nodes, in its axes."""
         k, elastic = self._elastic(body)
         rigid = self._condensed.parts[k].frame.modes(self._state.motions[k][:, None])[:, 0]
-        return elastic.model.internal_forces(self._state.displacements[k] - rigid).reshape(-1, 3)
+        forces = elastic.model.internal_forces(self._state.displacements[k] - rigid)
+        heated = self._condensed.parts[k].frame.heated
+        return (forces if heated is None else forces - heated.forces).reshape(-1, 3)
 
     @cached_property
     def _unbalanced(self) -> float:
@@ -685,7 +689,9 @@ def make_result(
         start += len(candidates)
         springs += interface.spring_states(forces, gap)
         if (contact := interface.as_contact) is not None:
-            own, other = (state.displacements[number[id(body)]] for body in (contact.slave, contact.master))
+            places = [number[id(body)] for body in (contact.slave, contact.master)]
+            own, other = (state.displacements[place] for place in places)
+            one, two = (loading.frames[place].heated for place in places)
             k = len(contacts)
             swapped = contact.slave is not scene.contacts[k].slave
             fields = contact_fields(contact, candidates, forces, gap, (own, other), swapped)
@@ -693,6 +699,7 @@ def make_result(
             alone = contact.master.is_rigid and solution.problem.n == len(candidates)
             problem = solution.problem if alone and is_half_space(fields._surface) else None
             fields = replace(fields, friction=tangential, directions=scene.directions, worn=contact.worn)
+            fields = replace(fields, _heated=(one, two))
             if contact.overclosure is not None:
                 softness = 1 / contact.overclosure.stiffness
                 fields = replace(fields, overclosure=contact.own_compliance * forces, _softness=softness)

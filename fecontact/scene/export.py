@@ -36,6 +36,7 @@ def export_problem(
     pressures: Any = None,
     tractions: Any = None,
     displacements: Any = None,
+    temperatures: Any = None,
     gravity: Any = None,
     likely: bool = False,
 ) -> Path:
@@ -47,7 +48,7 @@ def export_problem(
         Scene of elastic and rigid bodies.
     path : str or Path
         Ends in ``.npz``.
-    forces, moments, motions, free, pressures, tractions, displacements, gravity
+    forces, moments, motions, free, pressures, tractions, displacements, temperatures, gravity
         As in `Scene.solve`.
     likely : bool
         Whether to write only pairs that are likely to touch; the others must then be checked afterwards.
@@ -81,7 +82,7 @@ def export_problem(
             raise InputError(f"{body.name!r} is a {type(body).__name__}, which has no stiffness matrix to write.")
     loads = {
         "forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures,
-        "tractions": tractions, "displacements": displacements, "gravity": gravity,
+        "tractions": tractions, "displacements": displacements, "temperatures": temperatures, "gravity": gravity,
     }  # fmt: skip
     loading = LoadStep.of(loads).on(scene.bodies)
     conditions, opening, chosen = prepared(scene, loading)

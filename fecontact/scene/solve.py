@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from functools import partial
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
+from fecontact.common.arrays import Array
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.common.progress import progress_line, set_part
@@ -47,7 +48,8 @@ def solve_scene(
     pressures: Mapping[tuple[Body, str], Distribution] | None = None,
     tractions: Mapping[tuple[Body, str], Distribution] | None = None,
     displacements: Mapping[Any, Distribution] | None = None,
-    gravity: ArrayLike | None = None,
+    temperatures: Mapping[Body, Distribution] | None = None,
+    gravity: ArrayLike | Callable[[Array], ArrayLike] | None = None,
     finite_motion: bool | str = "auto",
     accuracy: float | Mapping[str, float] | None = None,
     max_dofs: int | None = None,
@@ -87,8 +89,12 @@ def solve_scene(
         Displacement (3,) in world axes of a supported boundary with the key ``(body, "boundary")``, beside that of the
         body's frame, also as a function of points (n, 3) in the body's axes, or at the boundary's nodes; along what the
         support holds. With the key ``body`` the values (m,) of its linear conditions.
-    gravity : (3,), optional
-        Acceleration; bodies need densities.
+    temperatures : mapping of Body to float, callable or (n_points,) array, optional
+        Change of temperature of an elastic body since it was without stress: a number, a function of points (n, 3) in
+        its axes, or values at the points of its mesh. Its materials need a coefficient of expansion.
+    gravity : (3,) or callable, optional
+        Acceleration in world axes; bodies need densities. A function of points (n, 3) in the world gives other forces
+        per mass (n, 3), such as those of a rotation.
     finite_motion : {'auto', True, False}
         Whether rigid motions are finite. True: poses are updated until they converge, and prescribed motions are
         finite (rotation vectors). False: motions are small and linearised. 'auto': poses are updated while
@@ -132,7 +138,7 @@ def solve_scene(
     step = LoadStep.of(
         {
             "forces": forces, "moments": moments, "motions": motions, "free": free, "pressures": pressures,
-            "tractions": tractions, "displacements": displacements, "gravity": gravity,
+            "tractions": tractions, "displacements": displacements, "temperatures": temperatures, "gravity": gravity,
         }
     )  # fmt: skip
     settings = Settings(solver, tolerance, options, search, finite_motion)

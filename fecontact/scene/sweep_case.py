@@ -309,22 +309,27 @@ def loads_of(case: Mapping[str, Any]) -> dict[str, float]:
 
 def _free_name(name: object) -> str:
     word = text("the name of a parameter", name)
-    if word in (*FIGURES, *WHOLE) or word.partition(" ")[0] in (*GIVEN, "tractions", "gravity") or ": " in word:
+    if (
+        word in (*FIGURES, *WHOLE)
+        or word.partition(" ")[0] in (*GIVEN, "tractions", "temperatures", "gravity")
+        or ": " in word
+    ):
         raise InputError(f"The parameter {word!r} has the name of a column of the table; give it another name.")
     return word
 
 
 def _numbers(case: Mapping[str, Any]) -> Iterator[tuple[Any, ...]]:
     """Kind, body and component, and the number."""
-    if case.get("gravity") is not None:
+    if case.get("gravity") is not None and not callable(case["gravity"]):
         yield from (("gravity", axis, v) for axis, v in zip(AXES, case["gravity"], strict=True))
     for kind in ("forces", "moments", "tractions"):
         for key, value in (case.get(kind) or {}).items():
             if not callable(value):
                 yield from ((kind, _target(key), axis, v) for axis, v in zip(AXES, value, strict=True))
-    for key, value in (case.get("pressures") or {}).items():
-        if not callable(value):
-            yield "pressures", _target(key), value
+    for kind in ("pressures", "temperatures"):
+        for key, value in (case.get(kind) or {}).items():
+            if not callable(value):
+                yield kind, _target(key), value
     for body, motion in (case.get("motions") or {}).items():
         yield from (("motions", body.name, component, value) for component, value in motion.items())
     for body, pose in (case.get("poses") or {}).items():

@@ -291,7 +291,7 @@ def _components(table: Table, key: str, required: bool) -> str | None:
 
 
 def _pressure(table: Table, key: str, required: bool) -> Any:
-    """A number, a formula of x, y, z, or a list of numbers for the boundary's nodes."""
+    """A number, a formula of x, y, z, or a list of numbers for the nodes."""
     given = table.values.get(key)
     if isinstance(given, str):
         return table.attempt(lambda: Expression(table.text(key) or ""), key)
@@ -338,6 +338,7 @@ LOADS: dict[str, tuple[Reader, str]] = {
     "free": (_components, "never"),
     "pressures": (_pressure, "must"),
     "tractions": (_traction, "must"),
+    "temperatures": (_pressure, "never"),
 }
 
 

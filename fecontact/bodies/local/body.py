@@ -52,6 +52,7 @@ from fecontact.common.material import Material
 from fecontact.common.renamed import renamed_argument
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
+from fecontact.fem.expansion import Heated
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import symmetry_planes
@@ -300,9 +301,9 @@ class MeshedWindows(Body):
         """Nodal forces (n_dofs,) of a force (3,) at a point (3,), both in its axes."""
         return self._of_mesh(self.body._point_force(point, force))
 
-    def _body_force(self, gravity: Array) -> Array:
-        """Nodal forces (n_dofs,) of gravity (3,) in its axes."""
-        return self._of_mesh(self.body._body_force(gravity))
+    def _body_force(self, field: Callable[[Array], Array]) -> Array:
+        """Nodal forces (n_dofs,) of forces per mass (n, 3) at points (n, 3), both in its axes."""
+        return self._of_mesh(self.body._body_force(field))
 
     def _on_mesh(self, loads: Array) -> Array:
         """Loads (body.n_dofs,) on the mesh; the cells carry contact forces only."""
@@ -314,7 +315,9 @@ class MeshedWindows(Body):
         u = self._on_mesh(displacement) - beside.displacement(self.mesh.points).ravel()
         return InnerFields(self.body.model, u, beside)
 
-    def _energy_error(self, displacement: Array, points: Array, reach: float) -> EnergyError:
+    def _energy_error(
+        self, displacement: Array, points: Array, reach: float, heated: Heated | None = None
+    ) -> EnergyError:
         """None: its mesh carries a smooth field only."""
         return NO_CELLS
 

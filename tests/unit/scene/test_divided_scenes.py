@@ -111,7 +111,7 @@ def test_loads_and_reactions(supports):
         "force": body._boundary_force("x_max", np.array([1.0, 2.0, 3.0])),
         "pressure": body._boundary_traction("y_max", lambda x, n: -0.5 * n),
         "point": body._point_force(mesh.points[hung], np.array([1.0, -1.0, 0.5])),
-        "weight": body._body_force(np.array([0.0, 0.0, -1.0])),
+        "weight": body._body_force(lambda x: np.broadcast_to([0.0, 0.0, -1.0], x.shape)),
     }
     R, none = body.rigid_modes, sp.csr_matrix((0, body.n_dofs))
     expected = {"force": [1, 2, 3], "pressure": [0, -6, 0], "point": [1, -1, 0.5], "weight": [0, 0, -96]}
