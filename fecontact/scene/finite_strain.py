@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, cast
 
 import numpy as np
@@ -26,7 +27,7 @@ from scipy.spatial.transform import Rotation
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose, turned
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError, InputError, SolverError, SupportError
 from fecontact.common.path import HALVINGS, in_parts
 from fecontact.common.progress import set_part
@@ -77,8 +78,11 @@ MIN_SHARE = 1e-3
 MAX_HOLDS = 12
 #: Codes of errors of tangents that are not stable, even where closed gaps hold them.
 UNSTABLE = ("singular", "not-semidefinite", "indefinite")
-#: Code of errors of bodies of which no surfaces face each other any more.
-APART = "not-facing"
+#: Codes of errors of bodies of which no surfaces face each other any more, and of points that cross edges to and fro.
+APART, EDGES = "not-facing", "edges"
+#: Iterations within which points that cross edges come back, and the least turn of their normals, over the change of
+#: displacements relative to the size, that no smooth surface has.
+TO_AND_FRO, SHARP = 4, 10.0
 #: Change of unit normals since rest from which on the tangent knows of it.
 TURNED = 1e-2
 #: Acceleration: earlier iterations that it uses, the change below which it begins, and the ratio of changes above
@@ -221,9 +225,10 @@ def next_reached(
     except SolverError as error:
         if not smallest:
             raise
-        last = None if error.code in (InvertedError.code, APART) else _critical(start)
+        told = error.code in (APART, EDGES)
+        last = None if told or error.code == InvertedError.code else _critical(start)
         if last is None:
-            raise SolverError(str(error), code=APART if error.code == APART else "no-equilibrium") from error
+            raise SolverError(str(error), code=error.code if told else "no-equilibrium") from error
         raise SolverError(not_found_beyond(last, part[0]), code="unstable") from error
     assert reached.result is not None
     if is_stable(reached.result):
@@ -325,6 +330,8 @@ class _Newton:
             self._model = replace(start.model, contacts=contacts)
         self._changes: list[float] = []
         self._violated = ""
+        #: Directions in which points press, of the last iterations, see `_directions`.
+        self._pressing: list[list[tuple[IntArray, Array]]] = []
         #: A state that has settled, and is not stable: of the points by its rim that open and close, one may be.
         self._settled: Reached | None = None
         self._past: list[tuple[Array, Array]] = []
@@ -359,13 +366,30 @@ class _Newton:
         best = best or self._settled
         if best is not None:
             return best
+        edges = self._edges()
+        why = edges or self._violated or "the smallest load step was too large, or the body is not stable"
         raise SolverError(
             f"Newton's method found no equilibrium in {len(self._changes)} iterations (last change of displacements "
-            f"{self._changes[-1]:.1e} of the size); "
-            + (self._violated or "the smallest load step was too large, or the body is not stable")
-            + ".",
-            code="no-equilibrium",
+            f"{self._changes[-1]:.1e} of the size); {why}.",
+            code=EDGES if edges else "no-equilibrium",
         )
+
+    def _edges(self) -> str:
+        """Which points go to and fro across edges of their partner, in words; empty where none do."""
+        found = ""
+        most = max(TURNED, SHARP * max(self._changes[-TO_AND_FRO:]))
+        for before, now in pairwise(self._pressing[-TO_AND_FRO:]):
+            for contact, (nodes, old), (others, new) in zip(self._model.contacts, before, now, strict=True):
+                _, mine, its = np.intersect1d(nodes, others, return_indices=True)
+                turns = np.linalg.norm(new[its] - old[mine], axis=1)
+                if turns.max(initial=0.0) > most:
+                    most, n = float(turns.max()), int((turns > TURNED).sum())
+                    slave, master = (body.name for body in contact.bodies[:: -1 if contact.swap == "always" else 1])
+                    found = (
+                        f"points of {slave!r} ({n}) go to and fro across edges of faces of {master!r}, where their "
+                        f"normals jump by {np.degrees(most):.0f} degrees: make this surface smooth, or its faces finer"
+                    )
+        return found
 
     def _attempted(self, first: bool) -> Reached | None:
         """An iteration, whose errors say whether smaller steps may help."""
@@ -514,6 +538,7 @@ class _Newton:
         if not (scene.springs or any(len(each.gap) for each in interfaces)):
             raise SolverError(_not_facing(interfaces), code=APART)
         free = {frame.body for frame in loading.frames if frame.free[3:].any() and frame.body._inner_forces is None}
+        self._pressing.append([_directions(*each, hold) for each in enumerate(interfaces)])
         for k, interface in enumerate(interfaces):
             turns = interface.master in free
             share = turning if turns or self._turned(k, scene, interface) else 0.0
@@ -660,6 +685,13 @@ class _Newton:
             self._model, self._end, tuple(states), tuple(self._poses), self._hold, tuple(self._elastic),
             result, equilibria,
         )  # fmt: skip
+
+
+def _directions(k: int, interface: Interface, hold: Hold) -> tuple[IntArray, Array]:
+    """Slave nodes of the points of contact k that are closed, and the directions (n, 3) in which the master pushes."""
+    pairing = interface.pairing
+    of = np.isin(pairing.nodes, hold.closed[k])
+    return pairing.nodes[of], (pairing.average[of] @ pairing.slave_normals) @ interface.slave.pose.rotation.T
 
 
 def _not_facing(interfaces: Sequence[Interface]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from scipy.optimize import brentq
 import fecontact as fc
 from fecontact.bodies import halfspace
 from fecontact.bodies.local import body as local
+from fecontact.common.path import in_parts
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.contact.loads import LoadStep
 from fecontact.contact.turning import turning_with
@@ -448,3 +450,23 @@ def test_a_step_whose_changes_fall_no_further_has_settled(change, residual, stab
     assert found.equilibria[0].iterations == min(len(large) + finite_strain.SETTLING + later, most)
     force = pressed(body, plane, 0.1).contacts[0].total_force
     assert abs(found.result.contacts[0].total_force / force - 1) < 1e-8
+
+
+@pytest.mark.parametrize("degrees", [0.0, 5.0])
+def test_points_that_cross_an_edge_to_and_fro_are_told(degrees: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A point in a groove lies on both its sides, of which each pushes it over to the other; on a plane it rests."""
+    monkeypatch.setattr(finite_strain, "MAX_ITERATIONS", 7)
+    monkeypatch.setattr(finite_strain, "in_parts", partial(in_parts, halvings=0))
+    monkeypatch.setattr(finite_strain, "HALVINGS", 0)
+    up = np.tan(np.radians(degrees))
+    points = np.array([[x, y, up * abs(x)] for x in (-1.0, 0.0, 1.0) for y in (-1.0, 1.0)])
+    sides = fc.SurfaceMesh(points, np.array([[0, 2, 3, 1], [2, 4, 5, 3]]))
+    groove, plain = fc.RigidBody(fc.surfaces.Facets(sides), name="groove"), fc.RigidBody(fc.Plane(), name="plane")
+    body = dome(divisions=(2, 2, 1), points=lambda x: x + np.array([0.005, 0.0, 0.0]))
+    if degrees:
+        said = ("points of 'dome' (1) go to and fro across edges of faces of 'groove'", "jump by 10 degrees")
+        with refused(fc.SolverError, "edges", *said):
+            pressed(body, groove, 0.05)
+        return
+    one, two = (pressed(body, other, 0.05).contacts[0].total_force for other in (groove, plain))
+    assert abs(one / two - 1) < 1e-9
