@@ -37,7 +37,14 @@ from fecontact.ancf.bricks.faces import Faces
 from fecontact.ancf.bricks.hexahedron import gauss
 from fecontact.ancf.bricks.space import AncfSpace, GradientBatch, deformation_gradients
 from fecontact.ancf.bricks.tangents import PAIRS, Pattern, element_tangents
-from fecontact.ancf.bricks.viscosity import Viscosity, relaxing, viscous_response
+from fecontact.ancf.bricks.viscosity import (
+    Viscosity,
+    ViscousStep,
+    relaxed,
+    relaxing,
+    viscous_response,
+    viscous_step,
+)
 from fecontact.ancf.system.member import Drawing
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
@@ -488,6 +495,14 @@ class AncfSolid:
     def tangent(self, q: Array) -> sp.csr_matrix:
         """Derivative (n_dofs, n_dofs) of the elastic forces at coordinates q, symmetric."""
         return self._tangent(q, self._respond, self.volumetric == "linear")
+
+    def relaxed(self, q: Array) -> Array:
+        """Internal strains (n,) of a state in which all branches are relaxed."""
+        return relaxed(self, q)
+
+    def viscous_step(self, q0: Array, q1: Array, h: float, memory: Array) -> ViscousStep:
+        """Forces, memory and energies of a step of length h, see `viscosity`."""
+        return viscous_step(self, q0, q1, h, memory)
 
     def viscous_tangent(self, q: Array, h: float) -> sp.csr_matrix:
         """Derivative (n_dofs, n_dofs) of the viscous forces of a step of length h by its end, at its middle q.

@@ -12,14 +12,15 @@ Axes of slender members: nodes in order, their tangents, elements and lengths.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from fecontact.ancf.bricks.viscosity import Viscosity, ViscousStep, stiffening
 from fecontact.ancf.slender.closest import Middle
 from fecontact.ancf.slender.contact import Skin
 from fecontact.ancf.slender.shapes import Order, Shape
@@ -125,6 +126,8 @@ class Structure(Nodal):
     parts : sequence of Part
     inertia : (points, weights, size)
         Quadrature of the mass: weights include the density.
+    viscous : Viscosity, optional
+        Damper and branches beside the rigidities, see `damped`.
 
     Raises
     ------
@@ -138,6 +141,7 @@ class Structure(Nodal):
     lengths: Array
     parts: Sequence[Part]
     inertia: tuple[Array, Array, Array]
+    viscous: Viscosity | None = None
 
     def __post_init__(self) -> None:
         if self.vectors.shape[1:] != (self.shape.per_node, 3) or not np.isfinite(self.vectors).all():
@@ -155,6 +159,25 @@ class Structure(Nodal):
     def n_along(self) -> int:
         """Gradients along the axis, 1, or the middle surface, 2."""
         return 1 if len(self.shape.nodes) == 2 else 2
+
+    def damped(self, retardation: float) -> Self:
+        """The same structure with Kelvin and Voigt's damper: stress resultants t_r D de/dt beside D e.
+
+        A free vibration of angular frequency w is damped by the ratio t_r w / 2; a rigid motion is not.
+        Source: D. Garcia-Vallejo, J. Valverde & J. Dominguez, Nonlinear Dynamics 42 (2005), 347-369.
+
+        Raises
+        ------
+        InputError
+            For a time that is not positive.
+
+        Examples
+        --------
+        >>> from fecontact.ancf.slender import line
+        >>> line(straight((0, 0, 0), (1, 0, 0), 1), EA=1.0, EI=1.0).damped(0.1).viscous
+        Viscosity(retardation=0.1, prony=())
+        """
+        return replace(self, viscous=Viscosity(retardation))
 
     def side(self, offset: float = 0.0, elements: Sequence[int] | None = None) -> Skin:
         """The skin as a side of a `Contact`.
@@ -364,22 +387,64 @@ class Structure(Nodal):
         """Elastic forces (n_dofs,), the gradient of the energy."""
         return self._forces(q[None], np.ones(1))
 
-    def _forces(self, states: Array, shares: Array) -> Array:
-        """Sum (n_dofs,) of the elastic forces of some states (m, n_dofs) with their shares (m,), all at once."""
+    def _forces(self, states: Array, shares: Array, stresses: Sequence[Array] | None = None) -> Array:
+        """Sum (n_dofs,) of the elastic forces of some states (m, n_dofs) with their shares (m,), all at once.
+
+        Or of given stress resultants (n_elements, n_q, m) of the parts.
+        """
         m, n = len(states), len(self.cells)
         total = np.zeros((n, self.shape.n_functions, 3))
         vectors = states.reshape(m, -1, 3)[:, self.functions]
-        for part, derivatives, initial in zip(self.parts, self._derivatives, self._initial, strict=True):
+        for k, (part, derivatives) in enumerate(zip(self.parts, self._derivatives, strict=True)):
             g = (derivatives @ vectors).reshape(m, n, len(part.points), len(part.orders), 3)
             weights = shares[:, None, None, None] * self._weights(part)[..., None]
-            stress = (part.measure.strain(g) - initial) @ part.rigidity * weights
+            elastic = (part.measure.strain(g) - self._initial[k]) @ part.rigidity if stresses is None else stresses[k]
+            stress = elastic * weights
             J = part.measure.first(g)
             along = (stress[..., None, :] @ J.reshape(*J.shape[:4], -1)).reshape(m, n, -1, 3)
             total += (np.swapaxes(derivatives, 1, 2) @ along).sum(axis=0)
         return self._gathered(total)
 
+    def relaxed(self, q: Array) -> Array:
+        """Internal strains (n,) of a state in which all branches are relaxed."""
+        assert self.viscous is not None
+        n = len(self.viscous.branches)
+        each = [np.repeat(self.strains(q, k)[None], n, axis=0).ravel() for k in range(len(self.parts))]
+        return np.concatenate([np.zeros(0), *each])
+
+    def viscous_step(self, q0: Array, q1: Array, h: float, memory: Array) -> ViscousStep:
+        """Forces, memory and energies of a step of length h, as of bricks (`bricks.viscosity`), see `BETWEEN`."""
+        assert self.viscous is not None
+        branches, kept, stresses, lost, stored, start = self.viscous.branches, [np.zeros(0)], [], 0.0, 0.0, 0
+        g, t = (c[:, None, None, None] for c in branches.T)
+        for k, part in enumerate(self.parts):
+            E0, E1, w = self.strains(q0, k), self.strains(q1, k), self._weights(part)
+            size = len(branches) * E0.size
+            A0 = memory[start : start + size].reshape(len(branches), *E0.shape)
+            start += size
+            away = ((E0 + E1) / 2 - A0) / (1 + h / (2 * t))
+            A1 = A0 + h / t * away
+            rate = self.viscous.retardation / h * (E1 - E0)
+            stresses.append((rate + (g * away).sum(axis=0)) @ part.rigidity)
+            lost += float(((rate @ part.rigidity * (E1 - E0)).sum(axis=-1) * w).sum())
+            lost += float(((g * h / t * (away @ part.rigidity) * away).sum(axis=-1) * w).sum())
+            stored += float(((g / 2 * ((E1 - A1) @ part.rigidity) * (E1 - A1)).sum(axis=-1) * w).sum())
+            kept.append(A1.ravel())
+        x, shares = np.array(BETWEEN).T
+        forces = self._forces(q0 + x[:, None] * (q1 - q0), shares, stresses)
+        return ViscousStep(forces, np.concatenate(kept), lost, stored)
+
+    def viscous_tangent(self, q: Array, h: float) -> sp.csr_matrix:
+        """Derivative (n_dofs, n_dofs) of the forces of a step of length h by its end, without that of the stress."""
+        assert self.viscous is not None
+        return self._tangent(q, stiffening(self.viscous, h), False)
+
     def tangent(self, q: Array) -> sp.csr_matrix:
         """Derivative (n_dofs, n_dofs) of the elastic forces."""
+        return self._tangent(q, 1.0, True)
+
+    def _tangent(self, q: Array, share: float, stressed: bool) -> sp.csr_matrix:
+        """By a share of the rigidities, and by the present stress."""
         n, width = len(self.cells), 3 * self.shape.n_functions
         total = np.zeros((n, width, width))
         for k, part in enumerate(self.parts):
@@ -387,8 +452,9 @@ class Structure(Nodal):
             w = self._weights(part)[..., None]
             stress = (part.measure.strain(g) - self._initial[k]) @ part.rigidity * w
             J = part.measure.first(g).reshape(n, len(part.points), len(part.rigidity), -1)
-            inner = np.swapaxes(J, 2, 3) @ (part.rigidity @ J * w[..., None])
-            inner += part.measure.second(g, stress).reshape(inner.shape)
+            inner = share * (np.swapaxes(J, 2, 3) @ (part.rigidity @ J * w[..., None]))
+            if stressed:
+                inner += part.measure.second(g, stress).reshape(inner.shape)
             B = self._by_component[k]
             total += np.swapaxes(B.reshape(n, -1, width), 1, 2) @ (inner @ B).reshape(n, -1, width)
         return self._summed(total)

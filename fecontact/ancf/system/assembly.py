@@ -14,7 +14,7 @@ import scipy.sparse.linalg as spla
 
 from fecontact.ancf.bricks.solid import AncfSolid
 from fecontact.ancf.bricks.tangents import Places, has_pattern, with_data
-from fecontact.ancf.bricks.viscosity import ViscousStep, relaxed, viscous_step
+from fecontact.ancf.bricks.viscosity import ViscousStep
 from fecontact.ancf.system.joints import Hubs, Joints, affine_modes, free_directions
 from fecontact.ancf.system.member import Member
 from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps, MovingSide, RigidMaster
@@ -368,13 +368,13 @@ class Assembly:
 
     def relaxed(self, q: Array) -> Array:
         """Internal strains (n,) of all viscous solids, relaxed at coordinates q."""
-        return np.concatenate([np.zeros(0), *(relaxed(s, self.part(q, k)) for k, s in self._viscous)])
+        return np.concatenate([np.zeros(0), *(s.relaxed(self.part(q, k)) for k, s in self._viscous)])
 
     def viscous_step(self, q0: Array, q1: Array, h: float, memory: Array) -> ViscousStep:
         """Viscous forces of a step of length h, see `viscosity`; nothing where no solid is viscous."""
         forces, kept, lost, stored, start = np.zeros(self.n_dofs), [np.zeros(0)], 0.0, 0.0, 0
         for k, solid in self._viscous:
-            own = viscous_step(solid, self.part(q0, k), self.part(q1, k), h, memory[start:])
+            own = solid.viscous_step(self.part(q0, k), self.part(q1, k), h, memory[start:])
             forces[self.starts[k] : self.starts[k + 1]] = own.forces
             kept.append(own.memory)
             lost, stored, start = lost + own.viscous_work, stored + own.stored, start + len(own.memory)
