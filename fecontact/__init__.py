@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from fecontact import surfaces
     from fecontact.analytic import hertz
     from fecontact.ancf.bricks.body import AncfBody
+    from fecontact.app.joint.cartilage import cartilage_sides, thickness_between
     from fecontact.app.joint.joint import Joint
     from fecontact.app.joint.knee_angles import GroodSuntay
     from fecontact.app.joint.ligament import Ligament, read_ligaments
@@ -165,6 +166,7 @@ __all__ = [
     "WheelRailPath",
     "WindowedBody",
     "available_solvers",
+    "cartilage_sides",
     "extrude",
     "hertz",
     "merge",
@@ -182,6 +184,7 @@ __all__ = [
     "sections",
     "shapes",
     "surfaces",
+    "thickness_between",
     "tied",
 ]
 
@@ -190,6 +193,7 @@ __version__ = VERSION
 #: Modules of the public names, imported on first use (PEP 562), so that numerical packages are not imported before.
 _MODULES = {
     "ancf.bricks.body": "AncfBody",
+    "app.joint.cartilage": "cartilage_sides thickness_between",
     "app.joint.joint": "Joint",
     "app.joint.knee_angles": "GroodSuntay",
     "app.joint.ligament": "Ligament read_ligaments",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -11,12 +12,14 @@ import scipy.sparse as sp
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.surface_body import SurfaceBody, boundary_surface
 from fecontact.common.arguments import instance, text
-from fecontact.common.checks import among, positive
+from fecontact.common.arrays import Array
+from fecontact.common.checks import among, number_array, positive
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.mesh.check import check_skin
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import contact_weights
 
@@ -67,9 +70,10 @@ class ElasticLayer(SurfaceBody):
     Parameters
     ----------
     material : Material
-    thickness : float
-    surface_of : (Mesh, str)
-        Mesh and the name of its boundary; keyword `surface`.
+    thickness : float or (n_points,) array
+        One for all, or one at each point of a `SurfaceMesh`.
+    surface_of : (Mesh, str) or SurfaceMesh
+        Mesh and the name of its boundary, or a surface, of whose facets the corners count; keyword `surface`.
     law : {'bonded', 'frictionless', 'uniaxial'}
         See `foundation_modulus`.
     name : str, optional
@@ -89,8 +93,8 @@ class ElasticLayer(SurfaceBody):
     """
 
     material: Material
-    thickness: float
-    surface_of: tuple[Mesh, str]
+    thickness: float | Array
+    surface_of: tuple[Mesh, str] | SurfaceMesh
     law: str
     name: str
     pose: Pose
@@ -99,32 +103,46 @@ class ElasticLayer(SurfaceBody):
     def __init__(
         self,
         material: Material,
-        thickness: float,
-        surface: tuple[Mesh, str],
+        thickness: float | Array,
+        surface: tuple[Mesh, str] | SurfaceMesh,
         law: str = "bonded",
         name: str = "layer",
         pose: Pose | None = None,
     ) -> None:
-        positive("a layer's thickness", thickness)
-        if not (isinstance(surface, tuple) and len(surface) == 2 and isinstance(surface[0], Mesh)):
-            raise InputError("An elastic layer needs surface=(mesh, 'boundary'), the surface that it covers.")
+        if isinstance(surface, SurfaceMesh):
+            each = np.broadcast_to(number_array("a layer's thickness", thickness), len(surface.points))
+            if not (np.isfinite(each) & (each > 0)).all():
+                raise InputError(
+                    f"A layer's thickness must be positive; found {each.min():g}.", code="thickness-not-positive"
+                )
+            thickness = each
+        elif isinstance(surface, tuple) and len(surface) == 2 and isinstance(surface[0], Mesh):
+            thickness = float(positive("a layer's thickness", cast(float, thickness)))
+        else:
+            raise InputError(
+                "An elastic layer needs surface=(mesh, 'boundary'), the surface that it covers, or a SurfaceMesh."
+            )
         text("the name of a layer", name)
         instance("the pose of a layer", pose, (Pose, type(None)))
         foundation_modulus(material, law)
-        fields = {"material": material, "thickness": float(thickness), "surface_of": surface, "law": law, "name": name}
+        fields = {"material": material, "thickness": thickness, "surface_of": surface, "law": law, "name": name}
         for key, value in {**fields, "pose": pose or Pose()}.items():
             object.__setattr__(self, key, value)
-        check_skin(surface[0], (surface[1],))
+        if isinstance(surface, tuple):
+            check_skin(surface[0], (surface[1],))
 
     @cached_property
     def facets(self) -> FacetSurface:  # type: ignore[override]
         """Facets of the boundary that it covers."""
-        return boundary_surface(*self.surface_of)
+        surface = self.surface_of
+        if isinstance(surface, tuple):
+            return boundary_surface(*surface)
+        return FacetSurface(surface.points, surface.facets[:, :4], "surface")
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Corrections made when its mesh was read."""
-        return self.surface_of[0].notes
+        return (self.surface_of[0] if isinstance(self.surface_of, tuple) else self.surface_of).notes
 
     @property
     def contact_modulus(self) -> float:
@@ -149,4 +167,5 @@ class ElasticLayer(SurfaceBody):
 
     def describe(self) -> str:
         """One-line description of the model."""
-        return self._described(f"elastic layer, thickness {self.thickness:g}, {len(self.facets.nodes)} nodes")
+        told = " to ".join(f"{t:g}" for t in sorted({float(np.min(self.thickness)), float(np.max(self.thickness))}))
+        return self._described(f"elastic layer, thickness {told}, {len(self.facets.nodes)} nodes")

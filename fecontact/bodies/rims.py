@@ -94,7 +94,8 @@ def rim_of_surface(body: Body, name: str) -> Rim | None:
     def smooth() -> Mask:
         if isinstance(surface, GridSurface):
             return np.full(len(nodes), not (isinstance(body, HalfSpace) and body.periodic))
-        mesh = body.surface_of[0] if isinstance(body, ElasticLayer) else getattr(body, "mesh", None)
+        covered = body.surface_of if isinstance(body, ElasticLayer) else None
+        mesh = covered[0] if isinstance(covered, tuple) else getattr(body, "mesh", None)
         return _goes_on(mesh, name, nodes) if isinstance(mesh, Mesh) else np.zeros(len(nodes), bool)
 
     return Rim(nodes, surface.points[nodes], surface.mean_facet_size[facet], smooth)

@@ -52,6 +52,11 @@ class RigidMotion:
     rotation: Array
     point: Array
 
+    @property
+    def components(self) -> list[float]:
+        """Translation and rotation vector, six numbers."""
+        return [*self.translation.tolist(), *self.rotation.tolist()]
+
 
 @dataclass(frozen=True, eq=False)
 class ContactResult(FormerNames):
@@ -632,7 +637,10 @@ class ContactResult(FormerNames):
             "condensation": self.condensation,
             "contacts": [c.summary() for c in self.contacts],
             "response_error": self.response_error.summary(),
-            "bodies": [{"name": b.name, "reaction": self.reaction(b).tolist()} for b in self.scene.bodies],
+            "bodies": [
+                {"name": b.name, "reaction": self.reaction(b).tolist(), "motion": m.components}
+                for b, m in ((b, self.rigid_motion(b)) for b in self.scene.bodies)
+            ],
             "warnings": list(self.warnings),
             "notes": list(self.notes),
             "springs": [

@@ -197,7 +197,7 @@ def _solved(scene: SceneModel, left: Mapping[str, Case], processes: int, executo
         packed = {name: packed_case(name, case, scene.bodies) for name, case in rest.items()}
     yield lead, _row(scene, lead, left[lead], history)
     as_given = [name for name, case in rest.items() if case.get("accuracy") is None]
-    if as_given and not is_nonlinear(scene):
+    if as_given and not is_nonlinear(scene) and elastic_among(scene.bodies):
         _condense_all({name: (posed[name].scene, loadings[name]) for name in as_given}, history)
     if not away:
         for name, case in rest.items():

@@ -21,6 +21,8 @@ from fecontact.common.checks import among, finite
 from fecontact.common.errors import InputError
 
 SIDES = {"right": 1.0, "left": -1.0}
+#: Pose of these axes in those of OpenSim's bodies: x forwards, y upwards, z to the right.
+OPENSIM = Pose(np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]))
 #: Cosine of the adduction below which flexion and rotation are about one axis.
 ALIGNED = 1e-6
 

@@ -260,3 +260,168 @@ def test_bones_and_materials_that_are_none_are_refused(joint):
         fc.Joint(joint.moving, joint.fixed, 1.0, fc.Material(1.0, 0.3), names=("femur",))
     with refused(InputError, "one-or-two-values", "found 3"):
         fc.Joint(joint.moving, joint.fixed, (1.0, 2.0, 3.0), fc.Material(1.0, 0.3)).bodies  # noqa: B018
+
+
+def flat(height=0.0):
+    return dome(40.0).mapped(lambda x: x * [2.0, 2.0, 0.0] + [0.0, 0.0, height])
+
+
+PAIR = {"units": ("mm", "N", "MPa"), "names": ("femur", "tibia")}
+
+
+def test_an_elastic_foundation_gives_by_its_own_pressure_and_thickness():
+    # two layers of thickness that varies along x, pressed flat by d: p = K d / (h1 + h2) at each point
+    x = flat().points[:, 0]
+    thick = (0.5 + 0.05 * x, 1.0 + 0.1 * x**2)
+    soft = fc.Material(E=10.0, nu=0.45)
+    joint = fc.Joint(flat().flipped(), flat(), thick, soft, surfaces="cartilage", foundation=True, **PAIR)
+    table = joint.follow([fc.Pose(translation=(0, 0, -0.01))], keep="pressure")
+    modulus = 10.0 * 0.55 / (1.45 * 0.1)
+    field = table.fields("pressure")[0]
+    places = field.points[:, 0]
+    exact = modulus * 0.01 / (1.5 + 0.05 * places + 0.1 * places**2)
+    assert np.abs(field.values / exact - 1).max() < 0.02  # thickness is linear on facets of 1 mm, not square
+    acl = fc.Ligament("ACL", (0, 0, 1), (0, 0, 0), 1.0, 1.0)
+    for one in ({"springs": [acl]}, {"layers": 2}):
+        with refused(InputError, "foundation"):
+            fc.Joint(flat().flipped(), flat(), 1.0, soft, foundation=True, **one)
+    with refused(InputError, "wrong-class", "elastic foundation"):
+        fc.Joint(flat().flipped(), flat(), 1.0, fc.NeoHookean(1.0, 0.3), foundation=True)
+    with refused(InputError, "thickness-not-positive"):
+        fc.Joint(flat().flipped(), flat(), -1.0, soft, foundation=True).follow([fc.Pose()])
+
+
+def test_layers_grow_from_free_surfaces_to_the_bone():
+    bone, free = dome(4.0, 20), dome(5.0, 20)  # the free surface covers a part of the bone
+    partner = flat(4.95).flipped()
+    soft = fc.Material(E=10.0, nu=0.3)
+    joint = fc.Joint(partner, free, (0.01, bone), soft, surfaces=("bone", "cartilage"), **PAIR)
+    layer = joint.bodies[1]
+    assert layer.contact == ("base",)
+    mesh = layer.mesh
+    corners = mesh.points[np.unique(mesh.face_nodes(mesh.faces("top"))[:, :4])]
+    # facets of 0.1 depart from their sphere of 4 by 0.1^2 / (4 R)
+    assert np.abs(np.linalg.norm(corners, axis=1) - 4.0).max() < 0.1**2 / 16
+    outer = mesh.points[np.unique(mesh.face_nodes(mesh.faces("base"))[:, :4])]
+    assert np.abs(np.linalg.norm(outer, axis=1) - 5.0).max() < 1e-12
+    assert joint.follow([fc.Pose()]).column("force_z")[0] > 0
+    with refused(InputError, "unknown-name", "surfaces"):
+        fc.Joint(partner, bone, 1.0, soft, surfaces="skin")
+
+
+def test_a_thickness_may_have_a_least_value_where_the_bone_is_missing():
+    bone = flat()
+    free = flat(0.5).mapped(lambda x: np.column_stack([x[:, :2] + [1.0, 0.0], x[:, 2] - 0.1 * x[:, 0]]))
+    with refused(InputError, "cartilage-off-bone"):
+        fc.thickness_between(bone, free)
+    found = fc.thickness_between(bone, free, least=0.48)
+    lean = 0.5 - 0.1 * (bone.points[:, 0] - 1.0)
+    inside = bone.points[:, 0] >= -1.0
+    assert np.abs(found - np.maximum(lean, 0.48))[inside].max() < 1e-9
+    assert np.all(found[~inside] == 0.48)
+
+
+def closed_dome():
+    """A shell of constant thickness on a dome, as one closed surface facing outwards; and its dome."""
+    bone = dome(4.0, 8)
+    mesh = fc.extrude(bone, 0.5)
+    facets = mesh.face_nodes(mesh.outer_faces)[:, :4]
+    return fc.SurfaceMesh(mesh.points, facets), bone
+
+
+def test_a_closed_solid_of_cartilage_has_a_free_side_and_a_side_on_the_bone():
+    solid, bone = closed_dome()
+    for free, back in (
+        fc.cartilage_sides(solid, bone),
+        fc.cartilage_sides(solid, towards=(0.0, 0.0, 9.0)),
+    ):
+        inner = np.linalg.norm(back.points[back.nodes], axis=1)
+        outer = np.linalg.norm(free.points[free.nodes], axis=1)
+        assert np.abs(inner - 4.0).max() < 1e-9
+        assert np.abs(outer - 4.5).max() < 1e-3  # normals of facets are not those of the sphere
+        assert (back.normals[back.nodes][:, 2] > 0).all()
+        assert (free.normals[free.nodes][:, 2] > 0).all()
+    free, back = fc.cartilage_sides(solid, towards=(0.0, 0.0, 9.0))
+    assert np.abs(fc.thickness_between(back, free)[back.nodes] - 0.5).max() < 0.02
+    for given, told in (
+        ({"solid": bone, "bone": bone}, ("open",)),
+        ({}, ("sides", "towards=")),
+        ({"bone": bone, "towards": (0, 0, 9)}, ("sides",)),
+        ({"towards": (0, 0, 9), "angle": 179.0}, ("no-sides", "179 degrees")),
+    ):
+        with refused(InputError, *told):
+            fc.cartilage_sides(**{"solid": solid, **given})
+
+
+def test_with_friction_poses_are_one_path():
+    soft, mu = fc.Material(E=10.0, nu=0.0), 0.2
+    joint = fc.Joint(flat().flipped(), flat(), (0.5, 1.0), soft, friction=mu, **PAIR)
+    # pressed by 0.03 of 1.5 mm: p = 0.2; dragged: shear modulus 5 over 1.5 mm until mu p = 0.04 at 0.012 mm
+    ways = [0.0, 0.006, 0.03, 0.024]
+    poses = [fc.Pose(translation=(x, 0.0, 1.47)) for x in ways]
+    table = joint.follow(poses, times=[0, 1, 2, 3], keep="pressure", parameters={"way": ways})
+    drag = np.abs(table.column("force_x"))
+    stuck = 16.0 * 5.0 * 0.006 / 1.5
+    # what sticks is sheared, less at the rim, which is free of stress; what slips is held by mu N
+    assert drag[0] < 1e-12
+    assert 0.8 * stuck < drag[1] < stuck
+    assert abs(drag[2] - mu * table.column("force_z")[2]) < 1e-9
+    # on the way back it sticks again: the same change for the same way, but for the slip that is left at the rim
+    assert abs((drag[2] - drag[3]) / drag[1] - 1) < 0.05
+    assert table.column("way").tolist() == ways
+    # under a load the bone keeps the components that are named
+    loaded = joint.follow([fc.Pose(translation=(x, 0.0, 1.5)) for x in (0.0, 0.1)], (0, 0, -3.2), free="z")
+    assert np.abs(np.abs(loaded.column("force_x")) - [0.0, 0.2 * 3.2]).max() < 1e-9
+    for given in ({"maps": "maps"}, {"processes": 2}, {"forces": (0, 0, -1.0)}):
+        with refused(InputError, "path-with-friction"):
+            joint.follow(poses, **given)
+
+
+def test_ligaments_pull_and_the_table_has_their_tension():
+    soft = fc.Material(E=10.0, nu=0.0)
+    acl = fc.Ligament("ACL", (0.0, 0.0, 1.0), (0.0, 0.0, -2.0), stiffness=50.0, slack_length=4.0, toe=0.0)
+    joint = fc.Joint(flat().flipped(), flat(), (0.5, 1.0), soft, springs=[acl], **PAIR)
+    # 1.5 + 1 + 2 = 4.5 mm long: a strain of 0.125
+    table = joint.follow([fc.Pose(translation=(0, 0, z)) for z in (1.5, 1.0 + 0.47)])
+    assert np.allclose(table.column("ACL: tension"), [50 * 0.125, 50 * (4.47 / 4 - 1)])
+    # free along z the ligament alone presses: 50/4 (0.5 - a) = 16 E a / 1.5
+    alone = joint.follow([fc.Pose(translation=(0, 0, 1.5))], free="z")
+    a = 6.25 / (12.5 + 160 / 1.5)
+    assert np.allclose(alone.column("force_z"), 160 * a / 1.5)
+    assert np.allclose(alone.column("ACL: tension"), 160 * a / 1.5)
+    with refused(InputError, "wrong-class", "Each spring"):
+        fc.Joint(flat().flipped(), flat(), 1.0, soft, springs=["ACL"])
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_the_table_has_the_angles_of_the_solved_poses(side):
+    soft = fc.Material(E=10.0, nu=0.0)
+    # bones with their own axes, turned from the clinical ones
+    turn = Rotation.from_euler("xyz", [0.3, -0.2, 0.5]).as_matrix()
+    tibial = fc.Pose(turn, (0.1, 0.2, -0.3))
+    knee = fc.GroodSuntay(flexion=0.4, adduction=0.1, external_rotation=0.2, distraction=-0.4, side=side)
+    pose = knee.femur
+    back = tibial.rotation.T, -tibial.rotation.T @ tibial.translation
+    # the femur whose clinical axes are at that pose in the tibia's
+    femoral = fc.Pose(pose.rotation, pose.translation).then(tibial.rotation, tibial.translation)
+    assert np.allclose(back[0] @ femoral.rotation, pose.rotation)
+    joint = fc.Joint(flat().flipped(), flat(), 0.5, soft, anatomy=(femoral, tibial), side=side, **PAIR)
+    table = joint.follow([fc.Pose(translation=(0, 0, 0.99))])
+    moved = fc.GroodSuntay.of(tibial.relative_to(femoral.then(np.eye(3), (0, 0, 0.99))), side)
+    for name in ("flexion", "adduction", "external_rotation", "lateral", "anterior", "distraction"):
+        assert abs(table.column(name)[0] - getattr(moved, name)) < 1e-9
+    # a load moves the bone by its compression, and the table tells where to
+    free = joint.follow([fc.Pose(translation=(0, 0, 1.0))], (0, 0, -16.0))
+    settled = fc.GroodSuntay.of(tibial.relative_to(femoral.then(np.eye(3), (0, 0, 0.9))), side)
+    assert abs(free.column("distraction")[0] - settled.distraction) < 1e-9
+    with refused(InputError, "parameters", "'flexion'"):
+        joint.follow([fc.Pose()], parameters={"flexion": [1.0]})
+    with refused(InputError, "parameters", "'load'"):
+        joint.follow([fc.Pose()], parameters={"load": [1.0, 2.0]})
+
+
+def test_axes_of_opensim_are_forwards_upwards_and_to_the_right():
+    joint = fc.Joint(flat().flipped(), flat(), 0.5, fc.Material(E=10.0, nu=0.0), anatomy="opensim", **PAIR)
+    # in OpenSim's axes z is to the right, so a turn of the tibia by -a about it, of the femur by +a, is flexion
+    turned = fc.Pose(fc.rotation_about((0, 0, 1), np.radians(0.5)), (0.0, 0.0, 0.99))
+    assert abs(joint.follow([turned]).column("flexion")[0] - 0.5) < 1e-9
