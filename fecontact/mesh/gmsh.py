@@ -45,7 +45,7 @@ from fecontact.mesh.build import build
 from fecontact.mesh.facets import components
 from fecontact.mesh.formats.raw import RawMesh, numbers_of
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.orient import ClosedComponents
+from fecontact.mesh.orient import ClosedComponents, corner_areas
 from fecontact.mesh.pick import shared_sides
 from fecontact.mesh.placement import unfolded
 from fecontact.mesh.refine import divided
@@ -516,7 +516,7 @@ def _generated(
             said = said or str(error)
             continue
         notes = (f"{source}: {ROUNDED}.",) if angle != SHARP[0] else ()
-        return gmsh, entity, _parts(points, triangles, entity, angle), notes
+        return gmsh, entity, smooth_pieces(points, triangles, angle, entity), notes
     raise MeshError(
         f"gmsh could not mesh {source}: {said} Smaller elements follow the surface better, and a smoother surface has "
         "fewer sharp edges (fc.repair_surface)."
@@ -551,18 +551,20 @@ def _refuse_empty(gmsh: Any) -> None:
         raise MeshError(gmsh.logger.getLastError() or "its new facets enclose no solid.")
 
 
-def _parts(points: Array, triangles: IntArray, entity: IntArray, angle: float) -> IntArray:
-    """Part (n,) of each triangle: entities that meet at a side that is not sharp are one; numbered from the largest."""
+def smooth_pieces(
+    points: Array, triangles: IntArray, angle: float = SHARP[0], entity: IntArray | None = None
+) -> IntArray:
+    """Part (n,) of each triangle: those that meet at a side that is not sharp are one; numbered from the largest.
+
+    Triangles of one entity are together anyway.
+    """
     facets = triangles[:, [0, 1, 2, 2]]
     first, second, cosine = shared_sides(points, facets, None)
     pairs = np.stack([first // 4, second // 4], axis=1)[cosine > np.cos(angle)]
-    tags, number = np.unique(entity, return_inverse=True)
+    tags, number = np.unique(np.arange(len(triangles)) if entity is None else entity, return_inverse=True)
     part = components(len(tags), number[pairs])[number]
-    x = points[triangles]
-    area = np.bincount(part, np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1))
-    rank = np.empty(len(area), np.int64)
-    rank[np.argsort(-area, kind="stable")] = np.arange(len(area))
-    return rank[part]
+    rank = np.argsort(np.argsort(-np.bincount(part, corner_areas(points, facets)), kind="stable"))
+    return np.asarray(rank[part], dtype=np.int64)
 
 
 def _named(mesh: Mesh, entity: IntArray, part: IntArray) -> Mesh:

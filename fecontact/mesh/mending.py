@@ -9,7 +9,7 @@ Smoothing of triangulated surfaces without shrinking.
 Taubin (1995), *Curve and surface smoothing without shrinkage*, ICCV 852-857: a step towards the mean of a node's
 neighbours, and a slightly longer one back. Together they damp what is shorter than the pass band and keep the rest.
 
-Triangulation of polygons.
+Triangulation of polygons, and of large triangles.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import MeshError
-from fecontact.mesh.facets import sides_of, unit_vectors
+from fecontact.mesh.facets import numbered_between, sides_of, unit_vectors
 from fecontact.mesh.orient import rims
 
 #: Steps towards and from the mean of the neighbours: pass band 1 / TOWARDS + 1 / BACK = 0.1, as in the paper.
@@ -242,6 +242,30 @@ def _swapped(points: Array, triangles: IntArray, caps: IntArray, sides: Array) -
     kept = np.ones(n, bool)
     kept[caps[~has]] = False
     return out[kept], len(good) + int((~has).sum())
+
+
+def bisected(points: Array, triangles: IntArray, size: float) -> tuple[Array, IntArray]:
+    """Points and facets (n, 4) of triangles (n, 3) halved across their longest sides until none is longer than a size.
+
+    Neighbours may have a node in the middle of a side that is theirs too.
+
+    Examples
+    --------
+    >>> x = np.array([[0.0, 0, 0], [4, 0, 0], [0, 1, 0]])
+    >>> len(bisected(x, np.array([[0, 1, 2]]), 2.0)[1])
+    7
+    """
+    while True:
+        sides = np.linalg.norm(points[np.roll(triangles, -1, axis=1)] - points[triangles], axis=2)
+        long = np.flatnonzero(sides.max(axis=1) > size)
+        if len(long) == 0:
+            return points, triangles[:, [0, 1, 2, 2]]
+        column = np.argmax(sides[long], axis=1)
+        a, b, c = (triangles[long, (column + k) % 3] for k in range(3))
+        middle, ends = numbered_between(np.stack([a, b], axis=1), len(points))
+        points = np.concatenate([points, points[ends].mean(axis=1)])
+        halves = np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)
+        triangles = np.concatenate([np.delete(triangles, long, axis=0), *halves])
 
 
 def without_holes(points: Array, triangles: IntArray, most: int) -> tuple[IntArray, int]:

@@ -12,7 +12,7 @@ from fecontact.common.arguments import file_path, function, text
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError, MeshError, shown
-from fecontact.mesh.base_mesh import first_alike
+from fecontact.mesh.base_mesh import first_alike, representatives
 from fecontact.mesh.build import ELEMENTS, build
 from fecontact.mesh.cell_division import section_division, section_triangle_division
 from fecontact.mesh.check import check_size
@@ -30,7 +30,7 @@ from fecontact.mesh.mending import cut
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.refine import cut as divide
 from fecontact.mesh.section_mesh import REVERSED, PlaneCells, SectionMesh
-from fecontact.mesh.surface_mesh import SurfaceMesh, joined
+from fecontact.mesh.surface_mesh import SAME_POINT, SurfaceMesh, joined
 
 READERS: dict[str, Callable[[Path], RawMesh]] = {
     ".msh": read_gmsh,
@@ -267,6 +267,19 @@ def cut_facets(points: Array, polygons: list[IntArray], source: str, scale: floa
     own = [n.reshape(p.shape) for n, p in zip(np.split(number, ends), polygons, strict=True)]
     x = scale * np.asarray(points[used], dtype=float)
     return x, np.concatenate([cut(x, p) for p in own])
+
+
+def loose_triangles(points: Array, polygons: list[IntArray], source: str) -> tuple[Array, IntArray]:
+    """Points (n, 3) and triangles (n_triangles, 3) of polygons that need not be a surface; errors as `cut_facets`.
+
+    Polygons are divided from their first corner, points in one place are joined, and each triangle is taken once.
+    """
+    fans = [p[:, [0, k, k + 1]] for p in polygons for k in range(1, p.shape[1] - 1)]
+    x, facets = cut_facets(points, fans, source, 1.0)
+    facets = representatives(x, SAME_POINT * float(np.linalg.norm(np.ptp(x, axis=0))))[facets]
+    facets = facets[(facets[:, :3] != np.roll(facets[:, :3], 1, axis=1)).all(axis=1)]
+    used, number = np.unique(facets[np.unique(first_alike(facets))], return_inverse=True)
+    return x[used], number.reshape(-1, 4)[:, :3]
 
 
 #: Extent across the plane of a section, relative to its size, that is rounding of a file.
