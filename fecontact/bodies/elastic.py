@@ -33,6 +33,7 @@ from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import Support, is_plane, symmetry_planes
 from fecontact.mesh.check import check_skin
+from fecontact.mesh.facets import facet_centres, facet_shapes, triangular
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.refine import refined, touching
 from fecontact.surfaces.facet_surface import FacetSurface
@@ -128,11 +129,10 @@ class ElasticBody(Body):
         object.__setattr__(self, "supports", mapping(f"the supports of {self.name!r}", self.supports))
         names = texts(f"the contact boundaries of {self.name!r}", self.contact)
         object.__setattr__(self, "contact", names)
-        conditions = self._checked_conditions()
+        conditions, before = self._checked_conditions(), self.mesh
         object.__setattr__(self, "mesh", self._checked_mesh(names))
         if conditions is not None:
-            conditions.resize(conditions.shape[0], 3 * len(self.mesh.points))  # faces get nodes in their middles
-            object.__setattr__(self, "conditions", conditions)
+            object.__setattr__(self, "conditions", _in_middles(conditions, self.mesh, len(before.points)))
         self.model  # noqa: B018 - refuses bad input now; copies in other poses share it
         self._finite_strain  # noqa: B018 - as well
 
@@ -161,6 +161,17 @@ class ElasticBody(Body):
                 code="conditions-values",
             )
         return rows
+
+    @property
+    def _n_conditions(self) -> int:
+        """Number of linear conditions that were given, without those of middles of faces, which come last."""
+        assert self.conditions is not None
+        middles = getattr(self.mesh, "midface", None)
+        if middles is None:
+            return int(self.conditions.shape[0])
+        nodes = np.unique(middles[middles >= 0])
+        own = self.conditions[:, (3 * nodes[:, None] + np.arange(3)).ravel()]
+        return int(self.conditions.shape[0] - np.count_nonzero(np.diff(own.tocsr().indptr)))
 
     @cached_property
     def model(self) -> Model:
@@ -559,6 +570,28 @@ class ElasticBody(Body):
     def _ties(self) -> str:
         """Number of hanging nodes, in words."""
         return "" if self.mesh.hanging is None else f" with {len(self.mesh.hanging.nodes)} hanging nodes"
+
+
+def _in_middles(conditions: sp.csr_matrix, mesh: Mesh, before: int) -> sp.csr_matrix:
+    """Conditions on a mesh of which faces have got nodes in their middles, beyond `before`.
+
+    Where conditions tie a component of all other nodes of a face, that of its middle follows from these.
+    """
+    rows = conditions.copy()
+    rows.resize(rows.shape[0], 3 * len(mesh.points))
+    if mesh.midface is None or len(mesh.points) == before:
+        return rows
+    faces = np.argwhere(mesh.midface >= before)
+    middle, nodes = mesh.midface[tuple(faces.T)], replace(mesh, midface=None).face_nodes(faces)
+    N, _ = facet_shapes(nodes.shape[1], triangular(nodes), facet_centres(triangular(nodes)))
+    tied = np.zeros(rows.shape[1], bool)
+    tied[rows.indices] = True
+    face, c = np.nonzero(tied[3 * nodes[:, None, :] + np.arange(3)[:, None]].all(axis=2))
+    columns = np.column_stack([3 * middle[face] + c, 3 * nodes[face] + c[:, None]])
+    weights = np.column_stack([np.ones(len(face)), -N[face]])
+    place = np.repeat(np.arange(len(face)), columns.shape[1])
+    own = sp.csr_matrix((weights.ravel(), (place, columns.ravel())), shape=(len(face), rows.shape[1]))
+    return sp.vstack([rows, own], format="csr")
 
 
 def elastic_among(bodies: Iterable[object]) -> tuple[ElasticBody, ...]:

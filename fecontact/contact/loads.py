@@ -244,7 +244,8 @@ class LoadStep:
                 rows = getattr(body, "conditions", None)
                 if rows is None:
                     raise InputError(f"{body.name!r} has no linear conditions to prescribe values of.", code="no-rows")
-                values = _checked(what.format("the conditions"), given, (rows.shape[0],))
+                values = _checked(what.format("the conditions"), given, (cast(Any, body)._n_conditions,))
+                values = np.pad(values, (0, rows.shape[0] - len(values)))
             elif isinstance(place, tuple) and place[0] is body:
                 name, known = place[1], getattr(body, "supports", {})
                 if name not in known:

@@ -100,7 +100,7 @@ class Model:
     ) -> None:
         self.coordinates, self.held = linked(*nodal_coordinates(mesh, supports), conditions, 3 * len(mesh.points))
         self.material_of_cell, self.materials = materials_of_cells(mesh, materials)
-        check_mesh(mesh)
+        check_mesh(mesh, None if conditions is None else np.unique(conditions.indices // 3))
         self.mesh, self.supports, self.backend, self.way = mesh, dict(supports), backend, condensation
         self.selective = integration == "selective" or (
             integration == "auto" and max(m.nu for m in self.materials) > NEARLY_INCOMPRESSIBLE

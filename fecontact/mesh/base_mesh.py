@@ -95,8 +95,8 @@ class BaseMesh:
             ids.setflags(write=False)
             object.__setattr__(self, name, ids)
 
-    def _refuse_loose_points(self, used: Mask, joined_by: str) -> None:
-        """Refuse points (n_points,) that are not in use, and distinct ones in the same place.
+    def _refuse_loose_points(self, used: Mask, joined_by: str, joined: IntArray | None = None) -> None:
+        """Refuse points (n_points,) that are not in use, and distinct ones in the same place but those joined already.
 
         Raises
         ------
@@ -113,6 +113,8 @@ class BaseMesh:
         if self.hanging is not None:
             # a node that follows from others may lie on one of them: it is tied to it
             pairs = pairs[~np.isin(pairs, self.hanging.nodes).any(axis=1)]
+        if joined is not None:
+            pairs = pairs[~np.isin(pairs, joined).all(axis=1)]
         if len(pairs):
             a, b = pairs[0]
             raise MeshError(

@@ -18,8 +18,8 @@ from fecontact.mesh.mesh import CellGroup, Mesh
 QUARTER = 0.25
 
 
-def check_mesh(mesh: Mesh) -> None:
-    """Refuse an invalid mesh.
+def check_mesh(mesh: Mesh, joined: IntArray | None = None) -> None:
+    """Refuse an invalid mesh; linear conditions join some points, which may lie in the same place.
 
     Checked are: a size that would overflow or underflow, unused points, distinct points in the same place, repeated
     cells, Jacobians that change sign or are not positive at a quadrature point (scikit-fem silently takes the absolute
@@ -35,7 +35,7 @@ def check_mesh(mesh: Mesh) -> None:
     used[mesh.cells] = True
     if mesh.midface is not None:
         used[mesh.midface[mesh.midface >= 0]] = True
-    mesh._refuse_loose_points(used, "fc.merge([mesh], tolerance)")
+    mesh._refuse_loose_points(used, "fc.merge([mesh], tolerance)", joined)
     check_cells(mesh)
 
 

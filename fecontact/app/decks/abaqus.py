@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+import scipy.sparse as sp
 
 from fecontact.app.decks.abaqus_steps import (
     OF_LINES,
@@ -24,14 +25,26 @@ from fecontact.app.decks.abaqus_steps import (
     steps_of,
     unused,
 )
-from fecontact.app.decks.content import DeckContent, DeckPair, Remarks, look_up
+from fecontact.app.decks.conditions import (
+    CONDITIONS,
+    OF_COUPLING,
+    Nodes,
+    conditions_of,
+    reference_names,
+    transformed,
+)
+from fecontact.app.decks.content import DeckContent, DeckPair, DeckStep, Remarks, look_up
 from fecontact.app.decks.materials import compressibility, hyperelastic, hyperfoam
 from fecontact.app.options import FINITE
-from fecontact.common.arrays import IntArray
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.contact.overclosure import SoftContact
 from fecontact.fem.laws import Law, at_rest, laws_of
+from fecontact.fem.stiffness import surface_traction
+from fecontact.mesh.build import build
+from fecontact.mesh.facets import places_among
+from fecontact.mesh.formats.abaqus import read_abaqus
 from fecontact.mesh.formats.abaqus_deck import (
     KeywordSection,
     missing_files,
@@ -39,8 +52,8 @@ from fecontact.mesh.formats.abaqus_deck import (
     read_sections,
     values_of,
 )
+from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.read import read_mesh
 
 #: Keywords of the mesh, which `read_mesh` reads.
 MESH = {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "PART", "END PART", "ASSEMBLY", "END ASSEMBLY", "INSTANCE"}
@@ -153,21 +166,23 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
         raise InputError(f"Files that {path.name} includes are missing: {', '.join(missing)}.", code="missing-files")
     found = Found.of(keywords)
     _refuse_plane(keywords, found)
-    mesh = _with_faces(read_mesh(path), found.by_nodes)
-    sets = frozenset(s.parameters["NSET"].upper() for s in keywords if "NSET" in s.parameters)
-    names = Names(mesh, path.name, sets)
-    shape = mesh.points.shape
-    state = StepState(np.full(shape, np.nan), np.zeros(shape), np.zeros(shape, bool))
     first = next((k for k, s in enumerate(keywords) if s.keyword == "STEP"), len(keywords))
+    raw = read_abaqus(path)
+    mesh = _with_faces(build(raw, path.name), found.by_nodes)
+    names = _names(keywords[:first], raw, mesh, path.name)
     refuse_heat(keywords)
     for s in keywords:
         if s.keyword == "ELEMENT" and re.match(SOFTER, kind := s.parameters.get("TYPE", "").upper()):
             found.remarks.note(f"{path.name}: elements of type {kind} are integrated in full, so they bend less here.")
     try:
+        conditions = _conditions(keywords[:first], names)
+        shape = (names.special.count, 3)
+        state = StepState(np.full(shape, np.nan), np.zeros(shape), np.zeros(shape, bool))
         owner: list[KeywordSection] = []
         for s in keywords[:first]:
             owner = _model(s, owner, found, state, names)
         steps = steps_of(keywords[first:], state, names, found.remarks)
+        _tell_of_conditions(keywords[:first], steps, names, found.remarks)
         used = {name for _, name in found.sections}
         own = {name: parts for name, parts in found.materials.items() if name in used}
         materials = {name: _material(name, parts, laws, found.remarks) for name, parts in own.items()}
@@ -195,6 +210,8 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
         [*mesh.notes, *found.remarks.all_notes],
         warnings=found.remarks.warnings,
         finite_motion=follows_motion(keywords),
+        conditions=conditions,
+        axes=names.special.axes,
     )
 
 
@@ -210,6 +227,67 @@ def _with_faces(mesh: Mesh, by_nodes: Collection[str]) -> Mesh:
             if np.isin(nodes, facets[filled]).all():
                 found[name] = outer[filled]
     return replace(mesh, boundaries=found)
+
+
+#: Prescribed turn of a reference node above which linear conditions are off by more than some percent of it.
+TURN = 0.1
+
+
+def _tell_of_conditions(
+    model: Sequence[KeywordSection], steps: Sequence[DeckStep], names: Names, remarks: Remarks
+) -> None:
+    """Note that conditions with turns are linear, and warn of large turns."""
+    curved = [s for s in model if s.keyword in CONDITIONS and s.keyword != "EQUATION"]
+    if not curved:
+        return
+    remarks.note(f"{curved[0].place}: *{curved[0].keyword} is linear, for small turns from the initial shape.")
+    turned = [names.special.rotations[k] for k in names.special.rotations]
+    most = max((float(np.nanmax(np.abs(s.held[turned]), initial=0.0)) for s in steps), default=0.0)
+    if most > TURN:
+        remarks.warn(f"{curved[0].place}: a reference node is turned by {most:.3g}, but conditions are linear.")
+
+
+def _names(model: Sequence[KeywordSection], raw: RawMesh, mesh: Mesh, source: str) -> Names:
+    """Nodes and sets of the mesh, and the nodes outside of it that conditions use."""
+    sets = frozenset(s.parameters["NSET"].upper() for s in model if "NSET" in s.parameters)
+    assert raw.node_ids is not None
+    known = {k.upper(): v for k, v in raw.node_sets.items()}
+    used = np.zeros(len(raw.points), bool)
+    for _, cells in raw.blocks:
+        used[cells] = True
+    named = [known[name.upper()] for name in reference_names(model) if name.upper() in known]
+    numbers = [int(name) for name in reference_names(model) if name.isdigit()]
+    beside = np.unique(np.concatenate([np.flatnonzero(np.isin(raw.node_ids, numbers)), *named]))
+    beside = beside[~used[beside]]
+    place = places_among(beside, len(raw.points))
+    inside = {name: place[members] + len(mesh.points) for name, members in known.items() if (place[members] >= 0).any()}
+    reference_sets = {name: found[found >= len(mesh.points)] for name, found in inside.items()}
+    names = Names(mesh, source, sets, raw.node_ids[beside], reference_sets)
+    names.special = Nodes(np.concatenate([mesh.points, raw.points[beside]]), len(mesh.points), names.all_nodes)
+    return names
+
+
+def _conditions(model: Sequence[KeywordSection], names: Names) -> sp.csr_matrix | None:
+    """Linear conditions, after the axes of nodes that *TRANSFORM turns."""
+    mesh, special = names.mesh, names.special
+    for s in model:
+        if s.keyword == "TRANSFORM":
+            nodes = names.nodes(s.parameters.get("NSET", ""), s.place)
+            special.axes |= {} if nodes is None else transformed(s, nodes, special.points)
+
+    def faces(name: str, place: str) -> tuple[IntArray, Array]:
+        named = look_up(name, {**mesh.boundaries, **mesh.node_sets}, "surface of solids", place)
+        nodes = mesh.boundary_nodes(named)
+        if named not in mesh.boundaries:
+            return nodes, np.ones(len(nodes))
+        even = surface_traction(mesh, mesh.faces(named), lambda x, n: np.broadcast_to([1.0, 0.0, 0.0], x.shape))
+        return nodes, even[3 * nodes]
+
+    def cells(name: str, place: str) -> IntArray:
+        return np.unique(mesh.cells[names.cells(name, place)])
+
+    found = conditions_of(model, special, faces, cells)
+    return found if found.shape[0] else None
 
 
 def _refuse_plane(keywords: Sequence[KeywordSection], found: Found) -> None:
@@ -236,7 +314,7 @@ def _model(
     if s.keyword in ("PART", "END PART", "INSTANCE", "END INSTANCE"):
         begins = not s.keyword.startswith("END")
         found.part = s.parameters.get("NAME" if s.keyword == "PART" else "PART", "").upper() if begins else ""
-    if s.keyword in MESH:
+    if s.keyword in (*MESH, *CONDITIONS, *OF_COUPLING, "TRANSFORM"):
         return owner
     if s.keyword in ("MATERIAL", "SURFACE INTERACTION"):
         kept = found.materials if s.keyword == "MATERIAL" else found.interactions

@@ -6,12 +6,13 @@ Keywords of Abaqus and CalculiX decks that are not used: refused, warned of, or 
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 
+from fecontact.app.decks.conditions import Nodes
 from fecontact.app.decks.content import DeckStep, Remarks, look_up, numbered
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
@@ -21,10 +22,11 @@ from fecontact.mesh.mesh import Mesh
 
 #: Keywords that change the question, and how; a scene without them would answer another one.
 REFUSED = {
-    "TRANSFORM": "turns the axes of nodes",
     "SYSTEM": "turns coordinates",
     **dict.fromkeys(("EQUATION", "MPC", "NETWORK MPC"), "ties displacements of nodes to each other"),
     **dict.fromkeys(("COUPLING", "RIGID BODY", "DISTRIBUTING COUPLING", "KINEMATIC COUPLING"), "ties nodes to one"),
+    **dict.fromkeys(("KINEMATIC", "DISTRIBUTING"), "belongs after *COUPLING"),
+    "TRANSFORM": "turns the axes of nodes in a step",
     **dict.fromkeys(("EMBEDDED ELEMENT", "SHELL TO SOLID COUPLING"), "ties elements to others"),
     **dict.fromkeys(("PRE-TENSION SECTION", "BOLT"), "pretensions a section"),
     **dict.fromkeys(("MODEL CHANGE", "CHANGE CONTACT TYPE"), "adds or removes contacts or elements in a step"),
@@ -110,20 +112,39 @@ MEANING = ("USER", "SUBMODEL", "TIME DELAY", "SECTOR", "FOLLOWER", "CYCLIC MODE"
 class Names:
     """The mesh of a deck, to which boundaries of loads are added, and the names of all node sets of the deck.
 
-    `faces` are the boundaries made for face loads, by set and label.
+    `faces` are the boundaries made for face loads, by set and label. `references` are the numbers of the reference
+    nodes, `reference_sets` their places by set, `special` what conditions say of nodes.
     """
 
     mesh: Mesh
     source: str
     node_sets: frozenset[str]
+    references: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    reference_sets: dict[str, IntArray] = field(default_factory=dict)
     faces: dict[tuple[str, str], str] = field(default_factory=dict)
+    special: Nodes = field(init=False)
+
+    def all_nodes(self, name: str, place: str) -> IntArray:
+        """The same with reference nodes, at least one.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        found = self.nodes(name, place)
+        if found is None:
+            raise InputError(f"{place}: {name!r} has no node that is used here.", code="unknown-node")
+        return found
 
     def nodes(self, name: str, place: str) -> IntArray | None:
-        """Nodes of a set, or one by its number; None where they belong to no solid."""
-        ids = self.mesh.file_nodes
+        """Nodes of a set, or one by its number; None where they belong to no solid and are no reference nodes."""
         if name.isdigit():
-            return numbered(ids, [int(name)], "node", place) if ids is not None and int(name) in ids else None
+            ids = self.references if self.mesh.file_nodes is None else np.append(self.mesh.file_nodes, self.references)
+            return numbered(ids, [int(name)], "node", place) if int(name) in ids else None
         known = {k.upper(): v for k, v in self.mesh.node_sets.items()}
+        for other, members in self.reference_sets.items():
+            known[other] = np.append(known.get(other, members[:0]), members)
         # a set of one instance alone is called without it
         name = name if name.upper() in known or "." not in name else name.partition(".")[2]
         if name.upper() in known or name.upper() in self.node_sets:
@@ -268,10 +289,30 @@ def steps_of(keywords: Sequence[KeywordSection], model: StepState, names: Names,
                 if s.keyword not in ("STEP", "END STEP", *STATIC):
                     apply(s, state, names, (its, total), remarks if k == len(done) else Remarks())
                 _warn_of_bends(s, state, (its, total, period), k == len(done), remarks)
-        out.append(DeckStep(f"step {number}", state.held, state.forces, state.pressures, gravity=state.gravity))
+        out.append(_ended(f"step {number}", state, names.special.axes))
     if not out:
         raise InputError(f"{names.source} has no static step (*STEP with *STATIC), so there is nothing to solve.")
     return out
+
+
+def _ended(name: str, state: StepState, axes: Mapping[int, Array]) -> DeckStep:
+    """The end of a step, in the axes of space where these or their supports allow it."""
+    held, forces, along = state.held.copy(), state.forces.copy(), np.full(state.held.shape, np.nan)
+    for node, own in axes.items():
+        forces[node] = state.forces[node] @ own
+        fixed = np.isfinite(state.held[node])
+        held[node] = np.nan
+        if fixed.all():
+            held[node] = state.held[node] @ own
+            continue
+        for c in np.flatnonzero(fixed).tolist():
+            k = int(np.abs(own[c]).argmax())
+            if np.abs(own[c]).sum() - abs(own[c, k]) < ROUNDING:
+                held[node, k] = state.held[node, c] * np.sign(own[c, k])
+            else:
+                along[node, c] = state.held[node, c]
+    oblique = along if np.isfinite(along).any() else None
+    return DeckStep(name, held, forces, state.pressures, gravity=state.gravity, along=oblique)
 
 
 def _warn_of_bends(
@@ -340,6 +381,11 @@ class Line:
             self.lost(f"{self.words[0]} has no nodes of solids", k)
         return np.zeros(0, np.int64) if found is None else found
 
+    def turned(self, nodes: IntArray) -> IntArray:
+        """Places of the rotations of those nodes that have one."""
+        rotations = self.names.special.rotations
+        return np.array([rotations[k] for k in nodes.tolist() if k in rotations], dtype=np.int64)
+
     def lost(self, why: str, k: int) -> None:
         """Note that the line has no effect here; refuse it where the value in word k is not zero."""
         s, value = self.s, self.value(k)
@@ -374,11 +420,14 @@ def _hold(line: Line) -> None:
     if components is None:
         first, last = int(words[1]), int(words[2] or words[1])
         components, size = tuple(range(first - 1, last)), line.value(3)
-        if last > 3:
-            line.remarks.note(f"{s.place}: components above 3 of {words[0]!r} are not used.")
-    for c in components:
+    turns = {"ENCASTRE": (3, 4, 5), "XSYMM": (4, 5), "YSYMM": (3, 5), "ZSYMM": (3, 4)}.get(words[1].upper(), ())
+    for c in (*components, *turns):
         if c < 3:
             line.state.held[nodes, c] = size
+        elif len(turned := line.turned(nodes)):
+            line.state.held[turned, c - 3] = size
+    if len(nodes) > len(line.turned(nodes)) and max(components) > 2:
+        line.remarks.note(f"{s.place}: components above 3 of nodes of solids in {words[0]!r} are not used.")
 
 
 def _push(line: Line) -> None:
@@ -388,8 +437,11 @@ def _push(line: Line) -> None:
         return
     c = int(line.words[1]) - 1
     if c > 2:
-        line.lost(f"nodes of solids have no component {c + 1}", 2)
-        return
+        turned = line.turned(nodes)
+        if len(turned) < len(nodes):
+            line.lost(f"nodes of solids have no component {c + 1}", 2)
+            return
+        nodes, c = turned, c - 3
     old = nodes[~state.given[nodes, c]]
     state.forces[old, c] = 0.0
     state.given[nodes, c] = True

@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
+from fecontact.app.decks.conditions import BodyConditions, of_body, with_supports_along
 from fecontact.app.decks.content import DeckContent, DeckFrame, DeckPair, DeckRigid, DeckStep
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.bodies.elastic import ElasticBody
@@ -59,10 +60,13 @@ class DeckBody:
     body : ElasticBody
     nodes : (n_points,) int array
         Points of its mesh among those of the deck.
+    conditions : BodyConditions, optional
+        Between its nodes, reference nodes and supports along axes of their own.
     """
 
     body: ElasticBody
     nodes: IntArray
+    conditions: BodyConditions | None = None
 
 
 def make_scene(deck: DeckContent, path: Path) -> SceneFile:
@@ -83,10 +87,12 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     Raises
     ------
     InputError
-        If a cell has no material, no contact joins two bodies, or prescribed displacements deform a body.
+        If a cell has no material, or no contact joins two bodies.
     """
     deck = _with_added_nodes(deck)
-    made = [_body(deck, name, cells) for name, cells in _parts(deck).items()]
+    parts = _parts(deck)
+    _refuse_contact_within(deck, parts)
+    made = [_body(deck, name, cells) for name, cells in parts.items()]
     rigid = {r.name: _rigid(r) for r in deck.rigid if r.surface is not None or r.normal is not None}
     contacts, unused = _contacts(deck, made, rigid)
     if not contacts and (unused or not any(m.body._is_tied for m in made)):
@@ -134,7 +140,9 @@ def _with_added_nodes(deck: DeckContent) -> DeckContent:
     for s in deck.steps:
         held = s.held.copy()
         held[nodes] = s.held[ends].mean(axis=1)
-        steps.append(replace(s, held=held, forces=np.where(ids[:, None] < 0, 0.0, s.forces)))
+        forces = s.forces.copy()
+        forces[: len(ids)][ids < 0] = 0.0
+        steps.append(replace(s, held=held, forces=forces))
     return replace(deck, steps=steps)
 
 
@@ -154,8 +162,16 @@ def _parts(deck: DeckContent) -> dict[str, IntArray]:
         slave = np.flatnonzero(np.isin(mesh.cells, mesh.boundary_nodes(tie.slave)).any(axis=1))
         chain = np.union1d(slave, mesh.faces(tie.master)[:, 0])
         ends.append((chain[:-1], chain[1:]))
-    rows, columns = (np.concatenate(part) for part in zip(*ends, strict=True))
     n = n_cells + len(mesh.points)
+    if deck.conditions is not None:
+        # what is prescribed joins nothing
+        G = deck.conditions @ sp.diags(np.isnan(deck.steps[0].held).ravel().astype(float))
+        entries = G.tocoo()
+        entries.eliminate_zeros()
+        place = np.where(entries.col < 3 * len(mesh.points), entries.col // 3, entries.col + len(mesh.points))
+        ends.append((n + G.shape[1] + entries.row, n_cells + place))
+        n += G.shape[1] + G.shape[0]
+    rows, columns = (np.concatenate(part) for part in zip(*ends, strict=True))
     graph = sp.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(n, n))
     label = connected_components(graph, directed=False)[1][:n_cells]
     label = np.unique(label, return_inverse=True)[1]
@@ -166,6 +182,28 @@ def _parts(deck: DeckContent) -> dict[str, IntArray]:
         name = next((name for name in whole if name not in names), f"body_{k + 1}")
         names[name] = cells
     return names
+
+
+def _refuse_contact_within(deck: DeckContent, parts: Mapping[str, IntArray]) -> None:
+    """Refuse contact between parts that conditions join to one body.
+
+    Raises
+    ------
+    InputError
+    """
+    if deck.conditions is None:
+        return
+    boundaries = deck.mesh.boundaries
+    for pair in deck.contacts:
+        sides = [boundaries[name][:, 0] for name in (pair.slave, pair.master) if name in boundaries]
+        both = np.concatenate([np.zeros(0, np.int64), *sides])
+        for name, cells in parts.items():
+            if len(sides) == 2 and np.isin(both, cells).all():
+                raise InputError(
+                    f"{pair.place}: {pair.slave!r} and {pair.master!r} are surfaces of one body, {name!r}, whose parts "
+                    "linear conditions join; contact within a body is not done here.",
+                    code="contact-within-body",
+                )
 
 
 def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
@@ -194,8 +232,20 @@ def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
     materials = {k: deck.materials[k.removeprefix("material ")] for k in mesh.groups if k != name}
     touching = dict.fromkeys(n for pair in deck.contacts for n in (pair.slave, pair.master) if n in mesh.boundaries)
     material: Any = next(iter(materials.values())) if len(materials) == 1 else materials
-    body = ElasticBody(mesh, material, tuple(touching), supports, name=name, geometry="plain")
-    return DeckBody(body, nodes)
+    conditions = _conditions(deck, nodes)
+    rows = None if conditions is None else conditions.rows
+    body = ElasticBody(mesh, material, tuple(touching), supports, name=name, geometry="plain", conditions=rows)
+    return DeckBody(body, nodes, conditions)
+
+
+def _conditions(deck: DeckContent, nodes: IntArray) -> BodyConditions | None:
+    """Linear conditions of a body of some points of the mesh."""
+    first = deck.steps[0]
+    found = None
+    if deck.conditions is not None:
+        found = of_body(deck.conditions, np.isfinite(first.held).ravel(), nodes, len(deck.mesh.points))
+    found = with_supports_along(found, deck.axes, first.along, nodes, first.held.size)
+    return found if found is not None and found.rows.shape[0] + found.forces.nnz else None
 
 
 def _supported(mesh: Mesh, held: Array) -> tuple[Mesh, dict[str, str]]:
@@ -250,11 +300,11 @@ def _loads(
 ) -> dict[str, Any]:
     """Arguments of `Scene.solve` of a step."""
     given: dict[str, dict[Any, Any]] = {
-        kind: {} for kind in ("forces", "moments", "motions", "free", "pressures", "tractions")
+        kind: {} for kind in ("forces", "moments", "motions", "free", "pressures", "tractions", "displacements")
     }
     for m in made:
         points = m.body.mesh.points
-        own = step.forces[m.nodes]
+        own = step.forces[m.nodes] + _through(m, step, deck.source)
         given["forces"] |= {
             (m.body, tuple(points[k].tolist())): own[k] for k in np.flatnonzero(own.any(axis=1)).tolist()
         }
@@ -262,14 +312,17 @@ def _loads(
             found = {(m.body, name): v for name, v in values.items() if name in m.body.mesh.boundaries and np.any(v)}
             given[kind] |= found
         held = step.held[m.nodes]
-        if (np.isfinite(held) != np.isfinite(deck.steps[0].held[m.nodes])).any():
+        if _patterns(step, m) != _patterns(deck.steps[0], m):
             raise InputError(
                 f"{deck.source}: step {step.name!r} holds other components of nodes of {m.body.name!r} than the first "
                 "step; supports must be the same in all steps.",
                 code="supports-change",
             )
-        motion = _frame_motion(m.body, held, deck.source)
-        given["motions"] |= {m.body: motion} if motion else {}
+        motion = None if m.conditions is not None else _frame_motion(m.body, held)
+        if motion is None:
+            given["displacements"] |= _displacements(m, step)
+        elif motion:
+            given["motions"] |= {m.body: motion}
     for frame in step.frames:
         _move(deck, frame, made, rigid, given)
     loads = {kind: value for kind, value in given.items() if value}
@@ -280,6 +333,51 @@ def _loads(
             f"{deck.source}: a body load on a rigid part that is free to move would be lost.", code="not-supported"
         )
     return loads | {"gravity": step.gravity}
+
+
+def _through(m: DeckBody, step: DeckStep, source: str) -> Array:
+    """Forces (n, 3) on the points of a body by those on reference nodes.
+
+    Raises
+    ------
+    InputError
+        If one has nothing to resist it.
+    """
+    if m.conditions is None:
+        return np.zeros((len(m.nodes), 3))
+    given = step.forces.ravel()
+    lost = np.abs(m.conditions.loose @ given)
+    if (lost > ROUNDING * (np.abs(m.conditions.loose) @ np.abs(given))).any():
+        raise InputError(
+            f"{source}: a load on a reference node of {m.body.name!r} is along a motion that its conditions leave "
+            "free; hold it there.",
+            code="load-would-be-lost",
+        )
+    return np.asarray(m.conditions.forces @ given).reshape(-1, 3)
+
+
+def _patterns(step: DeckStep, m: DeckBody) -> list[bytes]:
+    """What a step holds of the nodes of a body and of its conditions."""
+    every = [step.held] if step.along is None else [step.held, step.along]
+    used = np.unique(m.nodes if m.conditions is None else np.append(m.nodes, m.conditions.given.indices // 3))
+    return [np.isfinite(held[used]).tobytes() for held in every]
+
+
+def _displacements(m: DeckBody, step: DeckStep) -> dict[Any, Array]:
+    """Prescribed displacements of the supports of a body, and the values of its conditions."""
+    held = np.nan_to_num(step.held)
+    out: dict[Any, Array] = {}
+    for name, components in m.body.supports.items():
+        nodes = m.body.mesh.boundary_nodes(name)
+        values = np.zeros((len(nodes), 3))
+        for c in ("xyz".index(str(w)) for w in components):
+            values[:, c] = held[m.nodes[nodes], c]
+        out |= {(m.body, name): values} if values.any() else {}
+    if m.conditions is not None:
+        values = held if step.along is None else np.where(np.isfinite(step.along), step.along, held)
+        of_conditions = np.asarray(m.conditions.given @ values.ravel())
+        out |= {m.body: of_conditions} if of_conditions.any() else {}
+    return out
 
 
 def _move(
@@ -314,13 +412,10 @@ def _move(
         given["motions"] |= {body: dict(frame.motions)} if frame.motions else {}
 
 
-def _frame_motion(body: ElasticBody, held: Array, source: str) -> dict[str, float]:
+def _frame_motion(body: ElasticBody, held: Array) -> dict[str, float] | None:
     """Motion of a body's frame that gives prescribed displacements (n_points, 3), NaN where free.
 
-    Raises
-    ------
-    InputError
-        If there is none: the displacements deform the body.
+    None where there is none, as the displacements deform the body.
     """
     node, component = np.nonzero(np.isfinite(held))
     values = held[node, component]
@@ -335,8 +430,4 @@ def _frame_motion(body: ElasticBody, held: Array, source: str) -> dict[str, floa
         if np.abs(A @ q - values).max() <= ROUNDING * np.abs(values).max():
             q[np.abs(q / scale) <= ROUNDING * np.abs(values).max()] = 0.0
             return {COMPONENTS[c]: float(q[c]) for c in np.flatnonzero(q).tolist()}
-    raise InputError(
-        f"{source}: the prescribed displacements of {body.name!r} are those of no rigid motion, so its supports would "
-        "deform it; supports can only be moved as a whole.",
-        code="no-rigid-motion",
-    )
+    return None

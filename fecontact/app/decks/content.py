@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
@@ -51,14 +52,16 @@ class DeckStep:
     Attributes
     ----------
     name : str
-    held : (n_points, 3) array
-        Prescribed displacements, 0 where held, NaN where free.
-    forces : (n_points, 3) array
+    held : (n_all, 3) array
+        Prescribed displacements, 0 where held, NaN where free, of the mesh's points and then of reference nodes.
+    forces : (n_all, 3) array
         Forces on nodes.
     pressures : mapping of boundary to float
     tractions : mapping of boundary to (3,) array
     gravity : (3,) array
     frames : sequence of DeckFrame
+    along : (n_all, 3) array, optional
+        Prescribed displacements along the axes of nodes that have their own, oblique ones.
     """
 
     name: str
@@ -68,6 +71,7 @@ class DeckStep:
     tractions: Mapping[str, Array] = field(default_factory=dict)
     gravity: Array = field(default_factory=lambda: np.zeros(3))
     frames: Sequence[DeckFrame] = ()
+    along: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -157,6 +161,10 @@ class DeckContent:
         The same of what may change the answer.
     finite_motion : bool, optional
         Whether poses are carried along; None where the deck leaves it open.
+    conditions : (m, 3 n_all) csr_matrix, optional
+        Linear conditions between displacements, see `conditions`.
+    axes : mapping of int to (3, 3) array
+        Axes of nodes that have their own, as rows.
     """
 
     source: str
@@ -171,6 +179,8 @@ class DeckContent:
     rigid: Sequence[DeckRigid] = ()
     warnings: Sequence[str] = ()
     finite_motion: bool | None = None
+    conditions: sp.csr_matrix | None = None
+    axes: Mapping[int, Array] = field(default_factory=dict)
 
 
 def look_up(name: str, known: Mapping[str, IntArray], what: str, place: str) -> str:
