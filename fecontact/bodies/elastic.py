@@ -564,7 +564,7 @@ class ElasticBody(Body):
     @property
     def _is_tied(self) -> bool:  # type: ignore[override]
         """Whether nodes of its mesh follow others."""
-        return self.mesh.hanging is not None
+        return self.mesh.hanging is not None or self.conditions is not None
 
     @property
     def _ties(self) -> str:

@@ -338,6 +338,7 @@ LOADS: dict[str, tuple[Reader, str]] = {
     "free": (_components, "never"),
     "pressures": (_pressure, "must"),
     "tractions": (_traction, "must"),
+    "displacements": (_traction, "must"),
     "temperatures": (_pressure, "never"),
 }
 

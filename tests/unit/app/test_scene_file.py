@@ -546,3 +546,13 @@ def test_wrong_intensities_are_told_with_their_line(write, load, message):
     with refused(fc.InputError, *message) as caught:
         fc.read_scene(write(BLOCK + LOADS + load + "\n"))
     assert "loads" in str(caught.value)
+
+
+def test_a_displacement_of_a_support_is_that_of_its_frame(write):
+    """Cork of nu = 0 whose top alone is moved down is pressed as by the motion of its frame."""
+    moved = ["[loads]\ndisplacements.block.top = [0.0, 0.0, -0.01]\n", LOADS]
+    moved.append('[loads]\ndisplacements.block.top = ["0", "0", "-0.01 + 0 * x"]\n')
+    found = [fc.read_scene(write(BLOCK + text)).solve().contacts[0].total_force for text in moved]
+    assert np.ptp(found) < SAME
+    with refused(fc.InputError, "scene-file"):
+        fc.read_scene(write(BLOCK + "[loads]\ndisplacements.block.bottom = [0.0, 0.0, -0.01]\n"))
