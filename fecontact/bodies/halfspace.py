@@ -874,9 +874,10 @@ class HalfSpace(SurfaceBody):
         True
         """
         instance("the contact", contact, HalfSpaceContact)
-        if isinstance(contact, AdhesiveContact):
+        if not contact.has_stiffness:
             raise InputError(
-                "The stiffness with adhesion depends on its path: take the slope of a curve with adhesion.",
+                "The stiffness with adhesion, and in motion over a visco-elastic half-space, is not that of the "
+                "outline: take the slope of a curve with adhesion, or of several contacts.",
                 code="not-with-adhesion",
             )
         if not contact.active.any():

@@ -141,6 +141,11 @@ class AdhesiveContact(HalfSpaceContact):
         return self.pressure + self.attraction > 0
 
     @property
+    def has_stiffness(self) -> bool:
+        """No: the force depends on the path."""
+        return False
+
+    @property
     def is_minimum(self) -> bool:
         """Whether the state is a local minimum of the energy."""
         return self.stability > 0

@@ -543,8 +543,17 @@ class HalfSpaceContact(Drawn):
         values = self.pressure[self.active] if field == "pressure" else self.gap[~self.active & np.isfinite(self.gap)]
         return Distribution.of(field, values, whole("bins", bins))
 
+    @property
+    def has_stiffness(self) -> bool:
+        """Whether the force grows with the approach as that of a punch with the contact's outline."""
+        return True
+
+    def picture(self, units: Units, name: str = "", path: str | Path | None = None) -> Any:
+        """What `plot` draws, with the name of the surface."""
+        return plot_pressed(self, path, units, name)
+
     def _drawn(self, path: str | Path | None, units: Units) -> Any:
-        return plot_pressed(self, path, units)
+        return self.picture(units, path=path)
 
     def summary(self) -> dict[str, Any]:
         """Figures for scripts, ready for JSON."""
@@ -807,7 +816,8 @@ class TractionContact(HalfSpaceContact):
         loaded = inside.Loaded(self.grid, self.pressure, self.material, ())
         return np.asarray(by_pressure + loaded.sheared(downwards, self.traction, chunk) * inside.OUTWARDS)
 
-    def _drawn(self, path: str | Path | None, units: Units) -> Any:
+    def picture(self, units: Units, name: str = "", path: str | Path | None = None) -> Any:
+        """What `plot` draws."""
         return plot_dragged(self, path, units)
 
     def summary(self) -> dict[str, Any]:

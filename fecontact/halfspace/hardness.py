@@ -28,6 +28,7 @@ from numpy.typing import ArrayLike
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import number_array
 from fecontact.common.errors import InputError
+from fecontact.halfspace.bounded import borne_share
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import HalfSpaceContact
 from fecontact.halfspace.grid import Grid
@@ -42,8 +43,8 @@ LEAST_HARDNESS = 1e-4
 #: Penetration over the largest displacement that a certificate allows, in tolerances.
 PENETRATION = 10
 
-#: Excess of a force over what the whole counter-surface bears that counts as rounding.
-ROUNDING = 1e-12
+#: Excess of a force over what the whole counter-surface bears that counts as rounding; the same at a load point.
+ROUNDING, BALANCE = 1e-12, 1e-9
 
 
 def hardness_field(hardness: ArrayLike | None, body: SurfaceCompliance) -> Array | None:
@@ -74,7 +75,7 @@ def hardness_field(hardness: ArrayLike | None, body: SurfaceCompliance) -> Array
 
 
 def check_bearing(level: GridLevel, grid: Grid) -> None:
-    """Refuse a force that the whole counter-surface does not bear at the hardness."""
+    """Refuse a force that the counter-surface does not bear at the hardness, in all or at its point of action."""
     if not len(level.F) or level.bound is None:
         return
     whole = grid.area * 2 ** sum(level.symmetric)
@@ -84,6 +85,16 @@ def check_bearing(level: GridLevel, grid: Grid) -> None:
         raise InputError(
             f"The force, {force:g}, is above what the counter-surface bears: the hardness times its area, {area:g}, is "
             f"{most:g}. Take a smaller force, or a larger counter-surface.",
+            code="force-above-hardness",
+        )
+    if (
+        len(level.F) > 1
+        and (share := borne_share(level.B, level.F, np.where(level.allowed, level.bound, 0.0))) < 1 - BALANCE
+    ):
+        raise InputError(
+            f"The force, {force:g}, is above what the counter-surface bears at this load point: pressures up to the "
+            f"hardness balance at most {share * force:g} there, and {most:g} in all. Take a smaller force, or a load "
+            "point nearer the middle.",
             code="force-above-hardness",
         )
 

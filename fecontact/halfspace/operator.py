@@ -11,6 +11,7 @@ from scipy.sparse.linalg import LinearOperator
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
+from fecontact.halfspace.cg import GridIterate
 from fecontact.halfspace.compliance import (
     JointCompliance,
     SurfaceCompliance,
@@ -21,7 +22,7 @@ from fecontact.halfspace.compliance import (
 from fecontact.halfspace.fft import Convolution, Corrected, Product, Tally, Term, kernel_spectrum, padded
 from fecontact.halfspace.friction import FIRST_TOLERANCE, MAX_STAGGERED, REDUCTION, SLIDING, Friction
 from fecontact.halfspace.grid import Even, at_offsets, even_axes, part_of, unfold
-from fecontact.halfspace.nested import GridIterate, GridLevel, solve_coarser, solve_nested
+from fecontact.halfspace.nested import GridLevel, solve_coarser, solve_nested
 from fecontact.halfspace.tresca import TrescaProblem, solve_nested_tresca, solve_tresca
 from fecontact.solvers import ContactProblem, Solution, Status
 from fecontact.solvers.coulomb import friction_limit, sizes

@@ -37,11 +37,12 @@ from fecontact.common.checks import vector
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.units import Units
+from fecontact.halfspace.cg import MAX_ROUNDS, GridIterate
 from fecontact.halfspace.compliance import SurfaceCompliance, TangentialCompliance
 from fecontact.halfspace.contact import HalfSpaceContact
 from fecontact.halfspace.fft import Convolution, Tally, padded
 from fecontact.halfspace.kernels import love, symbol
-from fecontact.halfspace.nested import MAX_ROUNDS, GridIterate, GridLevel
+from fecontact.halfspace.nested import GridLevel
 from fecontact.halfspace.pictures import plot_moving
 from fecontact.halfspace.pressing import Load, press
 from fecontact.halfspace.tresca import LinearStep, TrescaIterate, TrescaProblem, solve_by_gmres
@@ -80,6 +81,11 @@ class MovingContact(HalfSpaceContact):
     drag_error: float
 
     @property
+    def has_stiffness(self) -> bool:
+        """No: what is lost depends on the way."""
+        return False
+
+    @property
     def power(self) -> float:
         """What is lost per time."""
         return self.drag * math.hypot(*self.velocity)
@@ -93,7 +99,8 @@ class MovingContact(HalfSpaceContact):
     def _printed(self) -> dict[str, float]:
         return {**super()._printed, "drag": self.drag, "error of the drag": self.drag_error}
 
-    def _drawn(self, path: str | Path | None, units: Units) -> Any:
+    def picture(self, units: Units, name: str = "", path: str | Path | None = None) -> Any:
+        """What `plot` draws."""
         return plot_moving(self, path, units)
 
 

@@ -24,7 +24,7 @@ from fecontact.common.units import Units
 from fecontact.common.viscoelastic import Viscoelastic
 from fecontact.halfspace import Dugdale, HalfSpaceContact, Layer
 from fecontact.halfspace.grid import Grid
-from fecontact.halfspace.pictures import plot_adhesion, plot_moving, plot_over_force, plot_pressed
+from fecontact.halfspace.pictures import plot_adhesion, plot_over_force
 from fecontact.halfspace.pressing import Load
 from fecontact.mesh.read import POLYGON_READERS, read_surface
 from fecontact.results.report import peak_memory
@@ -197,15 +197,17 @@ def curve(shape: Any, ground: Ground, loads: Sequence[Load], **options: Any) -> 
 def _over_force(steps: Sequence[Study], title: str, units: Units) -> Picture:
     """Approach, area, stiffness and mean gap over the force, with the closed form where there is one."""
     stiffness = "stiffness" + (f" [{units.force}/{units.length}]" if units.force and units.length else "")
-    moves = "drag" in steps[0].figures
     labels = {
         "approach": units.axis_label("approach", "length"),
         "area": "area" + (f" [{units.length}²]" if units.length else ""),
-        **({"drag": units.axis_label("drag", "force")} if moves else {"stiffness": stiffness}),
+        "stiffness": stiffness,
+        "drag": units.axis_label("drag", "force"),
         "mean gap": units.axis_label("mean gap", "length"),
     }
     panels = {}
     for name, label in labels.items():
+        if name not in steps[0].figures:
+            continue
         figures = [step.figures[name] for step in steps]
         known = np.array([np.nan if f.exact is None else f.exact for f in figures])
         panels[label] = {"found": np.array([f.found for f in figures]), "exact": known}
@@ -224,7 +226,7 @@ def _study(name: str, half: HalfSpace, c: HalfSpaceContact, exact: Exact | None)
         "mean pressure": c.figures["mean_pressure"],
         "mean gap": c.mean_gap,
     }
-    if not {"drag", "adhesive_area"} & c.figures.keys():
+    if c.has_stiffness:
         found["stiffness"] = half.stiffness(c)
     found |= {what: c.figures[name] for name, what in MORE.items() if name in c.figures}
     if any(c.tilt):
@@ -286,9 +288,7 @@ def _pressure_error(contact: HalfSpaceContact, exact: Exact) -> float:
 
 def _picture(contact: HalfSpaceContact, exact: Exact | None, units: Units, name: str) -> Picture:
     """Pressure, gap, displacement and stress below the peak, with the edge of the closed form's contact."""
-    if "drag" in contact.figures:
-        return plot_moving(contact, None, units)
-    picture = plot_pressed(contact, None, units, name)
+    picture = contact.picture(units, name)
     if exact is not None and exact.pressure is not None and not contact.periodic:
         axes, angle, (a, b) = picture.axes[0], np.linspace(0, 2 * np.pi, 200), exact.half_widths
         axes.plot(a * np.cos(angle), b * np.sin(angle), "--", color="tab:cyan", linewidth=1.2, label="exact edge")

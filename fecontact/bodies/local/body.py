@@ -56,10 +56,11 @@ from fecontact.fem.expansion import Heated
 from fecontact.fem.model import Model
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import symmetry_planes
+from fecontact.halfspace.cg import GridProblem, solve_on_grid
 from fecontact.halfspace.compliance import Bend, SurfaceCompliance
 from fecontact.halfspace.fft import Tally
 from fecontact.halfspace.kernels import SELF_TERM_RATIO
-from fecontact.halfspace.nested import GridLevel, GridProblem, preconditioner, solve_on_grid
+from fecontact.halfspace.nested import GridLevel, preconditioner
 from fecontact.halfspace.operator import DENSE_LIMIT, CellModel
 from fecontact.mesh.mesh import Mesh
 from fecontact.solvers import ContactProblem, Status
@@ -372,7 +373,7 @@ class SolvingWindows(WindowsCompliance):
         self.cells = cells
 
     def solve_contact(self, problem: ContactProblem, tolerance: float) -> Outcome:
-        """Solve a problem with this compliance, in its own units, see `halfspace.nested`."""
+        """Solve a problem with this compliance, in its own units, see `halfspace.cg`."""
         n = self.body._n_cells
         allowed, g = np.zeros((1, n), bool), np.zeros((1, n))
         allowed[0, self.cells], g[0, self.cells] = True, problem.g

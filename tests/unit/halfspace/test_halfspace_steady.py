@@ -172,6 +172,8 @@ def test_refused():
         half_space(8, RUBBER.material).press(BALL, force=0.1, velocity=(1.0, 0.0))
     with refused(fc.InputError, "at-rest"):
         half.press(BALL, force=0.1, velocity=(0.0, 0.0))
+    with refused(fc.InputError, "not-with-adhesion", "several contacts"):
+        half.stiffness(half.press(BALL, force=0.1, velocity=(1.0, 0.0)))
     with refused(fc.InputError, "off-axis"):
         half.press(BALL, force=0.1, velocity=(1.0, 1.0))
     with refused(fc.InputError, "pressure-not-available"):

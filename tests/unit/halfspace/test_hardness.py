@@ -145,6 +145,47 @@ def test_the_whole_punch_at_its_hardness_and_beyond() -> None:
         half.press(punch, force=1.01 * most, hardness=0.1)
 
 
+def test_a_punch_at_its_hardness_under_a_load_beside_its_middle() -> None:
+    """A square punch of side 2 a, loaded b from its middle, bears H (2 a) 2 (a - b): pressures at H round the load."""
+    half = free(48)
+    punch = np.where(np.maximum(abs(half.grid.x[:, None]), abs(half.grid.y[None])) < 1.0, 0.0, np.inf)
+    most = 0.1 * 2 * 2 * (1.0 - 0.25)
+    under = half.press(punch, force=0.999 * most, hardness=0.1, load_point=(0.25, 0.0))
+    assert under.residuals.worst < 1e-8
+    assert abs(under.centre_of_pressure[0] - 0.25) < 1e-9
+    with refused(fc.InputError, "force-above-hardness", f"{1.001 * most:g}", f"{most:g}"):
+        half.press(punch, force=1.001 * most, hardness=0.1, load_point=(0.25, 0.0))
+    unbounded = np.where(half.grid.x[:, None] > 0.5, np.inf, 0.1) * np.ones(48)
+    assert half.press(punch, force=1.2 * most, hardness=unbounded, load_point=(0.25, 0.0)).residuals.worst < 1e-8
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_nearly_rigid_surfaces_that_tilt_are_solved_or_refused(seed: int) -> None:
+    """Heights far above elastic displacements, hardly a cell between its bounds.
+
+    A force F is borne if and only if sum_i H_i max(0, 1 + b x_i + c y_i) >= F for all (b, c), x and y from the load
+    point (Farkas), here on a fan of these: the linear programme is checked by its dual.
+    """
+    r = np.random.default_rng(seed)
+    n = tuple(int(c) for c in r.choice([8, 12, 16, 24], 2))
+    half = fc.HalfSpace(PLAIN, size=(1.0, float(r.uniform(0.5, 2))), cells=n)
+    x, y = half.grid.x[:, None], half.grid.y[None]
+    kinds = (x**2 + y**2, r.standard_normal(n), x + 0.5 * y, np.zeros(n))
+    z = 10 ** r.uniform(-2, 0) * kinds[seed % 4]
+    z[[0, -1]] = z[:, [0, -1]] = np.inf
+    hardness = 10 ** r.uniform(-3.7, -1)
+    force = r.uniform(0.1, 0.95) * hardness * np.isfinite(z).sum() * half.grid.area
+    point = (float(r.uniform(-0.3, 0.3)), float(r.uniform(-0.3, 0.3) * half.grid.size[1]))
+    fan = np.stack([np.ones(2000), *r.standard_normal((2, 2000)) * 4])
+    reach = fan[0] + np.multiply.outer(x - point[0] + 0 * y, fan[1]) + np.multiply.outer(y - point[1] + 0 * x, fan[2])
+    borne = (np.maximum(reach, 0.0) * np.isfinite(z)[..., None]).sum(axis=(0, 1)) * hardness * half.grid.area
+    if borne.min() < force:
+        with refused(fc.InputError, "force-above-hardness"):
+            half.press(z, force=force, hardness=hardness, load_point=point)
+    elif borne.min() > 1.05 * force:  # of a fan, not of all
+        assert half.press(z, force=force, hardness=hardness, load_point=point).residuals.worst < 1e-8
+
+
 def test_what_is_no_hardness_is_refused() -> None:
     half = free(16)
     with refused(fc.InputError, "hardness-too-low", "9e-05"):
