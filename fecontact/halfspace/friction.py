@@ -633,4 +633,4 @@ def certificate(
     balance = float(ratio(missing, reach * float(p.sum())).max(initial=0.0))
     scales = ResidualScales(float(p.sum()), float(np.abs(normal.displacement).max()) / length, float(p.max()))
     pressed = replace(normal.residuals, equilibrium=max(normal.residuals.equilibrium, balance))
-    return pressed.with_friction(q, slip, problem.limit, scales)
+    return pressed.with_friction(q, slip, problem.limits(slip)[0], scales)

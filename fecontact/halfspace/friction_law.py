@@ -24,6 +24,9 @@ FrictionOfRolling = float | tuple[float, float] | Callable[[Array], Array]
 #: Slips at which a law is looked at: none, and up to the speed of rolling.
 SLIPS = np.concatenate([[0.0], np.geomspace(1e-8, 1.0, 161)])
 
+#: Step of the derivative of friction over the slip, relative to it.
+STEP = 1e-6
+
 FALLS = {
     "exponential": lambda x: 0.5**x,
     "rational": lambda x: 1 / (1 + x),
@@ -44,6 +47,8 @@ class FallingFriction:
     law : {'exponential', 'rational', 'linear'}
         With x = slip / half, what is left of the fall: 2^-x, 1 / (1 + x), or 1 - x/2, not below zero. In CONTACT L = 4,
         3 and 2.
+    across : float
+        Coefficients to the left over those along the rolling, which the others are.
 
     Examples
     --------
@@ -55,8 +60,10 @@ class FallingFriction:
     kinetic: float
     half: float
     law: str = "exponential"
+    across: float = 1.0
 
     def __post_init__(self) -> None:
+        checks.unlike_friction((1.0, self.across))
         checks.among("law", self.law, tuple(FALLS))
         checks.positive("the slip at half of the fall", self.half)
         if not checks.friction(self.kinetic) <= checks.friction(self.static):
@@ -101,7 +108,8 @@ class FrictionLaw:
                     "many coefficients, finite and not negative: lambda slip: 0.2 + 0.1 * np.exp(-slip / 1e-3), say.",
                     code="friction-of-slip",
                 )
-            return cls(float(values.max()), np.ones(2), given)
+            pair = np.array([1.0, getattr(given, "across", 1.0)])
+            return cls(float(values.max() * pair.max()), pair / pair.max(), lambda slip: pair.max() * given(slip))
         if (several := checks.array_of(given)) is not None and several.shape == (2,):
             pair = np.array(checks.unlike_friction(given))
             return cls(float(pair.max()), pair / pair.max())
@@ -121,13 +129,27 @@ class FrictionLaw:
         """Largest coefficient in any direction, at slips (nx, ny)."""
         return self.mu if self.of_slip is None else np.asarray(self.of_slip(slip), dtype=float)
 
+    def around(self, slip: Array) -> tuple[Array, Array]:
+        """Coefficients at slips (nx, ny) and their derivatives by it, differences over a step of `STEP`."""
+        of = self.coefficient
+        step = STEP * np.maximum(slip, SLIPS[1])
+        at = of(slip)
+        return np.asarray(at), np.asarray((of(slip + step) - at) / step)
+
     @property
     def figures(self) -> float | Array:
         """What tells it from others."""
-        return self.mu * self.ratio if self.unlike else self.mu if self.of_slip is None else self.of_slip(SLIPS)
+        if self.of_slip is None:
+            return self.mu * self.ratio if self.unlike else self.mu
+        return np.multiply.outer(self.ratio, self.of_slip(SLIPS))
 
     def __str__(self) -> str:
-        if self.unlike:
-            return "friction: {:.6g} along the rolling, {:.6g} to its left".format(*self.mu * self.ratio)
+        def sides(mu: float) -> str:
+            return (
+                "{:.6g} along the rolling, {:.6g} to its left".format(*mu * self.ratio) if self.unlike else f"{mu:.6g}"
+            )
+
+        if self.of_slip is None:
+            return f"friction: {sides(self.mu)}"
         still = float(np.max(self.coefficient(SLIPS[:1])))
-        return f"friction: {still:.6g} without slip, {self.far:.6g} at that of rolling"
+        return f"friction: {sides(still)} without slip, {sides(self.far)} at that of rolling"

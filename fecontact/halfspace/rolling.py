@@ -45,7 +45,7 @@ from fecontact.halfspace.grid_error import edge_one_way
 from fecontact.halfspace.path import prints_of
 from fecontact.halfspace.pictures import Drawn, plot_creep
 from fecontact.halfspace.pressing import Load, press
-from fecontact.halfspace.tresca import TrescaIterate, TrescaProblem, solve_nested_tresca, solve_tresca
+from fecontact.halfspace.tresca import TrescaIterate, TrescaProblem, solve_nested_tresca
 from fecontact.solvers.coulomb import Residuals, friction_limit, sizes
 
 #: Weights w of a difference over cells ahead, cells from a cell's middle to where it takes the rigid slip, and whether
@@ -79,8 +79,8 @@ COARSE_TOLERANCE = 1e-4
 #: Fall of a wave along the grid in the preconditioner; a third of it takes twice as many iterations.
 FALL = 4 * math.pi
 
-#: How often limits of friction follow the slip.
-MAX_LIMITS = 100
+#: Tolerance of the tractions with the friction without slip, from which those of friction that falls are sought.
+FIRST_LIMITS = 1e-3
 
 #: Difference of tractions over the largest pressure from which two solutions are taken for two.
 SEVERAL = 1e-5
@@ -365,6 +365,11 @@ class RollingFriction(Friction):
         """Tractions (2, 2) by those of the isotropic problem; None: the same."""
         return None if self.law is None or not self.law.unlike else self.axes.T * self.ratio
 
+    @cached_property
+    def shrink(self) -> Array | None:
+        """Inverse of `stretch`."""
+        return None if self.stretch is None else np.asarray(np.linalg.inv(self.stretch), dtype=float)
+
     def may_slide(self, step: RollingStep, force: float) -> bool:
         """Whether friction falls with slip, and holds the loads as a whole when it slides, too."""
         far = 0.0 if self.law is None or self.law.of_slip is None else self.law.far
@@ -386,7 +391,7 @@ class RollingFriction(Friction):
 
         L, ahead = self.stretch, self._symbol(plain.tractions.lengths, level)
         tractions = product(plain.tractions, ahead, L, L)
-        back = None if L is None else np.asarray(np.linalg.inv(L).T, dtype=float)
+        back = None if self.shrink is None else self.shrink.T
         own = [scipy.fft.irfft2(tractions.kernels[j][j], s=tractions.lengths)[0, 0] for j in (0, 1)]
         return TangentialCompliance(
             tractions,
@@ -407,6 +412,11 @@ class RollingFriction(Friction):
             weights = RULES[self.rule][0]
             total = total + abs(cosine) / (side * 2**level) * sum(w * step**j for j, w in enumerate(weights))
         return np.asarray(total)
+
+
+def turned(matrix: Array | None, v: Array) -> Array:
+    """Vectors (2, bx, by) times a matrix; None is the identity."""
+    return v if matrix is None else np.tensordot(matrix, v, 1)
 
 
 def stretched(kernels: Kernels, left: Array | None, right: Array | None) -> Kernels:
@@ -464,48 +474,41 @@ class RollingTractions(Tractions[RollingStep, RollingContact]):
         return alone if self.friction.stretch is None else np.multiply.outer(squares / squares.mean(), alone)
 
     def reached(self, q: Array, m: Array, tolerance: float, near: bool = False) -> TrescaIterate:
-        """Tractions on the box and motions; where friction depends on the slip, by limits of the slip before."""
-        L, p = self.friction.stretch, self.normal.pressure[self.box]
-        at = super().reached(q if L is None else np.tensordot(np.linalg.inv(L), q, 1), m, tolerance, near)
-        if L is not None:
-            return replace(at, q=np.tensordot(L, at.q, 1))
-        law, problem = self.friction.law, self.problem
-        if law is None or law.of_slip is None:
-            return at
-        for _ in range(MAX_LIMITS):
-            limit = friction_limit(law.coefficient(sizes(at.s)), p)
-            if np.abs(limit - problem.limit).max() <= tolerance * p.max():
-                break
-            problem, before = replace(problem, limit=limit), at
-            at = solve_tresca(problem, at.q, at.m, tolerance)
-            at = replace(at, newton=before.newton + at.newton, nit=before.nit + at.nit)
-        return at
+        """Tractions on the box and motions; where friction depends on the slip, from those of the first limits."""
+        setting, problem, nit = self.friction, self.problem, 0
+        q, newton = turned(setting.shrink, q), 0
+        if problem.law is not None and not near:
+            first = replace(problem, law=None)
+            at = solve_nested_tresca(first, setting.compliance, q, m, max(tolerance, FIRST_LIMITS))
+            q, m, newton, nit, near = at.q, at.m, at.newton, at.nit, True
+        at = super().reached(q, m, tolerance, near)
+        return replace(at, q=turned(setting.stretch, at.q), newton=newton + at.newton, nit=nit + at.nit)
 
     def slip(self, q: Array, m: Array) -> Array:
         """Slip (2, bx, by) on the box; zero where nothing touches."""
-        if (L := self.friction.stretch) is None:
-            return super().slip(q, m)
-        back = np.linalg.inv(L)
-        return np.tensordot(back.T, super().slip(np.tensordot(back, q, 1), m), 1)
+        shrink = self.friction.shrink
+        return turned(None if shrink is None else shrink.T, super().slip(turned(shrink, q), m))
 
     def residuals(self, normal: HalfSpaceContact, q: Array, slip: Array) -> Residuals:
         """Certificate of pressures, and of tractions and slip on the box, with the limits of that slip."""
-        L, law = self.friction.stretch, self.friction.law
-        if L is not None:
-            q, slip = np.tensordot(np.linalg.inv(L), q, 1), np.tensordot(L.T, slip, 1)
-        problem = self.problem
-        if law is not None and law.of_slip:
-            limit = friction_limit(law.coefficient(sizes(slip)), self.normal.pressure[self.box])
-            problem = replace(problem, limit=limit)
-        return certificate(normal, problem, q, slip, self._length)
+        L, shrink = self.friction.stretch, self.friction.shrink
+        slip = turned(None if L is None else L.T, slip)
+        return certificate(normal, self.problem, turned(shrink, q), slip, self._length)
 
     @cached_property
     def problem(self) -> TrescaProblem:
-        """The problem of the tractions, with the first limits where friction depends on the slip."""
-        found, law = super().problem, self.friction.law
-        if law is None or not self.from_sliding:
+        """The problem of the tractions; where friction depends on the slip with the first limits, and their law."""
+        found, law, p = super().problem, self.friction.law, self.normal.pressure[self.box]
+        if law is None or law.of_slip is None:
             return found
-        return replace(found, limit=friction_limit(law.far, self.normal.pressure[self.box]))
+        squares = (self.friction.ratio**-2)[:, None, None]
+
+        def limits(s: Array) -> tuple[Array, Array]:
+            size = np.sqrt((squares * s**2).sum(axis=0))  # s is multiplied by the ratio
+            limit, more = (friction_limit(mu, p) for mu in law.around(size))
+            return limit, more * squares * s / np.maximum(size, 1e-300)
+
+        return replace(found, limit=friction_limit(law.far, p) if self.from_sliding else found.limit, law=limits)
 
     def at_leading_edge(self) -> Array:
         """What is added to the own compliance of cells (nx, ny), over it: of those that the contact covers by a share.

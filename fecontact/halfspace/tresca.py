@@ -9,7 +9,8 @@ the diagonal D, symmetric and positive definite.
 The slip is recomputed after each Newton step; within it the changes are in single precision.
 
 A compliance that is monotone but not symmetric, as of steady rolling, has no energy; the same equations are then solved
-by GMRES.
+by GMRES. There limits may depend on the slip, f(s): where it slips q . n = f turns into d q . n = (df/ds) . d s, a
+second unknown of the cell.
 """
 
 from __future__ import annotations
@@ -31,6 +32,9 @@ from fecontact.solvers.coulomb import projected
 WEIGHED, WEIGHED_ROLLING = 16, 2
 
 MAX_ROUNDS = 20
+#: How often limits follow the slip, how closely tractions are solved for over the defect, its fall from which Newton's
+#: method is tried, near one solution of several, and how often it is tried without.
+MAX_LIMITS, HELD, CONTRACTS, EVERY = 100, 0.03, 0.5, 10
 PATIENCE = 6
 PROGRESS = 0.7
 ALTERNATIONS = 30
@@ -68,6 +72,8 @@ class TrescaProblem:
         Loads on them: B q = F.
     alone : (bx, by) array, or 0
         Compliance of cells by themselves, added to A.
+    law : function of slips (2, bx, by), optional
+        Limits, and their derivatives (2, bx, by), where they depend on the slip; `limit` is then where to start from.
     """
 
     compliance: TangentialCompliance
@@ -76,6 +82,11 @@ class TrescaProblem:
     B: Array
     F: Array
     alone: Array | float = 0.0
+    law: Callable[[Array], tuple[Array, Array]] | None = None
+
+    def limits(self, s: Array) -> tuple[Array, Array | None]:
+        """Limits at slips (2, bx, by), and their derivatives if they depend on them."""
+        return (self.limit, None) if self.law is None else self.law(s)
 
     @property
     def touching(self) -> Mask:
@@ -180,11 +191,29 @@ def solve_tresca(problem: TrescaProblem, q: Array, m: Array, tolerance: float) -
     """
     q = projected(np.where(problem.touching, q, 0.0), problem.limit)
     at = _measured(problem, TrescaIterate(q, problem.slip(q, m), m))
+    if problem.law is not None:
+        return _following(problem, at, tolerance)
     for _ in range(MAX_ROUNDS):
         found = _newton(problem, at, tolerance)
         if found.defect <= tolerance:
             return found
         at = _alternate(problem, replace(at, newton=found.newton, nit=found.nit))
+    return at
+
+
+def _following(problem: TrescaProblem, at: TrescaIterate, tolerance: float) -> TrescaIterate:
+    """Limits follow the slip before, and by Newton's method where that comes closer, or never does."""
+    for k in range(1, MAX_LIMITS + 1):
+        if at.defect <= tolerance:
+            break
+        held = replace(problem, law=None, limit=problem.limits(at.s)[0])
+        by = solve_tresca(held, at.q, at.m, max(tolerance, HELD * at.defect))
+        before, at = at, _measured(problem, replace(by, newton=at.newton + by.newton, nit=at.nit + by.nit))
+        if at.defect > tolerance and (at.defect < CONTRACTS * before.defect or k % EVERY == 0):
+            found = _newton(problem, at, tolerance)
+            if found.defect <= tolerance:
+                return found
+            at = replace(at, newton=found.newton, nit=found.nit)
     return at
 
 
@@ -209,23 +238,23 @@ def _alternate(problem: TrescaProblem, at: TrescaIterate) -> TrescaIterate:
     S. Boyd et al., Found. Trends Mach. Learn. 3 (2011) 1, sections 3 and 5.
     """
     near = problem.compliance.own * max(problem.limit.shape) ** 0.5
-    D = np.full(problem.limit.shape, near)
+    D, (limit, _) = np.full(problem.limit.shape, near), problem.limits(at.s)
     weight = np.sqrt(problem.compliance.own / (problem.compliance.own + D))
     linear = LinearStep(problem, problem.touching, np.zeros(at.q.shape), D, weight)
     disc, scaled = at.q, np.where(problem.touching, -at.s / near, 0.0)
     for _ in range(ALTERNATIONS):
         at = _solve_linear(linear, at, np.zeros(at.q.shape), disc - scaled, 0.0, PER_NEWTON)
-        disc = projected(at.q + scaled, problem.limit)
+        disc = projected(at.q + scaled, limit)
         scaled = scaled + at.q - disc
     return _measured(problem, replace(at, q=disc, s=problem.slip(disc, at.m)))
 
 
 def _measured(problem: TrescaProblem, at: TrescaIterate) -> TrescaIterate:
     r = 1 / problem.compliance.own
-    size = float(np.abs(at.q).max(initial=0.0))
+    size, (limit, _) = float(np.abs(at.q).max(initial=0.0)), problem.limits(at.s)
     finite = problem.limit[np.isfinite(problem.limit)]
     scale = max(size, float(finite.max(initial=0.0)), 1e-300)
-    moved = np.where(problem.touching, projected(at.q - r * at.s, problem.limit) - at.q, 0.0)
+    moved = np.where(problem.touching, projected(at.q - r * at.s, limit) - at.q, 0.0)
     total = float(np.abs(at.q).sum()) + 1e-300
     missing = np.abs(problem.F - np.tensordot(problem.B, at.q, 3))
     reach = np.abs(problem.B).max(axis=(1, 2, 3), initial=0.0)
@@ -242,21 +271,42 @@ class LinearStep:
     across: Array
     D: Array
     weight: Array
+    grade: Array | None = None
 
     def project(self, v: Array) -> Array:
         """Part of vectors (2, bx, by) in the unknowns: all where it sticks, across the traction where it slips."""
         return np.where(self.stick, v, (v * self.across).sum(axis=0) * self.across)
 
+    def along(self, v: Array) -> Array | float:
+        """Part of vectors (2, bx, by) along the traction where it slips."""
+        return v - self.project(v)
+
+    def follow(self, s: Array) -> Array | float:
+        """What limits change by with slips (2, bx, by), along the tractions; zero where they do not depend on them."""
+        if self.grade is None:
+            return 0.0
+        n = np.stack([self.across[1], -self.across[0]])
+        return (self.grade * s).sum(axis=0) * n
+
+    def image(self, s: Array) -> Array:
+        """Left side of the equations by a change of slips alone."""
+        return self.project(s) - self.problem.compliance.own * self.follow(s)
+
     def product(self, d: Array) -> tuple[Array, Array]:
         """Displacements by a change d of tractions, and the matrix times d."""
         u = self.problem.correct(d)
-        return u, self.project(u + self.D * d)
+        found = self.project(u + self.D * d)
+        if self.grade is not None:
+            found += self.problem.compliance.own * (self.along(d) - self.follow(u))
+        return u, found
 
     def precondition(self, v: Array) -> Array:
         """Inverse of the compliance in wave numbers where D is small, of D where it is large."""
-        inner = self.project(self.problem.compliance.precondition(self.weight * v))
+        own, w = self.problem.compliance.own, v if self.grade is None else self.project(v)
+        inner = self.project(self.problem.compliance.precondition(self.weight * w))
         alone = self.D + np.maximum(self.problem.alone, 0.0)
-        return self.weight * inner + (1 - self.weight**2) / (alone + self.problem.compliance.own) * v
+        found = self.weight * inner + (1 - self.weight**2) / (alone + own) * w
+        return found if self.grade is None else found + self.along(v) / own
 
 
 def _linear(problem: TrescaProblem, at: TrescaIterate) -> tuple[LinearStep, Array]:
@@ -264,16 +314,17 @@ def _linear(problem: TrescaProblem, at: TrescaIterate) -> tuple[LinearStep, Arra
     own = problem.compliance.own
     weighed = (WEIGHED if problem.compliance.symmetric else WEIGHED_ROLLING) * own
     z = at.q - at.s / weighed
-    size = np.hypot(z[0], z[1])
-    slips = problem.touching & (size > problem.limit)
+    size, (f, grade) = np.hypot(z[0], z[1]), problem.limits(at.s)
+    slips = problem.touching & (size > f)
     stick = problem.touching & ~slips
     safe = np.where(slips, size, 1.0)
     n = np.where(slips, z / safe, 0.0)
-    limit = np.where(slips, problem.limit, 1.0)
+    limit = np.where(slips, np.maximum(f, 1e-300), 1.0)
     D = np.where(slips, (size - limit) * weighed / limit, 0.0)
     outwards = np.where(slips, limit, 0.0) * n - (at.q * n).sum(axis=0) * n
     weight = np.sqrt(own / (own + D + np.maximum(problem.alone, 0.0)))
-    return LinearStep(problem, stick, np.stack([-n[1], n[0]]), D, weight), outwards
+    grade = None if grade is None else np.where(slips, grade, 0.0)
+    return LinearStep(problem, stick, np.stack([-n[1], n[0]]), D, weight, grade), outwards
 
 
 def _newton_step(problem: TrescaProblem, at: TrescaIterate, tolerance: float, most: float) -> TrescaIterate:
@@ -282,12 +333,13 @@ def _newton_step(problem: TrescaProblem, at: TrescaIterate, tolerance: float, mo
     small = 0.1 * tolerance * problem.compliance.own * float(np.abs(at.q + change).max(initial=0.0))
     factor = PER_NEWTON if at.defect > 1e3 * tolerance else 0.0
     to = _solve_linear(linear, at, change, np.zeros(at.q.shape), small, factor)
-    q = projected(to.q, np.where(linear.stick, np.inf, problem.limit))
+    q = projected(to.q, np.where(linear.stick, np.inf, problem.limits(to.s)[0]))
     found = _measured(problem, replace(to, q=q, s=problem.slip(q, to.m), newton=at.newton + 1))
     for share in () if problem.compliance.symmetric else SHORTER:
         if found.defect < most:
             break
-        q, m = projected(at.q + share * (to.q - at.q), problem.limit), at.m + share * (to.m - at.m)
+        s = at.s + share * (to.s - at.s)
+        q, m = projected(at.q + share * (to.q - at.q), problem.limits(s)[0]), at.m + share * (to.m - at.m)
         found = _measured(problem, replace(found, q=q, m=m, s=problem.slip(q, m)))
     return found
 
@@ -337,7 +389,7 @@ def solve_by_gmres(linear: LinearStep, at: TrescaIterate, change: Array, anchor:
     P(A d + D d - B^T dm) = -P r and B d = e, preconditioned by the same equations with the inverse in wave numbers.
     """
     problem, k, own, n = linear.problem, len(linear.problem.F), linear.problem.compliance.own, at.q.size
-    rows = np.array([linear.project(row) for row in problem.B]).reshape(problem.B.shape)
+    rows = np.array([linear.image(row) for row in problem.B]).reshape(problem.B.shape)
     images = np.array([linear.precondition(row) for row in rows]).reshape(problem.B.shape)
     inverse = np.linalg.pinv(np.tensordot(problem.B, images, ((1, 2, 3), (1, 2, 3))).reshape(k, k), rcond=1e-12)
     size = np.linalg.norm(rows.reshape(k, n), axis=1)  # of the equations of balance, to be of one unit with the others
@@ -354,7 +406,7 @@ def solve_by_gmres(linear: LinearStep, at: TrescaIterate, change: Array, anchor:
         return np.concatenate([(z + np.tensordot(dm, images, 1)).ravel(), dm * size])
 
     u = problem.correct(change)
-    residual = linear.project(at.s + u + linear.D * (at.q + change - anchor))
+    residual = linear.project(at.s + linear.D * (at.q + change - anchor)) + linear.image(u)
     missing = problem.F - np.tensordot(problem.B, at.q + change, 3)
     A, M = (LinearOperator((n + k, n + k), matvec=f, dtype=float) for f in (product, inverted))
     b, steps = np.concatenate([-residual.ravel(), own / size * missing]), [0.0]

@@ -243,6 +243,8 @@ def test_what_is_wrong_is_refused():
             rolled(friction=law)
     with refused(InputError, "slides-as-a-whole", "(0, 1)", "above 0.33"):  # of the larger coefficient
         rolled(friction=(0.3, 0.1), tangential=(0.0, 1.1 * 0.1 * FORCE), towards=(0.6, 0.8))
+    with refused(InputError, "friction-too-unlike"):
+        fc.FallingFriction(0.3, 0.2, 1e-3, across=1e-4)
     with pytest.raises(InputError, match="static >= kinetic"):
         fc.FallingFriction(0.2, 0.3, 1e-3)
     with refused(InputError, "other-grid"):
@@ -441,6 +443,27 @@ def test_full_sliding_has_the_friction_of_its_slip():
     np.testing.assert_allclose(lay.tangential, exact * FORCE, rtol=2e-2)
 
 
+@pytest.mark.parametrize(("against", "towards"), [(STEEL, (1, 0)), (RUBBER, (0.6, -0.8))])
+def test_friction_that_falls_and_differs_by_direction(against, towards):
+    """t_k = -mu_k^2 s_k p / |mu s| where it slips, with coefficients of that slip; far, as of rigid bodies."""
+    law = fc.FallingFriction(MU, 0.18, 5e-3, across=0.5)
+    found = rolled(half(against=against), friction=law, towards=towards, **SPINNING)
+    axes = RollingStep(force=1.0, towards=towards).axes
+    t, s = (np.tensordot(axes, v, 1) for v in (found.traction, found.slip))
+    mu = np.multiply.outer([1.0, 0.5], law(np.hypot(*s)))
+    at, rate = found.slipping, np.hypot(*(mu * s))
+    close = at & (rate > 1e-3 * rate.max())
+    exact = (mu**2 * s * found.pressure / np.maximum(rate, 1e-300))[:, close]
+    np.testing.assert_allclose(-t[:, close], exact, atol=1e-5 * found.max_pressure)
+    assert (np.hypot(*(t / mu)) <= found.pressure + 1e-7 * found.max_pressure).all()
+    assert 0 < close.sum() <= at.sum() < found.active.sum()
+    assert found.residuals.within(1e-8)
+    assert "0.15 to its left without slip" in str(found)
+    slides = rolled(friction=fc.FallingFriction(0.4, 0.2, 0.5, "rational", across=0.5), creepage=(0.3, 0.4))
+    rigid = 0.3 * np.array([0.3, 0.25 * 0.4]) / np.hypot(0.3, 0.5 * 0.4)
+    np.testing.assert_allclose(slides.tangential, rigid * FORCE, rtol=2e-2)
+
+
 @pytest.mark.parametrize("law", ["exponential", "rational", "linear"])
 def test_falling_friction_is_that_of_its_own_slip(law):
     of = fc.FallingFriction(MU, 0.18, 5e-3, law)
@@ -457,6 +480,13 @@ def test_falling_friction_is_that_of_its_own_slip(law):
     assert 0.4 < found.rolling_error.traction / rolled(**SPINNING).rolling_error.traction < 3
     with refused(InputError, "no-heat"):
         found.flash_temperature((1.0, 0.0), conductivity=1.0, diffusivity=1.0)
+
+
+def test_friction_whose_limits_do_not_settle_by_themselves():
+    """Here limits of the slip before go to and fro for ever: Newton's method finds the answer."""
+    found = rolled(half(n=44), friction=fc.FallingFriction(MU, 0.18, 5e-3, "linear"), **SPINNING)
+    assert found.residuals.within(1e-8)
+    assert found.tangential[0] == pytest.approx(0.12939648 * FORCE, rel=1e-6)
 
 
 def test_several_solutions_of_falling_friction_are_told(tmp_path):
