@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from fecontact.ancf.slender.corotational import CorotationalBeam
 from fecontact.ancf.slender.kinds import beam, line, plate, strip, thick_plate
+from fecontact.ancf.slender.laminate import Lamina, Laminate
 from fecontact.ancf.slender.structure import Part, Structure, straight
 from fecontact.ancf.system.joints import Joints
 from fecontact.bodies.rigid import RigidBody
@@ -14,6 +15,8 @@ from fecontact.contact.contact import Contact
 __all__ = [
     "CorotationalBeam",
     "Joints",
+    "Lamina",
+    "Laminate",
     "Part",
     "Structure",
     "beam",

@@ -21,8 +21,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.ancf.slender import shapes
+from fecontact.ancf.slender.laminate import Lamina, Laminate, plane_stress, sheet
 from fecontact.ancf.slender.shapes import Shape
-from fecontact.ancf.slender.strains import LineCurvature, Measure, Products, Stretch, SurfaceCurvature, green_lagrange
+from fecontact.ancf.slender.strains import (
+    LineCurvature,
+    Measure,
+    Products,
+    Stretch,
+    StretchAndCurvature,
+    SurfaceCurvature,
+    green_lagrange,
+)
 from fecontact.ancf.slender.structure import Part, Structure, axes_of, axis_of
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, lengths
@@ -138,12 +147,6 @@ def _in_space(material: Material) -> Array:
     return D
 
 
-def _in_plane(material: Material) -> Array:
-    """Hooke's law of plane stress (3, 3), order xx yy xy."""
-    nu = material.nu
-    return np.asarray(material.plane_strain_modulus * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]))
-
-
 def strip(points: ArrayLike, material: Material, *, width: float, height: float, approach: str = "line") -> Structure:
     """A planar beam in the plane x, y that shears.
 
@@ -173,7 +176,7 @@ def strip(points: ArrayLike, material: Material, *, width: float, height: float,
     inside, weights = _rule(4, 2, across=(True, False))
     volume = size * height * width
     if approach == "continuum":
-        parts = [Part((X, Y), green_lagrange((0, 1)), _in_plane(material), inside, weights, volume)]
+        parts = [Part((X, Y), green_lagrange((0, 1)), plane_stress(material), inside, weights, volume)]
     else:
         parts = _flat_line(material, width, height, size)
     inertia = (inside, _density(material) * weights, volume)
@@ -351,8 +354,8 @@ def _plate(
 def plate(
     corners: Sequence[ArrayLike],
     divisions: tuple[int, int],
-    material: Material,
-    thickness: float,
+    material: Material | Lamina | Laminate,
+    thickness: float | None = None,
     radius: float | None = None,
 ) -> Structure:
     """A thin rectangular plate or cylindrical shell (Kirchhoff), with two gradients at each node.
@@ -362,8 +365,10 @@ def plate(
     corners : three points
         A corner and its neighbours along x and y.
     divisions : (int, int)
-    material : Material
+    material : Material, Lamina or Laminate
+        Orthotropic layers have their angles from the plate's x.
     thickness : float
+        Of one material; a laminate has its own.
     radius : float, optional
         Of a cylindrical shell: the plate is rolled along y towards its normal, x cross y, and free of stress so.
 
@@ -373,12 +378,12 @@ def plate(
     >>> plate([(0, 0, 0), (1, 0, 0), (0, 1, 0)], (2, 2), fc.Material(E=1.0, nu=0.3), 0.01).n_dofs
     81
     """
-    lengths(thickness=thickness)
+    made = sheet(material, thickness)
     vectors, cells, box = _plate(shapes.PLATE, np.asarray(corners, dtype=float), divisions, radius)
     area = box[:, 0] * box[:, 1]
     inside, weights = _rule(4, 4)
-    inertia = (inside, _density(material) * thickness * weights, area)
-    parts = _thin(material, thickness, (inside, weights), area)
+    inertia = (inside, made.mass * weights, area)
+    parts = _thin(made, (inside, weights), area)
     return Structure(shapes.PLATE, vectors, cells, box, parts, inertia)
 
 
@@ -421,9 +426,9 @@ def _middle_surface(material: Material, thickness: float, area: Array) -> list[P
     element; its change within the element is resisted with the rigidity of bending, so that nothing locks. Its length
     counts at the nodes, see `_elastic_line`.
     """
-    flat = _in_plane(material)
+    flat = plane_stress(material)
     four, middle = _rule(4, 4, across=(False, True)), _rule(1, 1, across=(False, True))
-    thin = _thin(material, thickness, four, area)
+    thin = _thin(sheet(material, thickness), four, area)
     shear = Products((((1.0, 0, 2),), ((1.0, 1, 2),)), (0.0, 0.0))
     # of r_x, r_y, r_z, r_xx, r_yy, r_xy, r_xz, r_yz
     change = Products(
@@ -439,10 +444,14 @@ def _middle_surface(material: Material, thickness: float, area: Array) -> list[P
     ]
 
 
-def _thin(material: Material, thickness: float, rule: tuple[Array, Array], area: Array) -> list[Part]:
-    """Membrane and Kirchhoff's bending of a middle surface."""
-    flat = _in_plane(material)
+def _thin(made: Laminate, rule: tuple[Array, Array], area: Array) -> list[Part]:
+    """Membrane and Kirchhoff's bending of a middle surface, which layers about it may couple."""
+    orders = (X, Y, XX, YY, XY)
+    if made.coupling.any():
+        # along the normal fibres shorten where the curvature r_xx . n is positive
+        both = np.block([[made.membrane, -made.coupling], [-made.coupling, made.bending]])
+        return [Part(orders, StretchAndCurvature(), both, *rule, area)]
     return [
-        Part((X, Y), green_lagrange((0, 1)), thickness * flat, *rule, area),
-        Part((X, Y, XX, YY, XY), SurfaceCurvature(), thickness**3 / 12 * flat, *rule, area),
+        Part((X, Y), green_lagrange((0, 1)), made.membrane, *rule, area),
+        Part(orders, SurfaceCurvature(), made.bending, *rule, area),
     ]

@@ -187,6 +187,31 @@ class SurfaceCurvature:
         return out
 
 
+class StretchAndCurvature:
+    """Green-Lagrange strains of a middle surface and its curvatures, for sheets whose layers couple them.
+
+    Derivatives in the order r_x, r_y, r_xx, r_yy, r_xy.
+    """
+
+    _within, _bent = green_lagrange((0, 1)), SurfaceCurvature()
+
+    def strain(self, g: Array) -> Array:
+        """(..., 6)."""
+        return np.concatenate([self._within.strain(g[..., :2, :]), self._bent.strain(g)], axis=-1)
+
+    def first(self, g: Array) -> Array:
+        """(..., 6, 5, 3)."""
+        within = np.zeros((*g.shape[:-2], 3, 5, 3))
+        within[..., :2, :] = self._within.first(g[..., :2, :])
+        return np.concatenate([within, self._bent.first(g)], axis=-3)
+
+    def second(self, g: Array, s: Array) -> Array:
+        """Of both, weighted by s (..., 6)."""
+        out = self._bent.second(g, s[..., 3:])
+        out[..., :2, :, :2, :] += self._within.second(g[..., :2, :], s[..., :3])
+        return out
+
+
 def _normal(g: Array) -> tuple[Array, Array, Array]:
     """Size (..., 1) of r_x x r_y, its unit vector, and the projector on the tangent plane."""
     d = _cross(g[..., 0, :], g[..., 1, :])
