@@ -111,6 +111,8 @@ class Interface(UnilateralConstraints):
         Depth that wears off in this step by unit pressure: compliances of the points by themselves.
     overclosure : SoftContact, optional
         Law of a soft contact; its overlap, too, is by compliances of the points by themselves.
+    lines : (n_pairs,) int array, optional
+        Line of that law on which each point is; the first one by default.
     """
 
     slave: Body
@@ -123,11 +125,38 @@ class Interface(UnilateralConstraints):
     worn: Array | None = None
     wearing: Array | None = None
     overclosure: SoftContact | None = None
+    lines: IntArray | None = None
 
     @property
     def gap(self) -> Array:
-        """Initial gap (n_pairs,)."""
-        return self.pairing.mixed(self.pairing.gap if self.worn is None else self.pairing.gap + self.worn)
+        """Initial gap (n_pairs,), to which pressure closes it: of a soft contact beyond the start of its line."""
+        gap = self.pairing.mixed(self.pairing.gap if self.worn is None else self.pairing.gap + self.worn)
+        return gap if self.overclosure is None else gap + self.starts
+
+    @property
+    def starts(self) -> Array:
+        """Overclosures (n_pairs,) at which the lines of the points of a soft contact have no pressure."""
+        return self._of_lines(1)
+
+    def _of_lines(self, which: int) -> Array:
+        """Compliances (0) or starts (1) of the points' lines, (n_pairs,)."""
+        assert self.overclosure is not None
+        values = self.overclosure.lines[which]
+        n = len(self.pairing.mixed(self.pairing.gap))
+        return np.asarray(values[np.zeros(n, np.int64) if self.lines is None else self.lines])
+
+    def pressures(self, forces: Array) -> Array:
+        """Pressures (n_pairs,) by forces (n_pairs,) of the points."""
+        return np.asarray(forces / self.pairing.areas_of_means(self.pairing.weights))
+
+    def on_lines(self, forces: Array) -> Interface | None:
+        """The same on the lines that forces (n_pairs,) belong to; None where they are its own."""
+        if self.overclosure is None or len(self.overclosure.lines[0]) == 1:
+            return None
+        pressure = self.pressures(forces)
+        before = np.zeros(len(pressure), np.int64) if self.lines is None else self.lines
+        lines = self.overclosure.line(pressure, before)
+        return None if np.array_equal(lines, before) else replace(self, lines=lines)
 
     @property
     def own_compliance(self) -> Array:
@@ -135,7 +164,7 @@ class Interface(UnilateralConstraints):
         if self.wearing is None and self.overclosure is None:
             return super().own_compliance
         by_pressure = 0.0 if self.wearing is None else self.pairing.mixed(self.wearing)
-        by_pressure += 0.0 if self.overclosure is None else 1 / self.overclosure.stiffness
+        by_pressure += 0.0 if self.overclosure is None else self._of_lines(0)
         return np.asarray(by_pressure / self.pairing.areas_of_means(self.pairing.weights))
 
     def worn_off(self, forces: Array) -> Array:

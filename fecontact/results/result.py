@@ -709,8 +709,9 @@ def make_result(
             fields = replace(fields, friction=tangential, directions=scene.directions, worn=contact.worn)
             fields = replace(fields, _heated=(one, two))
             if contact.overclosure is not None:
-                softness = 1 / contact.overclosure.stiffness
-                fields = replace(fields, overclosure=contact.own_compliance * forces, _softness=softness)
+                overlap = np.where(forces > 0, contact.starts, 0.0) + contact.own_compliance * forces
+                softness = float(contact.overclosure.lines[0].max())
+                fields = replace(fields, gap=gap - contact.starts, overclosure=overlap, _softness=softness)
             contacts.append(replace(fields, _cell_problem=problem))
     seconds = dict(timer.seconds)
     seconds["total"] = sum(seconds.values())

@@ -76,6 +76,18 @@ def unborne_motions(result: ContactResult) -> Iterator[str]:
         )
 
 
+def soft_layers(result: ContactResult) -> Iterator[str]:
+    """Notes of how much soft contacts give, beside what moves."""
+    most = result._state.scale
+    for contact in result.contacts:
+        overlap = 0.0 if contact.overclosure is None else float(np.abs(contact.overclosure).max(initial=0.0))
+        if overlap > 0:
+            yield (
+                f"{contact.label} is soft: surfaces overlap by up to {overlap:.3g}, {100 * overlap / most:.2g} % of "
+                "the largest displacement, by which hard contact (without overclosure=) would differ."
+            )
+
+
 def pushed_aside(result: ContactResult) -> Iterator[str]:
     """Warnings of bodies that overlap alone has moved, until nothing touched them."""
     if result._loading.magnitude or any(contact.active.any() for contact in result.contacts):
@@ -658,7 +670,7 @@ CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
     stiff_bodies,
     missed_accuracy,
 )
-NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (carried_motions, unbounded_pressures)
+NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (carried_motions, unbounded_pressures, soft_layers)
 FRICTION_CHECKS, FRICTION_NOTES = (tall_cells, friction_not_unique, large_steps), (single_step,)
 
 

@@ -74,6 +74,8 @@ class Settings:
 
 #: Largest number of enlargements of the candidates.
 MAX_ROUNDS = 12
+#: Largest number of times that points of soft contacts change the line of their table.
+MAX_LINES = 50
 #: Penetration outside the candidates, relative to the largest displacement of the surfaces, that counts as rounding.
 OUTSIDE_TOLERANCE = 1e-9
 #: Solvers that need products with the compliance only.
@@ -114,7 +116,7 @@ def solved(
         if past is not None:
             chosen = past.candidates(interfaces, chosen)
     dense = solver not in MATRIX_FREE or bool(friction) or hold is not None
-    rounds = 0
+    rounds = lines = 0
     while True:
         rounds += 1
         condensed = assemble(model.bodies, every, with_tangents(chosen, friction), loading, timer, dense, hold)
@@ -147,7 +149,19 @@ def solved(
             state = condensed.state((frictional or solution).forces, solution.q)
             penetrating = [_outside(c, w, state.scale) for c, w in zip(chosen, state.gaps, strict=False)]
         if not any(p.any() for p in penetrating):
-            break
+            if not (moved := _off_their_lines(interfaces, chosen, solution.forces)):
+                break
+            lines += 1
+            if lines == MAX_LINES:
+                raise SolverError(
+                    f"Points of a soft contact still changed the lines of its table after {MAX_LINES} rounds; give a "
+                    "table with fewer rows or smaller changes of slope.",
+                    code="soft-contact-lines",
+                )
+            interfaces = moved
+            friction = tangential_rows(model, interfaces, past)
+            every, start = [*interfaces, *friction], solution.active
+            continue
         smaller = chosen
         chosen = [grow(c, o, p) if p.any() else c for c, o, p in zip(chosen, opening, penetrating, strict=True)]
         start = _warm_start(smaller, chosen, solution.active)
@@ -269,6 +283,23 @@ def slides(error: InfeasibleLoadError, loading: Loading, friction: Sequence[Tang
     if any(each.lay is not None for each in friction):
         text += " Of two coefficients mu is the larger one, with their ratio as given."
     return SupportError(text, code="slides-as-a-whole")
+
+
+def _off_their_lines(
+    interfaces: Sequence[UnilateralConstraints], chosen: Sequence[IntArray], forces: Array
+) -> list[UnilateralConstraints]:
+    """The conditions with points of soft contacts on the lines of their pressures; none where they are on them."""
+    out, changed, start = [], False, 0
+    for condition, own in zip(interfaces, chosen, strict=True):
+        contact, found = condition.as_contact, None
+        if contact is not None and contact.overclosure is not None:
+            every = np.zeros(len(contact.gap))
+            every[own] = forces[start : start + len(own)]
+            found = contact.on_lines(every)
+        start += len(own)
+        changed |= found is not None
+        out.append(condition if found is None else found)
+    return out if changed else []
 
 
 def _from_known(

@@ -324,11 +324,11 @@ def _numbers(case: Mapping[str, Any]) -> Iterator[tuple[Any, ...]]:
         yield from (("gravity", axis, v) for axis, v in zip(AXES, case["gravity"], strict=True))
     for kind in ("forces", "moments", "tractions"):
         for key, value in (case.get(kind) or {}).items():
-            if not callable(value):
+            if not callable(value) and np.ndim(value) == 1:
                 yield from ((kind, _target(key), axis, v) for axis, v in zip(AXES, value, strict=True))
     for kind in ("pressures", "temperatures"):
         for key, value in (case.get(kind) or {}).items():
-            if not callable(value):
+            if not callable(value) and np.ndim(value) == 0:
                 yield kind, _target(key), value
     for body, motion in (case.get("motions") or {}).items():
         yield from (("motions", body.name, component, value) for component, value in motion.items())

@@ -21,7 +21,6 @@ from fecontact.app.decks.abaqus_steps import (
     StepState,
     apply,
     follows_motion,
-    refuse_heat,
     steps_of,
     unused,
 )
@@ -34,6 +33,8 @@ from fecontact.app.decks.conditions import (
     transformed,
 )
 from fecontact.app.decks.content import DeckContent, DeckPair, DeckStep, Remarks, look_up
+from fecontact.app.decks.cyclic import sector, sector_conditions, sectors_of
+from fecontact.app.decks.heat import expansion_of, temperatures_of
 from fecontact.app.decks.materials import compressibility, hyperelastic, hyperfoam
 from fecontact.app.options import FINITE
 from fecontact.common.arrays import Array, IntArray
@@ -59,12 +60,12 @@ from fecontact.mesh.mesh import Mesh
 MESH = {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "PART", "END PART", "ASSEMBLY", "END ASSEMBLY", "INSTANCE"}
 MESH |= {"END INSTANCE", "INCLUDE", "HEADING"}
 #: Keywords that stand inside of *MATERIAL and *SURFACE INTERACTION.
-OF_MATERIAL = {"ELASTIC", "DENSITY", "HYPERELASTIC", "HYPERFOAM"}
+OF_MATERIAL = {"ELASTIC", "DENSITY", "EXPANSION", "HYPERELASTIC", "HYPERFOAM"}
 OF_INTERACTION = {"SURFACE BEHAVIOR", "FRICTION"}
 #: Parameters of *FRICTION that make it differ by direction, speed or pressure.
 OF_FRICTION = ("ANISOTROPIC", "EXPONENTIAL DECAY", "TAUMAX", "USER")
 #: Ties whose surfaces do not lie on each other.
-OF_TIES = ("CYCLIC SYMMETRY", "MULTISTAGE", "FLUID PERIODIC")
+OF_TIES = ("MULTISTAGE", "FLUID PERIODIC")
 #: Overclosure of a linear law under a pressure, relative to the shortening of the mesh's size under it, below which the
 #: law is a penalty, as programs need one, and not meant as a soft layer.
 PENALTY = 0.01
@@ -87,6 +88,8 @@ class Found:
     interactions: dict[str, list[KeywordSection]] = field(default_factory=dict)
     pairs: list[tuple[KeywordSection, str]] = field(default_factory=list)
     ties: list[DeckPair] = field(default_factory=list)
+    clearances: dict[tuple[str, str], float] = field(default_factory=dict)
+    heated: bool = False
     remarks: Remarks = field(default_factory=Remarks)
 
     @classmethod
@@ -100,7 +103,8 @@ class Found:
         types = {p.get("ELSET", "").upper(): p.get("TYPE", "").upper() for p in given}
         surfaces = (s.parameters for s in keywords if s.keyword == "SURFACE")
         by_nodes = (p.get("NAME", "").upper() for p in surfaces if p.get("TYPE", "").upper() == "NODE")
-        return cls(instances, types, frozenset(by_nodes))
+        heated = {s.keyword for s in keywords} >= {"EXPANSION", "TEMPERATURE"}
+        return cls(instances, types, frozenset(by_nodes), heated=heated)
 
     def cells(self, s: KeywordSection, mesh: Mesh) -> IntArray:
         """Cells of the set that a keyword names, in a part those of all its instances.
@@ -170,14 +174,15 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
     raw = read_abaqus(path)
     mesh = _with_faces(build(raw, path.name), found.by_nodes)
     names = _names(keywords[:first], raw, mesh, path.name)
-    refuse_heat(keywords)
     for s in keywords:
         if s.keyword == "ELEMENT" and re.match(SOFTER, kind := s.parameters.get("TYPE", "").upper()):
             found.remarks.note(f"{path.name}: elements of type {kind} are integrated in full, so they bend less here.")
     try:
-        conditions = _conditions(keywords[:first], names)
+        conditions = _conditions(keywords[:first], names, found)
         shape = (names.special.count, 3)
         state = StepState(np.full(shape, np.nan), np.zeros(shape), np.zeros(shape, bool))
+        if found.heated:
+            state.initial, state.temperatures = np.full((2, shape[0]), np.nan)
         owner: list[KeywordSection] = []
         for s in keywords[:first]:
             owner = _model(s, owner, found, state, names)
@@ -185,7 +190,7 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
         _tell_of_conditions(keywords[:first], steps, names, found.remarks)
         used = {name for _, name in found.sections}
         own = {name: parts for name, parts in found.materials.items() if name in used}
-        materials = {name: _material(name, parts, laws, found.remarks) for name, parts in own.items()}
+        materials = {name: _material(name, parts, laws, found.remarks, found.heated) for name, parts in own.items()}
         contacts, tied = _pairs(found, mesh, materials)
     except (ValueError, IndexError, OverflowError) as error:
         if isinstance(error, InputError):
@@ -267,8 +272,8 @@ def _names(model: Sequence[KeywordSection], raw: RawMesh, mesh: Mesh, source: st
     return names
 
 
-def _conditions(model: Sequence[KeywordSection], names: Names) -> sp.csr_matrix | None:
-    """Linear conditions, after the axes of nodes that *TRANSFORM turns."""
+def _conditions(model: Sequence[KeywordSection], names: Names, given: Found) -> sp.csr_matrix | None:
+    """Linear conditions, those of sectors among them, after the axes of nodes that *TRANSFORM turns."""
     mesh, special = names.mesh, names.special
     for s in model:
         if s.keyword == "TRANSFORM":
@@ -286,7 +291,11 @@ def _conditions(model: Sequence[KeywordSection], names: Names) -> sp.csr_matrix 
     def cells(name: str, place: str) -> IntArray:
         return np.unique(mesh.cells[names.cells(name, place)])
 
-    found = conditions_of(model, special, faces, cells)
+    parts = [conditions_of(model, special, faces, cells)]
+    for tie, line, cyclic in sectors_of(model):
+        pair = _pair(line, tie.place, 0.0, given, mesh)
+        parts.append(sector_conditions(mesh, sector(tie, (pair.slave, pair.master), cyclic), 3 * special.count))
+    found = sp.vstack(parts, format="csr")
     return found if found.shape[0] else None
 
 
@@ -314,7 +323,8 @@ def _model(
     if s.keyword in ("PART", "END PART", "INSTANCE", "END INSTANCE"):
         begins = not s.keyword.startswith("END")
         found.part = s.parameters.get("NAME" if s.keyword == "PART" else "PART", "").upper() if begins else ""
-    if s.keyword in (*MESH, *CONDITIONS, *OF_COUPLING, "TRANSFORM"):
+    cyclic = s.keyword == "CYCLIC SYMMETRY MODEL" or (s.keyword == "TIE" and "CYCLIC SYMMETRY" in s.parameters)
+    if s.keyword in (*MESH, *CONDITIONS, *OF_COUPLING, "TRANSFORM") or cyclic:
         return owner
     if s.keyword in ("MATERIAL", "SURFACE INTERACTION"):
         kept = found.materials if s.keyword == "MATERIAL" else found.interactions
@@ -327,6 +337,11 @@ def _model(
             found.remarks.note(f"{s.place}: the orientation is not used; materials are isotropic.")
     elif s.keyword == "CONTACT PAIR":
         found.pairs += [(s, line) for line in s.lines]
+    elif s.keyword == "CLEARANCE" and "VALUE" in s.parameters:
+        names_of = (s.parameters.get("SLAVE", "").upper(), s.parameters.get("MASTER", "").upper())
+        found.clearances[names_of] = values_of(s.parameters["VALUE"])[0]
+    elif s.keyword == "INITIAL CONDITIONS" and s.parameters.get("TYPE", "").upper() == "TEMPERATURE" and found.heated:
+        temperatures_of(s, lambda name: names.nodes(name, s.place), lambda value: value, state.initial)
     elif s.keyword == "TIE":
         if wrong := [p for p in OF_TIES if p in s.parameters]:
             raise InputError(f"{s.place}: *TIE, {wrong[0]} ties surfaces that are apart, which is not done here.")
@@ -372,15 +387,28 @@ def _pairs(found: Found, mesh: Mesh, materials: dict[str, Material | Law]) -> tu
             else:
                 ties |= _ties(part)
                 soft = _overclosure(part, stiffest, small, found.remarks)
-        pair = replace(_pair(line, s.place, friction, found, mesh), overclosure=soft)
+        pair = replace(_pair(line, s.place, friction, found, mesh), overclosure=soft, adjust=_adjust(s))
+        pair = replace(pair, clearance=found.clearances.get((pair.slave.upper(), pair.master.upper())))
         (tied if ties else contacts).append(pair)
-        if "ADJUST" in s.parameters:
-            # zero moves only the nodes that lie in the master
-            moves = s.parameters["ADJUST"].rstrip(".0") != ""
-            (found.remarks.warn if moves else found.remarks.note)(
-                f"{s.place}: ADJUST is not used; gaps are those of the mesh."
-            )
     return contacts, tied
+
+
+def _adjust(s: KeywordSection) -> float | None:
+    """Distance of ADJUST; None without it.
+
+    Raises
+    ------
+    InputError
+        If it names a set of nodes.
+    """
+    given = s.parameters.get("ADJUST")
+    try:
+        return None if given is None else values_of(given)[0]
+    except ValueError:
+        raise InputError(
+            f"{s.place}: ADJUST={given} is no distance; sets of nodes that are adjusted are not done here.",
+            code="not-supported",
+        ) from None
 
 
 def _ties(part: KeywordSection) -> bool:
@@ -410,6 +438,15 @@ def _overclosure(part: KeywordSection, stiffest: float, small: bool, remarks: Re
             return None
         if small:
             return SoftContact(stiffness)
+    rows = [values_of(line)[:2] for line in part.lines]
+    try:
+        if form == "TABULAR" and small:
+            return SoftContact([(overlap, pressure) for pressure, overlap in rows])
+        if form == "EXPONENTIAL" and small and rows:
+            remarks.note(f"{part.place}: the exponential overclosure is that of CalculiX, a hundredth of p0 at c0.")
+            return SoftContact.exponential(rows[0][0], rows[0][1])
+    except (InputError, ValueError) as error:
+        raise InputError(f"{part.place}: {error}", code=getattr(error, "code", "bad-value")) from None
     if form not in ("HARD", "TIED"):
         remarks.warn(f"{part.place}: the contact is hard, without the soft {form.lower()} overclosure.")
     return None
@@ -424,10 +461,13 @@ def _friction(part: KeywordSection, remarks: Remarks) -> float:
     return values_of(part.lines[0])[0] if part.lines and part.lines[0].strip(", ") else 0.0
 
 
-def _material(name: str, parts: Sequence[KeywordSection], laws: str, remarks: Remarks) -> Material | Law:
+def _material(
+    name: str, parts: Sequence[KeywordSection], laws: str, remarks: Remarks, heated: bool = False
+) -> Material | Law:
     """Material of its keywords, at the first temperature."""
     given = {s.keyword: s for s in parts}
     density = values_of(given["DENSITY"].lines[0])[0] if "DENSITY" in given else None
+    expansion = expansion_of(given["EXPANSION"]) if "EXPANSION" in given and heated else 0.0 if heated else None
     for keyword in ("ELASTIC", "HYPERELASTIC", "HYPERFOAM"):
         if keyword not in given:
             continue
@@ -442,8 +482,10 @@ def _material(name: str, parts: Sequence[KeywordSection], laws: str, remarks: Re
                     code="not-isotropic",
                 )
             if len(s.lines) > 1:
-                remarks.note(f"{s.place}: the moduli of the first line are used at every temperature.")
-            return Material(c[0], c[1], density)
+                (remarks.warn if heated else remarks.note)(
+                    f"{s.place}: the moduli of the first line are used at every temperature."
+                )
+            return Material(c[0], c[1], density, expansion)
         forms = [p for p in s.parameters if p not in ("N", "TEST DATA INPUT", "MODULI", "POISSON")]
         form = forms[0] if forms else "POLYNOMIAL"
         try:

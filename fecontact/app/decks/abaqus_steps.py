@@ -8,12 +8,14 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from fecontact.app.decks.conditions import Nodes
 from fecontact.app.decks.content import DeckStep, Remarks, look_up, numbered
+from fecontact.app.decks.heat import Rotation, temperatures_of, together
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.mesh.formats.abaqus_deck import KeywordSection, labelled_faces, values_of
@@ -29,13 +31,14 @@ REFUSED = {
     "TRANSFORM": "turns the axes of nodes in a step",
     **dict.fromkeys(("EMBEDDED ELEMENT", "SHELL TO SOLID COUPLING"), "ties elements to others"),
     **dict.fromkeys(("PRE-TENSION SECTION", "BOLT"), "pretensions a section"),
-    **dict.fromkeys(("MODEL CHANGE", "CHANGE CONTACT TYPE"), "adds or removes contacts or elements in a step"),
+    "MODEL CHANGE": "adds or removes elements in a step",
+    "CHANGE CONTACT TYPE": "changes a contact in a step",
     **dict.fromkeys(("CHANGE FRICTION", "CHANGE SURFACE BEHAVIOR"), "changes a contact in a step"),
     **dict.fromkeys(("CLEARANCE", "CONTACT INTERFERENCE"), "changes the gap of a contact"),
     **dict.fromkeys(("COHESIVE BEHAVIOR",), "makes a contact stick together"),
     **dict.fromkeys(("CONTACT", "CONTACT INCLUSIONS"), "is general contact; write each as *CONTACT PAIR"),
     **dict.fromkeys(("SUBMODEL", "SUBSTRUCTURE PROPERTY"), "takes results of another model"),
-    **dict.fromkeys(("CYCLIC SYMMETRY MODEL", "PERIODIC MEDIA"), "ties one side of a sector to the other"),
+    "PERIODIC MEDIA": "ties one side of a part to the other",
     **dict.fromkeys(("USER MATERIAL", "HYPOELASTIC", "DEFORMATION PLASTICITY"), "is a law without elastic moduli"),
     **dict.fromkeys(
         ("SHELL SECTION", "SHELL GENERAL SECTION", "BEAM SECTION", "BEAM GENERAL SECTION", "MEMBRANE SECTION"),
@@ -81,21 +84,6 @@ def unused(s: KeywordSection, remarks: Remarks) -> None:
         remarks.note(f"{s.place}: *{s.keyword} is not used.")
     else:
         remarks.warn(f"{s.place}: *{s.keyword} is not used: what it changes is left out.")
-
-
-def refuse_heat(keywords: list[KeywordSection]) -> None:
-    """Refuse temperatures of materials that expand.
-
-    Raises
-    ------
-    InputError
-        Names the keyword and its line.
-    """
-    if not any(s.keyword == "EXPANSION" for s in keywords):
-        return
-    for s in keywords:
-        if s.keyword == "TEMPERATURE":
-            raise InputError(f"{s.place}: *TEMPERATURE expands a material with *EXPANSION, which is not done here.")
 
 
 #: Named supports and the components they hold; rotations have no place in solids.
@@ -214,7 +202,8 @@ class Amplitude:
 class StepState:
     """Supports and loads that hold on from step to step.
 
-    `held` and `forces` (n_points, 3) are as in `DeckStep`. Loads add up in a step and replace those of steps before:
+    `held` and `forces` (n_points, 3) are as in `DeckStep`, as is `removed`; `initial` and `temperatures` (n_points,)
+    are NaN where none is given. Loads add up in a step and replace those of steps before:
     `given` (n_points, 3) marks the forces of this step, `fresh` are the names of its other loads, and `renewed` are the
     kinds of which it has dropped all of before.
     """
@@ -224,6 +213,10 @@ class StepState:
     given: Mask
     pressures: dict[str, float] = field(default_factory=dict)
     gravity: Array = field(default_factory=lambda: np.zeros(3))
+    rotations: list[Rotation] = field(default_factory=list)
+    initial: Array = field(default_factory=lambda: np.zeros(0))
+    temperatures: Array = field(default_factory=lambda: np.zeros(0))
+    removed: frozenset[tuple[str, str]] = frozenset()
     amplitudes: dict[str, Amplitude] = field(default_factory=dict)
     renewed: set[str] = field(default_factory=set)
     fresh: set[str] = field(default_factory=set)
@@ -253,6 +246,17 @@ class StepState:
         """Add to gravity."""
         self.gravity = gravity + (self.gravity if "GRAV" in self.fresh else 0.0)
         self.fresh.add("GRAV")
+
+    def turn(self, rotation: Rotation) -> None:
+        """Add to the forces of rotations."""
+        self.rotations = [*(self.rotations if "CENTRIF" in self.fresh else []), rotation]
+        self.fresh.add("CENTRIF")
+
+    @property
+    def heat(self) -> Array | None:
+        """Changes of temperature (n_points,) since the beginning, zero where none is given; None without any."""
+        change = np.where(np.isnan(self.temperatures), 0.0, self.temperatures - np.nan_to_num(self.initial))
+        return change if change.any() else None
 
 
 def steps_of(keywords: Sequence[KeywordSection], model: StepState, names: Names, remarks: Remarks) -> list[DeckStep]:
@@ -312,7 +316,10 @@ def _ended(name: str, state: StepState, axes: Mapping[int, Array]) -> DeckStep:
             else:
                 along[node, c] = state.held[node, c]
     oblique = along if np.isfinite(along).any() else None
-    return DeckStep(name, held, forces, state.pressures, gravity=state.gravity, along=oblique)
+    pull = together(state.gravity, state.rotations)
+    return DeckStep(
+        name, held, forces, state.pressures, gravity=pull, along=oblique, heat=state.heat, removed=state.removed
+    )
 
 
 def _warn_of_bends(
@@ -347,6 +354,14 @@ def apply(s: KeywordSection, state: StepState, names: Names, times: tuple[float,
     """
     if s.keyword == "AMPLITUDE":
         state.amplitudes[s.parameters.get("NAME", "").upper()] = Amplitude.of(s)
+        return
+    if s.keyword == "TEMPERATURE" and len(state.initial):
+        temperatures_of(s, lambda name: names.nodes(name, s.place), partial(state.value, s, times), state.temperatures)
+        return
+    if s.keyword == "MODEL CHANGE" and "CONTACT" in s.parameters.get("TYPE", "").upper():
+        sides = ([word.strip().upper() for word in f"{line},".split(",")] for line in s.lines)
+        pairs = frozenset((slave, master) for slave, master, *_ in sides)
+        state.removed = state.removed | pairs if "REMOVE" in s.parameters else state.removed - pairs
         return
     if s.keyword not in OF_LINES:
         unused(s, remarks)
@@ -406,7 +421,7 @@ def _reset(s: KeywordSection, state: StepState) -> None:
         state.forces[:] = 0.0
     else:
         state.pressures.clear()
-        state.gravity = np.zeros(3)
+        state.gravity, state.rotations = np.zeros(3), []
 
 
 def _hold(line: Line) -> None:
@@ -449,20 +464,24 @@ def _push(line: Line) -> None:
 
 
 def _load_cells(line: Line) -> None:
-    """Pressures on faces, ``set, P2, value``, and gravity, ``set, GRAV, size, x, y, z``."""
+    """Pressures on faces, ``set, P2, value``, gravity, ``set, GRAV, size, x, y, z``, and forces of rotations."""
     words, names, place = line.words, line.names, line.s.place
     label = words[1].upper()
     if label == "GRAV":
         if words[0] and len(names.cells(words[0], place)) < len(names.mesh.cells):
             line.remarks.warn(f"{place}: gravity acts on all bodies with a density, not on {words[0]!r} alone.")
         line.state.pull(line.value(2) * np.array([_number(word) for word in words[3:6]]))
+    elif label == "CENTRIF":
+        if words[0] and len(names.cells(words[0], place)) < len(names.mesh.cells):
+            line.remarks.warn(f"{place}: CENTRIF acts on all bodies with a density, not on {words[0]!r} alone.")
+        line.state.turn(Rotation.of(line.value(2), [_number(word) for word in words[3:9]], place))
     elif label[:1] == "P" and label[1:].isdigit():
         key = (words[0].upper(), label)
         if key not in names.faces:
             names.faces[key] = names.boundary_of(names.cells(words[0], place), label, place)
         line.state.press(names.faces[key], line.value(2))
     else:
-        line.lost(f"expected P1, P2, ... or GRAV; found {label!r} on {words[0]!r}", 2)
+        line.lost(f"expected P1, P2, ..., GRAV or CENTRIF; found {label!r} on {words[0]!r}", 2)
 
 
 def _load_surface(line: Line) -> None:

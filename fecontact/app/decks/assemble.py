@@ -13,12 +13,15 @@ from scipy.sparse.csgraph import connected_components
 
 from fecontact.app.decks.conditions import BodyConditions, of_body, with_supports_along
 from fecontact.app.decks.content import DeckContent, DeckFrame, DeckPair, DeckRigid, DeckStep
+from fecontact.app.decks.gaps import with_gaps
+from fecontact.app.decks.heat import changes
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.rigid import Plane, RigidBody
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
+from fecontact.contact.loads import KEYED
 from fecontact.fem.laws import laws_of
 from fecontact.fem.rigid import COMPONENTS, rigid_modes
 from fecontact.mesh.build import MIXED
@@ -89,7 +92,8 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     InputError
         If a cell has no material, or no contact joins two bodies.
     """
-    deck = _with_added_nodes(deck)
+    deck = _of_one_set_of_contacts(_with_added_nodes(deck))
+    deck = replace(deck, mesh=with_gaps(deck.mesh, deck.contacts))
     parts = _parts(deck)
     _refuse_contact_within(deck, parts)
     made = [_body(deck, name, cells) for name, cells in parts.items()]
@@ -144,6 +148,32 @@ def _with_added_nodes(deck: DeckContent) -> DeckContent:
         forces[: len(ids)][ids < 0] = 0.0
         steps.append(replace(s, held=held, forces=forces))
     return replace(deck, steps=steps)
+
+
+def _of_one_set_of_contacts(deck: DeckContent) -> DeckContent:
+    """The deck with the steps of as many contact pairs as there are in any of them; others are warned of.
+
+    Raises
+    ------
+    InputError
+        If an answer would depend on the steps that are left out.
+    """
+    fewest = min(len(step.removed) for step in deck.steps)
+    removed = next(step.removed for step in deck.steps if len(step.removed) == fewest)
+    kept = [step for step in deck.steps if step.removed == removed]
+    contacts = [pair for pair in deck.contacts if (pair.slave.upper(), pair.master.upper()) not in removed]
+    if len(kept) == len(deck.steps):
+        return replace(deck, contacts=contacts)
+    if laws_of(deck.materials) or any(pair.friction for pair in contacts):
+        raise InputError(
+            f"{deck.source} adds or removes contact pairs between steps (*MODEL CHANGE) of a load path, with friction "
+            "or laws of finite strain, which is not done here.",
+            code="not-supported",
+        )
+    left = ", ".join(step.name for step in deck.steps if step.removed != removed)
+    warning = f"{deck.source}: {left} left out, in which *MODEL CHANGE has removed contact pairs; without friction the "
+    warning += "answers to the others do not depend on them."
+    return replace(deck, contacts=contacts, steps=kept, warnings=[*deck.warnings, warning])
 
 
 def _columns(mesh: Mesh, cells: IntArray) -> int:
@@ -299,9 +329,7 @@ def _loads(
     deck: DeckContent, step: DeckStep, made: Sequence[DeckBody], rigid: Mapping[str, RigidBody]
 ) -> dict[str, Any]:
     """Arguments of `Scene.solve` of a step."""
-    given: dict[str, dict[Any, Any]] = {
-        kind: {} for kind in ("forces", "moments", "motions", "free", "pressures", "tractions", "displacements")
-    }
+    given: dict[str, dict[Any, Any]] = {kind: {} for kind in KEYED}
     for m in made:
         points = m.body.mesh.points
         own = step.forces[m.nodes] + _through(m, step, deck.source)
@@ -311,6 +339,8 @@ def _loads(
         for kind, values in (("pressures", step.pressures), ("tractions", step.tractions)):
             found = {(m.body, name): v for name, v in values.items() if name in m.body.mesh.boundaries and np.any(v)}
             given[kind] |= found
+        if step.heat is not None and step.heat[m.nodes].any():
+            given["temperatures"][m.body] = changes(m.body.mesh, step.heat, m.nodes)
         held = step.held[m.nodes]
         if _patterns(step, m) != _patterns(deck.steps[0], m):
             raise InputError(
@@ -326,7 +356,7 @@ def _loads(
     for frame in step.frames:
         _move(deck, frame, made, rigid, given)
     loads = {kind: value for kind, value in given.items() if value}
-    if not np.any(step.gravity):
+    if not (callable(step.gravity) or np.any(step.gravity)):
         return loads
     if any(frame.is_free for frame in step.frames):
         raise InputError(

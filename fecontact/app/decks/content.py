@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -58,10 +58,14 @@ class DeckStep:
         Forces on nodes.
     pressures : mapping of boundary to float
     tractions : mapping of boundary to (3,) array
-    gravity : (3,) array
+    gravity : (3,) array, or function of points
     frames : sequence of DeckFrame
     along : (n_all, 3) array, optional
         Prescribed displacements along the axes of nodes that have their own, oblique ones.
+    heat : (n_all,) array, optional
+        Changes of temperature.
+    removed : frozenset of (str, str)
+        Contact pairs, slave and master in capitals, that the step has removed.
     """
 
     name: str
@@ -69,9 +73,11 @@ class DeckStep:
     forces: Array
     pressures: Mapping[str, float] = field(default_factory=dict)
     tractions: Mapping[str, Array] = field(default_factory=dict)
-    gravity: Array = field(default_factory=lambda: np.zeros(3))
+    gravity: Array | Callable[[Array], Array] = field(default_factory=lambda: np.zeros(3))
     frames: Sequence[DeckFrame] = ()
     along: Array | None = None
+    heat: Array | None = None
+    removed: frozenset[tuple[str, str]] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -85,6 +91,9 @@ class DeckPair:
     #: Distance up to which nodes are tied; None for the default.
     reach: float | None = None
     overclosure: SoftContact | None = None
+    #: Distance up to which nodes of the slave are moved onto the master, and the gap they get; None leaves them.
+    adjust: float | None = None
+    clearance: float | None = None
 
 
 @dataclass

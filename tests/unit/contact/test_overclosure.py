@@ -43,6 +43,74 @@ def test_columns_and_layer_in_series(n: int, coupling: str, mu: float, gap: floa
     assert "overclosure, largest" in str(result)
 
 
+#: Stiffening and softening; one that acts before surfaces meet; an exponential one.
+LAWS = {
+    "stiffening": fc.SoftContact([(0.0, 0.0), (1e-3, 0.5), (2e-3, 2.0), (3e-3, 5.0)]),
+    "softening": fc.SoftContact([(0.0, 0.0), (1e-3, 3.0), (5e-3, 4.0)]),
+    "early": fc.SoftContact([(-5e-3, 0.0), (0.0, 1.0), (1e-3, 4.0)]),
+    "exponential": fc.SoftContact.exponential(5e-3, 0.5),
+}
+
+
+@pytest.mark.parametrize(("n", "coupling"), [(2, "nodal"), (3, "mortar")])
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+@pytest.mark.parametrize("law", list(LAWS))
+def test_columns_and_a_table_in_series(n: int, coupling: str, mu: float, law: str) -> None:
+    """u - d(p) = p (1 / E + 1 / 2 E): the overlap d interpolated in the table, or the logarithm, by bisection."""
+    soft = LAWS[law]
+    scene, upper = stacked(n, mu)
+    scene = fc.Scene([upper, scene.bodies[1]], [fc.Contact(upper, scene.bodies[1], friction=mu, overclosure=soft)])
+    result = scene.solve(motions={upper: {"z": -DOWN}})
+    (contact,) = result.contacts
+    rows = None if law == "exponential" else np.array(soft.stiffness)
+
+    def overlap(p: float) -> float:
+        if rows is None:
+            return 5e-3 * np.log(p / 0.5) / np.log(100)
+        end = (rows[-1, 0] - rows[-2, 0]) / (rows[-1, 1] - rows[-2, 1]) * (p - rows[-1, 1])
+        return float(np.interp(p, rows[:, 1], rows[:, 0]) + max(0.0, end))
+
+    low, high = 1e-9, 20.0
+    for _ in range(200):
+        p = (low + high) / 2
+        low, high = (p, high) if overlap(p) + p * 1.5 / E < DOWN else (low, p)
+    assert contact.coupling == coupling
+    exact = 1e-3 if law == "exponential" else 1e-10  # its table
+    assert np.abs(contact.pressure - p).max() <= exact * p
+    assert np.abs(contact.overclosure - overlap(p)).max() <= exact * DOWN
+    assert np.abs(contact.gap + contact.overclosure).max() <= 1e-13
+    assert result.residuals().worst <= 1e-10
+
+
+def test_a_law_that_acts_before_surfaces_meet() -> None:
+    """At a distance of 2e-3 the table has 0.6: blocks that are held apart by it push each other off."""
+    scene, upper = stacked(2)
+    apart = upper.placed((0, 0, 2e-3))
+    scene = fc.Scene([apart, scene.bodies[1]], [fc.Contact(apart, scene.bodies[1], overclosure=LAWS["early"])])
+    (contact,) = scene.solve(finite_motion=False).contacts
+    p = 3e-3 / (1.5 / E + 5e-3)
+    assert np.abs(contact.pressure - p).max() <= 1e-10 * p
+    assert (contact.gap > 0).all()
+
+
+def test_a_table_of_one_line_is_a_stiffness() -> None:
+    found = []
+    for law in (K, [(0.0, 0.0), (1e-3, 1e-3 * K)], [(0.0, 0.0), (1e-3, 1e-3 * K), (4e-3, 4e-3 * K)]):
+        scene, upper = stacked(3)
+        contact = fc.Contact(upper, scene.bodies[1], overclosure=fc.SoftContact(law))
+        found.append(fc.Scene(scene.bodies, [contact]).solve(motions={upper: {"z": -DOWN}}).contacts[0].pressure)
+    for other in found[1:]:
+        assert np.abs(other - found[0]).max() <= 1e-10 * found[0].max()
+
+
+@pytest.mark.parametrize(
+    "table", [[(0.0, 1.0), (1.0, 2.0)], [(0.0, 0.0), (1.0, 0.0)], [(0.0, 0.0)], [(0.0, 0.0), (0.0, 1.0)], [1.0, 2.0]]
+)
+def test_tables_that_do_not_grow_are_refused(table) -> None:
+    with refused(fc.InputError, "soft-contact-table", "both growing"):
+        fc.SoftContact(table)
+
+
 def test_paraboloid_on_a_foundation() -> None:
     """p = k (d - r^2 / 2 R), P = pi k R d^2, area 2 pi R d (Johnson 1985, 4.3): a body that hardly gives."""
     radius, depth, k = 10.0, 0.1, 10.0

@@ -1,0 +1,182 @@
+"""Decks with sectors, temperatures, rotations, gaps and contacts of steps, and soft laws by a table.
+
+Sources: closed forms, named at each.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from refusals import refused
+
+import fecontact as fc
+from tests.deck_text import blocks, deck_of, listed, step
+
+PRESS = "*DSLOAD\nUP_face_top, P, {0}\n"
+#: Free to spread, so that the contact's force is the load's.
+SLIDES = "*BOUNDARY\nLOW_bottom, 3\nLOW_x_min, 1\nLOW_y_min, 2\nUP_x_min, 1\nUP_y_min, 2\n"
+SMALL = blocks(divisions=((1, 1, 1), (1, 1, 1)))
+
+
+@pytest.fixture
+def read(tmp_path):
+    def make(text):
+        path = tmp_path / "deck.inp"
+        path.write_text(text)
+        return fc.read_scene(path)
+
+    return make
+
+
+def sector_deck(loads, sectors=8, model="", turn=0.0, at="*BOUNDARY\nS_bottom, 3\n"):
+    """A sector of a ring, 1 to 2, of hex20, its sides x_min and y_min the two ends of the angle."""
+    angle = 2 * np.pi / sectors
+    block = fc.shapes.block((1.0, 1.0, 0.5), (4, 2, 1))
+
+    def bent(x):
+        r, phi = 1 + x[:, 0], turn + angle * x[:, 1]
+        return np.stack([r * np.cos(phi), r * np.sin(phi), x[:, 2]], axis=1)
+
+    mesh = block.mapped(bent)
+    text = listed("S", mesh, 1)
+    faces = {name: mesh.faces(name).tolist() for name in ("y_max", "x_max")}
+    labels = (6, 4, 3, 5, 1, 2)
+    for name, own in faces.items():
+        text += f"*SURFACE, NAME=S_face_{name}\n" + "".join(f"{c + 1}, S{labels[f]}\n" for c, f in own)
+    text += "*MATERIAL, NAME=M\n*ELASTIC\n100., .3\n*DENSITY\n2.,\n" + model
+    text += "*SOLID SECTION, ELSET=S, MATERIAL=M\n*TIE, NAME=T, CYCLIC SYMMETRY\nS_face_y_max, S_face_y_min\n"
+    text += f"*CYCLIC SYMMETRY MODEL, N={sectors}, TIE=T\n0., 0., 0., 0., 0., 1.\n{at}"
+    return text + step(loads), mesh
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.4])
+def test_a_sector_under_pressure_is_lames_ring(turn, read):
+    """u_r by Lame, free along the axis (plane stress), on every node alike; nothing turns about the axis."""
+    text, mesh = sector_deck("*DSLOAD\nS_face_x_min, P, .01\n", turn=turn, at=hold_turn())
+    result = read(text).solve()
+    (body,) = result.scene.bodies
+    x, u = mesh.points, result.displacement(body)
+    r = np.hypot(x[:, 0], x[:, 1])
+    radial = (u[:, :2] * x[:, :2]).sum(axis=1) / r
+    a, b, p, E, nu = 1.0, 2.0, 0.01, 100.0, 0.3
+    exact = p * a**2 / (E * (b**2 - a**2)) * ((1 - nu) * r + (1 + nu) * b**2 / r)
+    assert np.abs(radial - exact).max() <= 3e-3 * exact.max()
+    around = (x[:, 0] * u[:, 1] - x[:, 1] * u[:, 0]) / r
+    assert np.abs(around).max() <= 3e-3 * exact.max()
+    assert result.status == "solved"
+
+
+def hold_turn():
+    """Supports of a sector: its bottom, and against a turn about the axis one node of the side at angle zero."""
+    return "*BOUNDARY\nS_bottom, 3\n*TRANSFORM, NSET=S_y_min, TYPE=C\n0., 0., 0., 0., 0., 1.\n*BOUNDARY\n1, 2\n"
+
+
+def test_a_spinning_sector_is_a_spinning_ring(read):
+    """Timoshenko and Goodier, article 32: u_r of a rotating disc with a hole, plane stress."""
+    w2 = 0.3
+    loads = f"*DLOAD\nS, CENTRIF, {w2}, 0., 0., 0., 0., 0., 1.\n"
+    text, mesh = sector_deck(loads, at=hold_turn())
+    result = read(text).solve()
+    (body,) = result.scene.bodies
+    a, b, E, nu, rho = 1.0, 2.0, 100.0, 0.3, 2.0
+    x = mesh.points
+    r = np.hypot(x[:, 0], x[:, 1])
+    radial = (result.displacement(body)[:, :2] * x[:, :2]).sum(axis=1) / r
+    middle = np.abs(x[:, 2] - 0.25) < 1e-9  # the disc is thick: its mean over the height is that of plane stress
+    exact = rho * w2 * (3 + nu) * (1 - nu) / (8 * E) * r
+    exact *= a**2 + b**2 - (1 + nu) / (3 + nu) * r**2 + (1 + nu) / (1 - nu) * a**2 * b**2 / r**2
+    assert middle.any()
+    assert np.abs(radial - exact)[middle].max() <= 0.02 * exact.max()
+
+
+def test_sectors_that_are_not_are_refused(read):
+    text, _ = sector_deck("")
+    for change, words in (
+        (("N=8", "N=9"), ("tie-apart", "turned by 360/9")),
+        (("N=8", "N=1"), ("cyclic-symmetry", "N of 2 or more")),
+        (("N=8, TIE=T", "N=8, TIE=OTHER"), ("cyclic-symmetry", "found 0")),
+        (("N=8", "N=8, CONTACT"), ("not-supported", "between the sides of a sector")),
+    ):
+        with refused(fc.InputError, *words):
+            read(text.replace(*change))
+
+
+HOT = "*EXPANSION\n1e-3,\n"
+
+
+def test_temperatures_of_a_deck(read):
+    """Blocks between a floor and a fixed head, nu = 0: both expand by a T, which their stiffness in series resists."""
+    text = deck_of(blocks("hex20", "hex20"), step("*TEMPERATURE\nLOW_all, 70.\n"), SLIDES + "UP_top, 3\n")
+    text = text.replace("100.0, 0.3\n", f"100.0, 0.0\n{HOT}")
+    nodes = "".join(f"{n},\n" for n in range(1, len(blocks("hex20", "hex20")[0].points) + 1))
+    initial = f"*NSET, NSET=LOW_all\n{nodes}*INITIAL CONDITIONS, TYPE=TEMPERATURE\nLOW_all, 20.\n*STEP"
+    text = text.replace("*STEP", initial, 1)
+    force = read(text).solve().contacts[0].total_force
+    assert abs(force - 100.0 * 1e-3 * 50.0 / 2) <= 1e-9 * force
+
+
+def test_a_step_that_does_not_heat_leaves_expansion_out(read):
+    text = deck_of(SMALL, step(PRESS.format(0.1)), SLIDES).replace("100.0, 0.3\n", f"100.0, 0.3\n{HOT}")
+    assert abs(read(text).solve().contacts[0].total_force - 0.1) <= 1e-12
+    for more in ("*EXPANSION, TYPE=ORTHO\n1., 1., 1.\n", "*EXPANSION\n1., 0.\n2., 9.\n"):
+        hot = text.replace(HOT, more).replace("*DSLOAD", "*TEMPERATURE\nLOW_bottom, 30.\n*DSLOAD")
+        with refused(fc.InputError, "expansion", "one coefficient of expansion"):
+            read(hot)
+
+
+@pytest.mark.parametrize(("adjust", "closed"), [("", False), (", ADJUST=.05", False), (", ADJUST=.15", True)])
+def test_adjust_closes_gaps_within_its_reach(adjust, closed, read):
+    """The upper block hangs a tenth above the lower one; moved down by .05 it presses only if the gap was closed."""
+    lower, upper = SMALL
+    text = deck_of((lower, upper.translated((0, 0, 0.1))), step("*BOUNDARY\nUP_top, 3, 3, -.05\n"), SLIDES)
+    text = text.replace("*CONTACT PAIR, INTERACTION=I\n", f"*CONTACT PAIR, INTERACTION=I{adjust}\n")
+    contact = read(text).solve().contacts[0]
+    assert (contact.total_force > 0) == closed
+    # columns of heights 1 and 1.1 in series
+    assert abs(contact.total_force - (0.05 * 100 / 2.1 if closed else 0)) <= 1e-9
+
+
+@pytest.mark.parametrize("value", [0.02, -0.02])
+def test_clearance_sets_the_gap(value, read):
+    text = deck_of(SMALL, step("*BOUNDARY\nUP_top, 3, 3, -.05\n"), SLIDES)
+    clear = f"*CLEARANCE, SLAVE=UP_face_bottom, MASTER=LOW_face_top, VALUE={value}\n*STEP"
+    contact = read(text.replace("*STEP", clear, 1)).solve().contacts[0]
+    height = 1 - value  # of the block whose nodes were moved
+    assert abs(contact.total_force - (0.05 - value) * 100 / (1 + height)) <= 1e-9
+
+
+CHANGE = "*MODEL CHANGE, TYPE=CONTACT PAIR, {}\nUP_face_bottom, LOW_face_top\n"
+
+
+def test_contacts_of_steps(read):
+    off, on = (CHANGE.format(word) for word in ("REMOVE", "ADD"))
+    push = "*BOUNDARY\nUP_top, 3, 3, -.05\n"
+    held = SLIDES + "UP_top, 3\n"
+    scene = read(deck_of(SMALL, step(off) + step(on + push), held))
+    assert any("step 1 left out" in text for text in scene.scene.warnings)
+    assert abs(scene.solve().contacts[0].total_force - 2.5) <= 1e-9
+    last = read(deck_of(SMALL, step(push) + step(off), held))
+    assert any("step 2 left out" in text for text in last.scene.warnings)
+    with refused(fc.InputError, "not-supported", "MODEL CHANGE", "friction"):
+        read(deck_of(SMALL, step(off) + step(on + push), held, "*FRICTION\n.3,\n"))
+
+
+def law(form, lines):
+    return f"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE={form}\n{lines}"
+
+
+@pytest.mark.parametrize("form", ["TABULAR", "EXPONENTIAL"])
+def test_soft_laws_by_a_table(form, read):
+    """Columns in series with the law: -u = p (1 / E + 1 / E) + d(p)."""
+    lines = {"TABULAR": "0., 0.\n.5, .01\n3., .02\n", "EXPONENTIAL": ".02, .5\n"}[form]
+    text = deck_of(SMALL, step("*BOUNDARY\nUP_top, 3, 3, -.05\n"), SLIDES, interaction=law(form, lines))
+    contact = read(text).solve().contacts[0]
+    p = contact.max_pressure
+    overlap = 0.05 - 2 * p / 100
+    exact = np.interp(p, [0, 0.5, 3.0], [0, 0.01, 0.02]) if form == "TABULAR" else 0.02 * np.log(p / 0.5) / np.log(100)
+    assert abs(overlap - exact) <= (1e-9 if form == "TABULAR" else 2e-5)
+
+
+def test_tables_that_do_not_grow_are_refused(read):
+    with refused(fc.InputError, "soft-contact-table", "deck.inp, line"):
+        read(deck_of(SMALL, step(""), SLIDES, interaction=law("TABULAR", "1., 0.\n2., 1.\n")))
