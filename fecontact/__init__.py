@@ -95,6 +95,7 @@ if TYPE_CHECKING:
     from fecontact.surfaces.repair import repair_surface
     from fecontact.surfaces.solid import mesh_solid
     from fecontact.surfaces.tied import tied
+    from fecontact.surfaces.trim import trimmed
 
 __all__ = [
     "AdhesionCurve",
@@ -186,6 +187,7 @@ __all__ = [
     "surfaces",
     "thickness_between",
     "tied",
+    "trimmed",
 ]
 
 __version__ = VERSION
@@ -233,6 +235,7 @@ _MODULES = {
     "surfaces.repair": "repair_surface",
     "surfaces.solid": "mesh_solid",
     "surfaces.tied": "tied",
+    "surfaces.trim": "trimmed",
 }
 #: Place of each public name; some are modules.
 _PLACES = {name: f"fecontact.{module}:{name}" for module, names in _MODULES.items() for name in names.split()} | {

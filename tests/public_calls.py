@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -568,8 +569,17 @@ def public_calls(folder: Path) -> dict[str, Call]:
             growth=0.5,
             scale=1.0,
             run_script=False,
+            progress=False,
         ),
     }
+    if importlib.util.find_spec("manifold3d") is not None:
+        calls["trimmed"] = of(
+            fc.trimmed,
+            part=fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)),
+            plane=((0.5, 0.5, 0.5), (0.0, 0.0, 1.0)),
+            outside=False,
+            size=1.0,
+        )
     return calls
 
 

@@ -244,10 +244,11 @@ def _swapped(points: Array, triangles: IntArray, caps: IntArray, sides: Array) -
     return out[kept], len(good) + int((~has).sum())
 
 
-def bisected(points: Array, triangles: IntArray, size: float) -> tuple[Array, IntArray]:
-    """Points and facets (n, 4) of triangles (n, 3) halved across their longest sides until none is longer than a size.
+def bisected(points: Array, triangles: IntArray, size: float) -> tuple[Array, IntArray, IntArray]:
+    """Triangles (n, 3) halved across their longest sides until none is longer than a size.
 
-    Neighbours may have a node in the middle of a side that is theirs too.
+    As points, facets (n_new, 4), and the triangle (n_new,) that each is of. Neighbours may have a node in the middle of
+    a side that is theirs too.
 
     Examples
     --------
@@ -255,17 +256,19 @@ def bisected(points: Array, triangles: IntArray, size: float) -> tuple[Array, In
     >>> len(bisected(x, np.array([[0, 1, 2]]), 2.0)[1])
     7
     """
+    whole = np.arange(len(triangles))
     while True:
         sides = np.linalg.norm(points[np.roll(triangles, -1, axis=1)] - points[triangles], axis=2)
         long = np.flatnonzero(sides.max(axis=1) > size)
         if len(long) == 0:
-            return points, triangles[:, [0, 1, 2, 2]]
+            return points, triangles[:, [0, 1, 2, 2]], whole
         column = np.argmax(sides[long], axis=1)
         a, b, c = (triangles[long, (column + k) % 3] for k in range(3))
         middle, ends = numbered_between(np.stack([a, b], axis=1), len(points))
         points = np.concatenate([points, points[ends].mean(axis=1)])
         halves = np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)
         triangles = np.concatenate([np.delete(triangles, long, axis=0), *halves])
+        whole = np.concatenate([np.delete(whole, long), whole[long], whole[long]])
 
 
 def without_holes(points: Array, triangles: IntArray, most: int) -> tuple[IntArray, int]:

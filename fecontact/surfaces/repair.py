@@ -32,15 +32,19 @@ def triangulated(surface: SurfaceMesh) -> tuple[Array, IntArray]:
     >>> triangulated(SurfaceMesh(corners, np.array([[0, 1, 2, 3]])))[1].tolist()
     [[0, 1, 2], [0, 2, 3]]
     """
-    f = surface.facets
+    used, number = np.unique(fans(surface.facets)[0], return_inverse=True)
+    return surface.points[used], number.reshape(-1, 3)
+
+
+def fans(facets: IntArray) -> tuple[IntArray, IntArray]:
+    """Triangles (n, 3) between the nodes of facets (n_facets, 4 | 8), and the facet (n,) that each is of."""
     fan = [[0, 1, 2], [0, 2, 3]]
-    if f.shape[1] == 8:
+    if facets.shape[1] == 8:
         fan = [[0, 4, 7], [4, 1, 5], [5, 2, 6], [6, 3, 7], [4, 5, 7], [5, 6, 7]]
-    triangles = f[:, fan].reshape(-1, 3)
+    triangles = facets[:, fan].reshape(-1, 3)
     # a triangle repeats its last corner
     distinct = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    used, number = np.unique(triangles[distinct], return_inverse=True)
-    return surface.points[used], number.reshape(-1, 3)
+    return triangles[distinct], np.repeat(np.arange(len(facets)), len(fan))[distinct]
 
 
 def enclosed_volume(points: Array, facets: IntArray) -> float:

@@ -268,7 +268,7 @@ def _in_envelope(points: Array, triangles: IntArray, sizes: Sizes, width: float,
     facets = triangles[:, [0, 1, 2, 2]]
     # facets are found by nodes near them: in thin and crossing parts those of large ones are farther than others'
     small = (diagonal / DEFAULT_DIVISIONS if edge is None else edge) / NEAR_NODES
-    base = FacetSurface(*bisected(points, triangles, small), source)
+    base = FacetSurface(*bisected(points, triangles, small)[:2], source)
     mesh, drawn = _placed(mesh, dict.fromkeys(mesh.boundaries, Placement(base, np.zeros((0, 4)))), sizes)
     off = np.abs(base.project(mesh.points[np.unique(mesh.skin)]).gap)
     # corners of facets within the mesh are those of sheets within it; those outside were lost
