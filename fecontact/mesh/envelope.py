@@ -9,7 +9,9 @@ gives other cells.
 from __future__ import annotations
 
 import importlib.util
+from contextlib import chdir
 from dataclasses import replace
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -87,14 +89,16 @@ def _divided(points: Array, triangles: IntArray, share: float, width: float) -> 
     """Points and tetrahedra (n, 4), in a process that ends with it."""
     import pytetwild
 
-    x, cells = pytetwild.tetrahedralize(
-        points,
-        np.ascontiguousarray(triangles, dtype=np.int32),
-        edge_length_fac=share,
-        epsilon=width,
-        stop_energy=ENERGY,
-        num_threads=1,
-    )
+    # it leaves a file in the current folder
+    with TemporaryDirectory() as folder, chdir(folder):
+        x, cells = pytetwild.tetrahedralize(
+            points,
+            np.ascontiguousarray(triangles, dtype=np.int32),
+            edge_length_fac=share,
+            epsilon=width,
+            stop_energy=ENERGY,
+            num_threads=1,
+        )
     # its cells are left-handed
     return np.asarray(x, dtype=float), np.asarray(cells, dtype=np.int64).reshape(-1, 4)[:, [0, 2, 1, 3]]
 

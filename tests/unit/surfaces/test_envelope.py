@@ -63,6 +63,13 @@ def test_boxes_that_cross_are_one_body(union):
 
 
 @needs_package
+def test_nothing_is_left_in_the_current_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    fc.mesh_solid(surface(*CROSSING), size=1.0)
+    assert not list(tmp_path.iterdir())
+
+
+@needs_package
 def test_cells_are_of_good_shape(union):
     """Source: Liu and Joe's mean ratio, 12 (3 V)^(2/3) over the sum of squared edges: 1 for a regular tetrahedron."""
     x = union.points[union.cells[:, [0, 1, 2, 4]]]
