@@ -115,10 +115,13 @@ class Law:
         Mass per initial volume; needed only for gravity and dynamics.
     bulk : float
         Kappa of the part kappa/2 (ln J)^2 of the energy that may be integrated apart; 0 where there is none.
+    caution : str
+        What a result should warn of, with these constants; empty where there is nothing.
     """
 
     density: float | None
     bulk: float
+    caution: str = ""
 
     @property
     @abstractmethod
@@ -473,7 +476,8 @@ class HolmesMow(_ByModuli, InvariantLaw):
     Parameters
     ----------
     E, nu : float
-        Young's modulus and Poisson's ratio at small strains.
+        Young's modulus and Poisson's ratio at small strains. With nu above 1/3 the coefficient of I1 is negative: where
+        the law is stretched at constant volume by nu / (3 nu - 1), no stress is left.
     beta : float
         Exponential stiffening, positive.
     density : float, optional
@@ -492,6 +496,16 @@ class HolmesMow(_ByModuli, InvariantLaw):
     def __post_init__(self) -> None:
         super().__post_init__()
         positive("the exponential stiffening beta", self.beta)
+
+    @property
+    def caution(self) -> str:  # type: ignore[override]
+        """A negative coefficient of I1."""
+        if self.nu <= 1 / 3:
+            return ""
+        return (
+            f"HolmesMow with nu = {self.nu:g} softens where it is stretched, at constant volume to nothing at a "
+            f"stretch of nu / (3 nu - 1) = {self.nu / (3 * self.nu - 1):.3g}: take nu up to 1/3, or NeoHookean."
+        )
 
     def derivatives(self, I1: Array, I2: Array, y: Array) -> tuple[Array, Sequence[Array], Sequence[Sequence[Array]]]:
         """Energy and derivatives of W."""
@@ -783,6 +797,11 @@ class Fibres(Law):
     def bulk(self) -> float:  # type: ignore[override]
         """That of the ground law."""
         return self.law.bulk
+
+    @property
+    def caution(self) -> str:  # type: ignore[override]
+        """That of the ground law."""
+        return self.law.caution
 
     @property
     def at_rest(self) -> Material:

@@ -124,6 +124,12 @@ def unstable_bodies(result: ContactResult) -> Iterator[str]:
     yield from dict.fromkeys(each.unstable for each in result.finite_strain if each.unstable)
 
 
+def laws_that_soften(result: ContactResult) -> Iterator[str]:
+    """Warnings of laws of finite strain whose constants make them soft where they are strained."""
+    for body in result._elastic_bodies:
+        yield from dict.fromkeys(f"{body.name!r}: {law.caution}" for law in laws_of(body.material) if law.caution)
+
+
 def parted_surfaces(result: ContactResult) -> Iterator[str]:
     """Warnings of surfaces of a contact that do not face each other any more where bodies have deformed."""
     for interface in result._interfaces if result.finite_strain else ():
@@ -656,6 +662,7 @@ def _mirror_normals(bodies: Sequence[Body]) -> Array:
 CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
     unborne_motions,
     unstable_bodies,
+    laws_that_soften,
     parted_surfaces,
     pushed_aside,
     large_strains,

@@ -41,7 +41,7 @@ from fecontact.contact.springs import spring_rows
 from fecontact.contact.step_end import StepEnd
 from fecontact.contact.turning import following_stiffness, press, turning_with
 from fecontact.fem.finite_strain import State
-from fecontact.fem.laws import InvertedError
+from fecontact.fem.laws import InvertedError, laws_of
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.results.finite_strain import Equilibrium, unbalanced
 from fecontact.results.result import ContactResult
@@ -227,9 +227,10 @@ def next_reached(
             raise
         told = error.code in (APART, EDGES)
         last = None if told or error.code == InvertedError.code else _critical(start)
+        cautions = _cautions(start.model)
         if last is None:
-            raise SolverError(str(error), code=error.code if told else "no-equilibrium") from error
-        raise SolverError(not_found_beyond(last, part[0]), code="unstable") from error
+            raise SolverError(f"{error}{cautions}", code=error.code if told else "no-equilibrium") from error
+        raise SolverError(not_found_beyond(last, part[0]) + cautions, code="unstable") from error
     assert reached.result is not None
     if is_stable(reached.result):
         return reached
@@ -237,6 +238,12 @@ def next_reached(
     unstable = not_stable(_weakest(start), now, part)
     equilibria = (*reached.equilibria[:-1], replace(reached.equilibria[-1], unstable=unstable))
     return replace(reached, weakest=now, equilibria=equilibria)
+
+
+def _cautions(model: SceneModel) -> str:
+    """What the laws of a scene say of their constants, each once, after a sentence."""
+    laws = [law.caution for body in elastic_among(model.bodies) for law in laws_of(body.material)]
+    return "".join(f" {text}" for text in dict.fromkeys(laws) if text)
 
 
 def _soft_pairs(model: SceneModel) -> bool:

@@ -303,6 +303,20 @@ def test_exponents_beyond_all_numbers_are_refused(law: Law, bearable: float) -> 
         law.cauchy(np.diag([1.0, 1.0, 1.1 * bearable]))
 
 
+def test_the_stretch_at_which_holmes_and_mow_have_no_stress_left() -> None:
+    """At constant volume: there is one where the coefficient of I1 is negative, which is told, and none elsewhere."""
+    for nu in (0.3, 0.45):
+        law = fc.HolmesMow(E=1.0, nu=nu, beta=0.5)
+        stretch = nu / (3 * nu - 1) if nu > 1 / 3 else 3.0
+        stresses = [law.cauchy(np.diag([s, s**-0.5, s**-0.5])).diagonal() for s in (stretch - 0.01, stretch + 0.01)]
+        before, after = (float(stress[0] - stress[1]) for stress in stresses)
+        assert before > 0
+        assert (after < 0) == (nu > 1 / 3)
+        assert (f"{stretch:.3g}" in law.caution) == (nu > 1 / 3)
+        assert fc.Fibres(law, (1, 0, 0), ksi=1.0, alpha=0.0).caution == law.caution
+    assert fc.NeoHookean(E=1.0, nu=0.45).caution == ""
+
+
 class Linear(InvariantLaw):
     """An own law: W = (I1 - 3) - 2 ln J, which is neo-Hooke's with mu = 2 and lambda = 0."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ import scipy.sparse as sp
 from scipy.optimize import brentq, fsolve
 
 import fecontact as fc
+from fecontact.common.path import in_parts
 from fecontact.contact.hold import IndefiniteError, held, held_inside, semidefinite
+from fecontact.scene import finite_strain
 from tests.refusals import refused
 
 SIDES = {"bottom": "z", "x_min": "x", "y_min": "y"}
@@ -88,6 +91,23 @@ def test_every_law_is_its_closed_form_in_a_block(law) -> None:
     stress, across = uniaxial(law, 0.7)
     assert np.abs(result.contacts[0].pressure / -stress - 1).max() < 2e-8
     assert np.abs(result.displacement(body)[:, 0] - (across - 1) * body.mesh.points[:, 0]).max() < 1e-8
+
+
+@pytest.mark.parametrize("nu", [0.33, 0.34])
+def test_constants_that_make_a_law_soft_are_warned_of(nu: float) -> None:
+    _, _, result = pressed_block(fc.HolmesMow(E=1.0, nu=nu, beta=0.3), depth=0.01)
+    told = [text for text in result.warnings if "'block': HolmesMow with nu = 0.34 softens" in text]
+    assert len(told) == (nu > 1 / 3)
+
+
+@pytest.mark.parametrize("nu", [0.33, 0.34])
+def test_constants_that_make_a_law_soft_are_told_where_no_equilibrium_is_found(nu: float, monkeypatch) -> None:
+    monkeypatch.setattr(finite_strain, "MAX_ITERATIONS", 1)
+    monkeypatch.setattr(finite_strain, "in_parts", partial(in_parts, halvings=0))
+    monkeypatch.setattr(finite_strain, "HALVINGS", 0)
+    with pytest.raises(fc.SolverError) as caught:
+        pressed_block(fc.HolmesMow(E=1.0, nu=nu, beta=0.3), depth=0.1)
+    assert ("HolmesMow with nu = 0.34 softens" in str(caught.value)) == (nu > 1 / 3)
 
 
 def fibred(law, sz: float) -> tuple[float, float, float]:
