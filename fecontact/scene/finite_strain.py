@@ -363,10 +363,10 @@ class _Newton:
                 if best is None and self._settled is None:
                     raise
                 break
-            if best is not None and (found is None or found.residual > FALLS * best.residual):
-                return best
             if found is not None and (found.residual <= TOLERANCE or self._known is not None):
                 return found
+            if best is not None and (found is None or found.residual > FALLS * best.residual):
+                return best if found is None or best.residual < found.residual else found
             best = found
             if best is None and k + 1 >= SETTLING and self._changes[-1] > RUNS_AWAY:
                 break
