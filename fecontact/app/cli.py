@@ -141,6 +141,9 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
     moves = "of a contact that rolls or slides over a visco-elastic half-space"
     load.add_argument("--velocity", nargs=2, type=float, metavar=("VX", "VY"), help=moves)
     load.add_argument("--adhesion", metavar="WORK,RANGE", help="of surfaces that attract each other, Dugdale's law")
+    load.add_argument(
+        "--wear", metavar="K,LENGTH", help="Archard's volume per force and length; slides so far in place"
+    )
     load.add_argument("--approaches", metavar="A1,A2,...", help="with adhesion: a curve, on and off")
     load.add_argument("--load-point", nargs=2, type=float, metavar=("X", "Y"), help="the shape is free to tilt")
     load.add_argument("--moment", nargs=2, type=float, metavar=("MX", "MY"), help="the same, by moments")
@@ -167,6 +170,8 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
     form.add_argument("--seed", type=int, help="rough; 1 unless given")
     out = parser.add_argument_group("output")
     out.add_argument("--tolerance", type=float, default=1e-8, help="of the certificate")
+    passes = "conductance, leakage or both with a comma: for conductivities, a drop along x and a viscosity of 1"
+    out.add_argument("--also", metavar="FIGURES", help=passes)
     _outputs(out, "pressure, gap, displacement, stress inside; curves for --loads", "one row per load", units=True)
 
 

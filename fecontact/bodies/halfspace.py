@@ -61,6 +61,12 @@ from fecontact.surfaces.rigid.shapes import heights_of
 
 C = TypeVar("C", bound=HalfSpaceContact)
 
+#: What passes through a contact, for conductivities, or a drop along x and a viscosity, of 1.
+PASSES: Mapping[str, Callable[[HalfSpaceContact], float]] = {
+    "conductance": lambda contact: contact.conductance(1.0, 1.0).value,
+    "leakage": lambda contact: contact.leakage(1.0, 1.0).flow,
+}
+
 
 class HeightSurface(Protocol):
     """A rigid surface over the plane z = 0, with its lowest point on it."""
@@ -494,11 +500,7 @@ class HalfSpace(SurfaceBody):
         def pressed(heights: Array, load: Load) -> HalfSpaceContact:
             return press(self.compliance, heights, load, tolerance, symmetry, workers, hardness=hard)
 
-        columns: dict[str, Callable[[HalfSpaceContact], float]] = {
-            "stiffness": self.stiffness,
-            "conductance": lambda contact: contact.conductance(1.0, 1.0).value,
-            "leakage": lambda contact: contact.leakage(1.0, 1.0).flow,
-        }
+        columns: Mapping[str, Callable[[HalfSpaceContact], float]] = {"stiffness": self.stiffness, **PASSES}
         for name in also:
             among("also", name, columns)
         steps = CurveSteps(self.compliance, z, loads, pressed, tolerance, hard, {n: columns[n] for n in also})
@@ -567,7 +569,8 @@ class HalfSpace(SurfaceBody):
             Archard's coefficient k, volume per force and length of slip: what slips wears by k p |ds|, the contact
             changes with it, and the next step begins with the worn shape, see `halfspace.wear`. Depths stay where the
             contact is: on both bodies where they slip a little, on the surface that slides along where it slides far.
-            Steps are cut until the error of the worn depth is 1 %. Not together with a file.
+            Steps are cut until the error of the worn depth is 1 %. A file has twice as many bytes; of steps in it the
+            contact on the worn shape is certified.
         start : FrictionContact or RollingContact, optional
             State on the same grid that the path begins with, with the same friction; of steady rolling, shift and twist
             count from it. Steps of one cell along the rolling go on as it does by CONTACT's rule.
@@ -614,7 +617,7 @@ class HalfSpace(SurfaceBody):
         given = setting, self._heights_at(surface, track), steps, symmetry
         if wear is not None:
             self._refuse_memory("wear")
-            others = {"hardness": hardness, "path": path, "start": start, "track": track, "accuracy": accuracy}
+            others = {"hardness": hardness, "start": start, "track": track, "accuracy": accuracy}
             _refuse_others(others, "Wear is offered by itself", "wear-alone")
         each = WornSteps(*given, wear) if wear is not None else FrictionSteps(*given, start=start, accuracy=accuracy)
         contacts, cuts = follow(each, len(steps), path, progress)

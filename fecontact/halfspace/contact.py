@@ -918,6 +918,8 @@ class FrictionContact(TractionContact):
         Estimated change of the worn depth by smaller steps.
     cycles : float, optional
         How often the step was passed; work and sliding are of one passage, the last.
+    origin : FrictionContact, optional
+        With wear: state from which slip is counted, in a steady cycle its other end.
     """
 
     shift: tuple[float, float]
@@ -929,6 +931,7 @@ class FrictionContact(TractionContact):
     worn: Array | None = field(default=None, kw_only=True, repr=False)
     wear_change: Array | None = field(default=None, kw_only=True, repr=False)
     cycles: float | None = field(default=None, kw_only=True, repr=False)
+    origin: FrictionContact | None = field(default=None, kw_only=True, repr=False)
 
     dissipated, work = renamed("dissipated", "friction_work"), renamed("work", "work_density")
     friction_residuals = renamed("friction_residuals", "residuals")

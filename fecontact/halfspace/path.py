@@ -52,6 +52,8 @@ OF_STEPS: Mapping[str, Callable[[FrictionContact], float]] = {
 OF_LOADS = ("force", "approach", "area", "max_pressure", "mean_pressure", "mean_gap", "regions", "pressure_error")
 #: More of both with a hardness.
 OF_HARDNESS = ("plastic_area", "max_dent")
+#: Columns of a curve that are asked for.
+BESIDE = ("stiffness", "conductance", "leakage")
 #: What is in the rows of a curve beside figures.
 HIDDEN = ("warnings", "dent", "jump")
 #: Fields of a contact that a file keeps.
@@ -201,7 +203,7 @@ class Curve(Path[Mapping[str, Any]], Drawn):
 class LoadCurve(Curve):
     """Figures of contacts over the force, whose loads do not depend on each other; made by `HalfSpace.curve`.
 
-    Drawn are approach, area, pressures and mean gap over the force.
+    Drawn are approach, area, pressures, mean gap and what was asked for beside over the force.
 
     Attributes
     ----------
@@ -220,6 +222,7 @@ class LoadCurve(Curve):
             "area" + (f" [{units.length}²]" if units.length else ""): {"": self.area},
             units.axis_label("pressure", "stress"): {n: self.figures[f"{n}_pressure"] for n in ("max", "mean")},
             units.axis_label("mean gap", "length"): {"": self.figures["mean_gap"]},
+            **{name: {"": self.figures[name]} for name in BESIDE if name in self.figures},
         }
         return plot_over_force(self.force, panels, f"{len(self)} loads", units, path, "dent" in self.steps[0])
 

@@ -133,9 +133,13 @@ def plot_over_force(
     in_order : bool
         Whether the order of the loads counts, as where a surface yields: lines follow it, not the force.
     """
-    figure = Figure(figsize=(10.0, 7.6), layout="constrained")
+    rows = (len(panels) + 1) // 2
+    figure = Figure(figsize=(10.0, 3.8 * rows), layout="constrained")
     order = np.arange(len(force)) if in_order else np.argsort(force, kind="stable")
-    for axes, (label, curves) in zip(figure.subplots(2, 2).ravel(), panels.items(), strict=True):
+    places = figure.subplots(rows, 2).ravel()
+    for axes in places[len(panels) :]:
+        axes.set_visible(False)
+    for axes, (label, curves) in zip(places[: len(panels)], panels.items(), strict=True):
         shown = {name: v for name, v in curves.items() if name != "exact" or np.isfinite(v).any()}
         for name, values in shown.items():
             style = {"color": "black", "linestyle": "--", "linewidth": 1.0} if name == "exact" else {"marker": "o"}
@@ -308,7 +312,9 @@ def draw_stick_slip(axes: Any, contact: Dragged, names: Units) -> None:
 
 
 def plot_dragged(contact: Dragged, path: str | Path | None = None, units: Units | None = None) -> Figure:
-    """Stick, slip and open cells with the tractions as arrows, and the size of the tractions.
+    """Stick, slip and open cells with the tractions as arrows, the size of the tractions, and the worn depth if any.
+
+    Without tractions, the pressure.
 
     Parameters
     ----------
@@ -319,11 +325,15 @@ def plot_dragged(contact: Dragged, path: str | Path | None = None, units: Units 
         Units for labels.
     """
     names = units or Units()
-    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    size, worn = np.hypot(contact.traction[0], contact.traction[1]), contact.columns().get("worn")
+    shown, what = (size, "tangential traction") if size.any() else (contact.pressure, "pressure")
+    maps = [(shown, "magma_r", names.axis_label(what, "stress"))]
+    maps += [] if worn is None else [(worn, "YlOrBr", names.axis_label("worn depth", "length"))]
+    figure = Figure(figsize=(5.5 * (1 + len(maps)), 5.0), layout="constrained")
+    left, *others = figure.subplots(1, 1 + len(maps))
     draw_stick_slip(left, contact, names)
-    size = np.hypot(contact.traction[0], contact.traction[1])
-    draw_map(right, contact.grid, size, "magma_r", names.axis_label("tangential traction", "stress"), names)
+    for axes, (values, colours, label) in zip(others, maps, strict=True):
+        draw_map(axes, contact.grid, values, colours, label, names)
     return save_figure(figure, path)
 
 

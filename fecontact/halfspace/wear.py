@@ -6,24 +6,28 @@ Slip is needed in all cells, for what is open may come to touch. Worn depth is t
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
+from fecontact.common.fingerprint import fingerprint
 from fecontact.common.wear import NO_CYCLE, check_change, faded, steady, worn_in_halves
 from fecontact.halfspace.compliance import Box
 from fecontact.halfspace.contact import FrictionContact
-from fecontact.halfspace.friction import DraggedTractions, PressStep, press_step
-from fecontact.halfspace.path import FrictionSteps
+from fecontact.halfspace.friction import DraggedTractions, PressStep, certified, press_step, restored
+from fecontact.halfspace.path import KEPT, FrictionSteps
 from fecontact.halfspace.pressing import Load, press
 
 #: Overlap left at an approach, over the worn depth, at which all is worn off: below it pressures are rounding.
 WORN_OFF = 1e-5
+
+#: Fields of a contact that a file keeps, with wear.
+OF_WEAR = ("worn", "wear_change", "cycles")
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +60,11 @@ class WornSteps(FrictionSteps):
 
     def part(
         self, k: int, before: FrictionContact | None, start: float, end: float, last: FrictionContact | None,
-        known: None = None,
+        known: Any = None,
     ) -> FrictionContact:  # fmt: skip
         """Contact at the end of a part of step k, worn; a step that is passed several times has parts of its cycles."""
+        if known is not None:
+            return self._again(k, before, end, known)
         none, once = np.zeros(self.friction.body.grid.shape), self.steps[k].cycles is None
         half, found, worn, change = worn_in_halves(
             lambda share, at, depth: self._leg(k, before, share, at, depth),
@@ -69,8 +75,25 @@ class WornSteps(FrictionSteps):
         check_change(change, worn, float(np.abs(found.displacement).max()), (start, end))
         if last is not None and last.wear_change is not None:
             change = faded(change, last.wear_change, found.pressure, last.pressure, not once)
-        cycles, parts = self.steps[k].cycles, (half,) if once and half is not None else ()
+        cycles, parts = self.steps[k].cycles, (replace(half, origin=None),) if once and half is not None else ()
         return replace(found, worn=worn, wear_change=change, cycles=cycles, parts=parts)
+
+    def _again(self, k: int, before: FrictionContact | None, end: float, known: Mapping[str, Any]) -> FrictionContact:
+        """The same of an earlier run: what touches and slips on the worn shape is certified, its depth is as it was."""
+        fields, more = {name: known[name] for name in KEPT}, {name: known[name] for name in OF_WEAR}
+        origin = known["origin"] and restored(self.friction, FrictionContact, known["origin"])
+        z = self._shape(k, more["worn"])
+        found = certified(self.friction, z, self._loads(k, before, end), origin, fields)
+        return replace(found, **more, origin=origin, parts=() if more["cycles"] or not origin else (origin,))
+
+    def end(self, part: FrictionContact) -> Mapping[str, Any]:
+        """Fields that are not those of the half-space, and those of the state from which slip is counted."""
+        worn = {name: getattr(part, name) for name in OF_WEAR}
+        return {**super().end(part), **worn, "origin": part.origin and super().end(part.origin)}
+
+    def prints(self) -> Mapping[str, Mapping[str, str]]:
+        """Fingerprints by part of each step by its number."""
+        return {k: {**parts, "wear": fingerprint(self.wear)} for k, parts in super().prints().items()}
 
     def joined(self, parts: Sequence[FrictionContact]) -> FrictionContact:
         """The last part; of a step passed once with all before it, else it is a passage by itself."""
@@ -92,7 +115,8 @@ class WornSteps(FrictionSteps):
             if self.steps[k].cycles is not None:
                 start = press_step(friction, z, self.loads(k - 1, None, 1.0), start, self.symmetry)
             found = press_step(friction, z, step, start, self.symmetry)
-            return self._slip(step, start, found), found.pressure, found
+            origin = start and replace(start, origin=None, parts=())
+            return self._slip(step, start, found), found.pressure, replace(found, origin=origin)
 
         if self.steps[k].cycles is not None:
             return steady(passage, last, k)

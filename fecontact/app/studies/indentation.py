@@ -15,14 +15,16 @@ from fecontact.app.options import OPTIONS, SHAPES
 from fecontact.app.studies.closed_forms import Exact, Wave, closed_form
 from fecontact.app.studies.study import Figure, Study, compared, finite
 from fecontact.bodies import HalfSpace
+from fecontact.bodies.halfspace import PASSES
 from fecontact.common.arrays import Array
-from fecontact.common.checks import positive
+from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.table import Table
 from fecontact.common.units import Units
 from fecontact.common.viscoelastic import Viscoelastic
 from fecontact.halfspace import Dugdale, HalfSpaceContact, Layer
+from fecontact.halfspace.friction import PressStep
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.pictures import plot_adhesion, plot_over_force
 from fecontact.halfspace.pressing import Load
@@ -48,13 +50,14 @@ LONGEST, SHORTEST = 4, 8
 """Defaults for a rough surface: its size over the longest wave, and the shortest wave in cells."""
 
 #: Figures in the rows, in this order.
-ROW = ("force", "approach", "area", "mean gap", "maximum pressure", "stiffness", "drag", "adhesive area")
+ROW = ("force", "approach", "area", "mean gap", "maximum pressure", "stiffness", "drag", "adhesive area", *PASSES)
 
 
 #: Words for figures that only some contacts have.
 MORE = {
     "plastic_area": "plastic area", "max_dent": "largest dent", "drag": "drag", "drag_error": "error of the drag",
-    "adhesive_area": "adhesive area", "energy": "energy", "stability": "stability", "law_residual": "law residual",
+    "worn_volume": "worn volume", "worn_depth": "worn depth", "adhesive_area": "adhesive area", "energy": "energy",
+    "stability": "stability", "law_residual": "law residual",
 }  # fmt: skip
 
 
@@ -100,6 +103,7 @@ def indent(
     name: str | None = None,
     tolerance: float = 1e-8,
     dent: Array | float = 0.0,
+    also: Sequence[str] = (),
     **law: Any,
 ) -> Study:
     """Press a rigid shape on a half-space.
@@ -119,6 +123,8 @@ def indent(
     tolerance : float
     dent : (nx, ny) array
         By loads before.
+    also : sequence of str
+        More figures, of `PASSES`.
     **law
         hardness, velocity or adhesion, as in `HalfSpace.press`; closed forms are elastic and left out.
 
@@ -156,7 +162,7 @@ def indent(
         pressed, force=load.force, approach=load.approach, load_point=load.point, tolerance=tolerance, **law
     )
     _check_outline(shape, contact)
-    return _study(name or type(shape).__name__, half, contact, exact)
+    return _study(name or type(shape).__name__, half, contact, exact, also)
 
 
 def curve(shape: Any, ground: Ground, loads: Sequence[Load], **options: Any) -> Study:
@@ -202,6 +208,7 @@ def _over_force(steps: Sequence[Study], title: str, units: Units) -> Picture:
         "area": "area" + (f" [{units.length}²]" if units.length else ""),
         "stiffness": stiffness,
         "drag": units.axis_label("drag", "force"),
+        **{name: name for name in PASSES},
         "mean gap": units.axis_label("mean gap", "length"),
     }
     panels = {}
@@ -215,7 +222,7 @@ def _over_force(steps: Sequence[Study], title: str, units: Units) -> Picture:
     return plot_over_force(forces, panels, title, units, in_order=yields)
 
 
-def _study(name: str, half: HalfSpace, c: HalfSpaceContact, exact: Exact | None) -> Study:
+def _study(name: str, half: HalfSpace, c: HalfSpaceContact, exact: Exact | None, also: Sequence[str] = ()) -> Study:
     """The study of a contact, with the tilt under an eccentric load."""
     found = {
         "force": c.force,
@@ -229,6 +236,7 @@ def _study(name: str, half: HalfSpace, c: HalfSpaceContact, exact: Exact | None)
     if c.has_stiffness:
         found["stiffness"] = half.stiffness(c)
     found |= {what: c.figures[name] for name, what in MORE.items() if name in c.figures}
+    found |= {what: PASSES[what](c) for what in also}
     if any(c.tilt):
         found["tilt (rad)"] = math.hypot(*c.tilt)
     known = exact.figures if exact else {}
@@ -402,9 +410,14 @@ def run(options: Options) -> Study:
     shape, cells, size = _shape(name, given, cells, size, ground.periodic)
     label = Path(given["file"]).name if name == "heights" else name
     common = {"cells": cells, "size": size, "name": label, "tolerance": given.get("tolerance", 1e-8)}
+    common["also"] = given.get("also", "").split(",") if "also" in given else []
     common |= {law: given[law] for law in ("hardness", "velocity") if law in given}
     if "adhesion" in given:
         return _adhesive(shape, ground, given, cells, size, label)
+    for column in common["also"]:
+        among("also", column, PASSES)
+    if "wear" in given:
+        return _worn(shape, ground, given, loads, common)
     if "loads" in given:
         return curve(shape, ground, loads, **common)
     return indent(shape, ground, loads[0], **common)
@@ -429,6 +442,20 @@ def _adhesive(shape: Any, ground: Ground, given: Options, cells: Cells, size: Si
     data = {"shape": name, "states": [finite(row) for row in found.rows()], "pull_off": found.pull_off}
     data |= {"hysteresis": found.hysteresis, "warnings": list(found.warnings)}
     return Study(f"{name} with adhesion", {}, found.table, lambda units: plot_adhesion(found, None, units), data, found)
+
+
+def _worn(shape: Any, ground: Ground, given: Options, loads: Sequence[Load], common: dict[str, Any]) -> Study:
+    """The study of a shape that has slid in its place, without friction, and worn."""
+    refused = ("hardness", "velocity", "load_point", "moment", "loads")
+    if others := ", ".join("--" + key.replace("_", "-") for key in refused if key in given):
+        raise InputError(f"With --wear leave out {others}.")
+    coefficient, way = _numbers(given["wear"], "wear", 2)
+    half, load = _grid(shape, ground, loads[0], common["cells"], common["size"]), loads[0]
+    _check_depth(ground, load)
+    steps = [PressStep(load.force, load.approach, shift=(x, 0.0)) for x in (0.0, positive("the length of --wear", way))]
+    path = half.press_path(shape, steps, 0.0, common["tolerance"], wear=coefficient, progress=False)
+    _check_outline(shape, path.last)
+    return _study(f"{common['name']} worn", half, path.last, None, common["also"])
 
 
 def _pair(values: Any, name: str) -> Any:

@@ -162,6 +162,20 @@ def test_work_of_friction_is_that_of_forces_on_creepages():
     assert found.creep_work == pytest.approx(found.friction_work, rel=0.06)
     assert found.heat_per_area.sum() * found.grid.cell[1] == pytest.approx(found.friction_work, rel=1e-12)
     assert (found.work_density >= -1e-8 * found.work_density.max()).all()
+    worn = found.worn_per_pass(2e-9)  # Archard's k times pressure and slip: by the work, k over mu
+    assert worn.sum() * found.grid.cell[1] == pytest.approx(2e-9 / MU * found.friction_work, rel=1e-12)
+    with pytest.raises(InputError, match="coefficient of wear"):
+        found.worn_per_pass(0.0)
+
+
+def test_a_wheel_that_slides_wears_its_track_as_an_ellipse_of_pressures():
+    """Hertz's ball sliding by c of its way: k c int p dx = k c pi/2 p0 a (1 - y^2/a^2), volume per length k c F."""
+    found = rolled(half(n=48), Paraboloid(0.8), creepage=(0.5, 0.0), friction=1e-3)
+    y = found.grid.y
+    worn, peak = found.worn_per_pass(1.0) / 0.5, found.max_pressure
+    a = (1.5 * found.force / (np.pi * peak)) ** 0.5
+    np.testing.assert_allclose(worn, np.pi / 2 * peak * a * np.maximum(0, 1 - (y / a) ** 2), atol=0.03 * peak * a)
+    assert worn.sum() * found.grid.cell[1] == pytest.approx(found.force, rel=2e-3)
 
 
 def test_full_sliding_is_that_of_rigid_bodies():

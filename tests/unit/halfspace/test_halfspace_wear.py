@@ -7,6 +7,7 @@ import pytest
 
 import fecontact as fc
 from fecontact import PressStep
+from fecontact.app.cli import main
 from fecontact.common import wear
 from tests.refusals import refused
 
@@ -176,7 +177,7 @@ def test_friction_whose_hold_wears_off_is_named():
         ("no-cycle", "Step 1", [{"cycles": 5.0}], {}),
         ("wear-position", "(0.1, 0.0)", [{}, {"position": (0.1, 0.0)}], {}),
         ("no-slip", "finite", [{}], {"friction": np.inf}),
-        ("wear-alone", "path=", [{}], {"path": "worn.json"}),
+        ("wear-alone", "accuracy=", [{}], {"accuracy": 0.1}),
         ("wear-alone", "hardness=", [{}], {"hardness": 0.1}),
         ("cycles-without-wear", "5 cycles", [{}, {"cycles": 5.0}], {"wear": None}),
     ],
@@ -186,6 +187,40 @@ def test_what_is_not_offered_is_refused_by_name(code, said, steps, options):
     path = [PressStep(force=FORCE, **step) for step in steps]
     with refused(fc.InputError, code, said):
         HALF.press_path(BALL, path, **given)
+
+
+@pytest.mark.parametrize("cycles", [None, 50.0])
+def test_a_path_goes_on_from_its_file(tmp_path, cycles):
+    """Steps passed once and many times: what is read again has all figures of the first run, and what follows too."""
+    half = fc.HalfSpace(PLAIN, size=(1.6, 1.6), cells=(16, 16), against=PLAIN)
+    ends = ((0.0, None), (1e-3, cycles), (-1e-3, cycles), (5e-4, None))
+    pull = [PressStep(force=FORCE, shift=(t, 0.0), cycles=n) for t, n in ends]
+    whole = half.press_path(BALL, pull, 0.3, wear=5.0)
+    first = half.press_path(BALL, pull[:3], 0.3, wear=5.0, path=tmp_path / "worn.jsonl")
+    again = half.press_path(BALL, pull, 0.3, wear=5.0, path=tmp_path / "worn.jsonl")
+    assert first.last.worn.any()
+    for one, two in zip(whole, again, strict=True):
+        for name in ("worn", "wear_change", "pressure", "traction", "slip"):
+            np.testing.assert_allclose(getattr(two, name), getattr(one, name), rtol=0, atol=1e-12)
+        assert (two.cycles, two.residuals.worst < 1e-10) == (one.cycles, True)
+    np.testing.assert_allclose(again.friction_work, whole.friction_work, rtol=1e-9, atol=1e-15)
+    with refused(fc.InputError, "row-of-another", "wear"):
+        half.press_path(BALL, pull, 0.3, wear=4.0, path=tmp_path / "worn.jsonl")
+
+
+def test_the_command_line_wears_and_reads_what_passes(capsys):
+    """Worn volume k F s, where s has the elastic displacements along it too; columns as those of a curve."""
+    words = ["halfspace", "sphere", "--radius", "10", "--E", "210e3", "--cells", "16"]
+    assert main([*words, "--force", "100", "--wear", "1e-9,10", "--also", "conductance"]) == 0
+    found = {line[:18].strip(): line.split()[-1] for line in capsys.readouterr().out.splitlines() if line[18:].strip()}
+    assert abs(float(found["worn volume"]) - 1e-6) < 1e-10
+    assert float(found["conductance"]) > 0
+    assert main([*words, "--loads", "50,100", "--also", "conductance,leakage"]) == 0
+    head, first, last = capsys.readouterr().out.splitlines()[1:4]
+    at = head.split().index("conductance")
+    assert float(last.split()[at]) > float(first.split()[at])
+    for wrong in (["--wear", "1e-9,10", "--loads", "1,2"], ["--also", "pressure"], ["--wear", "1e-9,-1"]):
+        assert main([*words, *([] if "--loads" in wrong else ["--force", "1"]), *wrong]) == 2
 
 
 def test_wear_afterwards_is_refused_where_the_shape_has_worn():
