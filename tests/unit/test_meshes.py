@@ -81,8 +81,8 @@ def test_decks_that_have_a_closed_form():
     assert np.abs(fc.read_scene(FOLDER / "decks/patch-test.inp").solve().contacts[0].pressure - 0.1).max() < 1e-12
     beam = fc.read_scene(FOLDER / "decks/tied-beam.inp").solve()
     (body,) = beam.scene.bodies
-    # of length 8 and height 1: bending and shear (Timoshenko and Goodier, article 21); the clamp, which keeps its end from
-    # widening, takes an eighth of the height off the length
+    # of length 8 and height 1: bending and shear (Timoshenko and Goodier, article 21); the clamp, which keeps its end
+    # from widening, takes an eighth of the height off the length
     deflection = 0.05 * 8**3 / (3 * 1000 / 12) + 1.2 * 0.05 * 8 / (1000 / 2.6)
     assert abs(np.abs(beam.displacement(body)[:, 2]).max() / deflection - 1) < 0.02
 

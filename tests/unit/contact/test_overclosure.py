@@ -52,6 +52,7 @@ LAWS = {
 }
 
 
+@pytest.mark.by_day(every=3)
 @pytest.mark.parametrize(("n", "coupling"), [(2, "nodal"), (3, "mortar")])
 @pytest.mark.parametrize("mu", [0.0, 0.3])
 @pytest.mark.parametrize("law", list(LAWS))
