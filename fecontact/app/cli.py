@@ -242,7 +242,7 @@ def _roll(parser: argparse.ArgumentParser) -> None:
 def _ancf(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("problem", choices=PROBLEMS, help="; ".join(f"{n}: {what}" for n, what in PROBLEMS.items()))
     parser.add_argument("--elements", type=int, metavar="N", help="10; pendulum: 12; fourbar: 2 each bar")
-    parser.add_argument("--measure", default="turn", choices=("turn", "geometric"), help="strains of the axis")
+    parser.add_argument("--measure", default="turn", choices=("turn", "geometric", "chord"), help="strains of the axis")
     parser.add_argument("--gravity", type=float, default=9.81, help="pendulum: 9.81 or 50")
     parser.add_argument("--step", type=float, help="of time; pendulum: 0.002 or, under 50, 0.001; fourbar: 0.0005")
     _outputs(parser, "shapes on the way", "one row per case")

@@ -24,6 +24,7 @@ from fecontact.ancf.slender import shapes
 from fecontact.ancf.slender.laminate import Lamina, Laminate, plane_stress, sheet
 from fecontact.ancf.slender.shapes import Shape
 from fecontact.ancf.slender.strains import (
+    ChordFrame,
     LineCurvature,
     Measure,
     Products,
@@ -95,9 +96,10 @@ def line(
     tangents : (n, 3) array, optional
         Unit tangents at the nodes of a curved axis, which is free of stress. It lies in the plane x, y and bends in it
         only, for without twist it has no section to bend out of it.
-    measure : {'turn', 'geometric'}
+    measure : {'turn', 'geometric', 'chord'}
         'turn': strain |r'| - 1 and turn of the tangent per initial length. 'geometric': Green-Lagrange strain and the
-        curvature of the present axis (Shabana's book). They differ where the axis stretches.
+        curvature of the present axis (Shabana's book). They differ where the axis stretches. 'chord': linear in the
+        frame of each element's chord, the model of 1999, for comparison; in the plane x, y.
 
     Examples
     --------
@@ -107,19 +109,24 @@ def line(
     30
     """
     lengths(EA=EA, EI=EI)
-    among("measure", measure, ("turn", "geometric"))
+    among("measure", measure, ("turn", "geometric", "chord"))
     nodes, t, cells, size = axes_of(points, tangents)
     box = np.column_stack([size, np.ones((len(size), 2))])
     four = _rule(4)
     if tangents is not None and np.ptp(nodes[:, 2]) + np.abs(t[:, 2]).max() > 1e-12 * size.sum():
         raise InputError("A curved line must lie in the plane x, y; take `beam` for a curve in space.", code="in-space")
     bent = EI * (np.eye(3) if tangents is None else np.diag([0.0, 0.0, 1.0]))
+    inertia = (four[0], mass * four[1], size)
+    if measure == "chord":
+        if np.ptp(nodes[:, 2]) + np.abs(t[:, 2]).max() > 1e-12 * size.sum():
+            raise InputError("The measure 'chord' is of lines in the plane x, y.", code="in-space")
+        parts = [Part((X, XX, shapes.CHORD), ChordFrame(), np.diag([EA, EI]), *four, size)]
+        return Structure(shapes.LINE, np.stack([nodes, t], axis=1), cells, box, parts, inertia)
     stretch: Measure = Stretch() if measure == "turn" else green_lagrange((0,))
     parts = [
         *_stretch(stretch, EA, EI, size),
         Part((X, XX), LineCurvature(2 if measure == "turn" else 3), bent, *_bent(), size),
     ]
-    inertia = (four[0], mass * four[1], size)
     return Structure(shapes.LINE, np.stack([nodes, t], axis=1), cells, box, parts, inertia)
 
 

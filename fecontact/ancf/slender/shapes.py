@@ -19,6 +19,8 @@ import numpy as np
 from fecontact.common.arrays import Array
 
 Order = tuple[int, int, int]
+#: In place of a derivative: the way from the first node of an element to its second over its length.
+CHORD: Order = (-1, 0, 0)
 
 _CUBIC = ((0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0))
 _ADINI = tuple((i, j, 0) for i in range(4) for j in range(4) if i + j < 4 or (i, j) in ((3, 1), (1, 3)))
@@ -89,6 +91,10 @@ class Shape:
         order : (int, int, int)
             Number of derivatives along each axis.
         """
+        if order == CHORD:
+            ends = self._monomials(np.array(self.nodes), (0, 0, 0)) @ self._coefficients
+            unit = np.broadcast_to(ends[1] - ends[0], (len(points), self.n_functions))
+            return np.asarray(unit[None] * (self._sized(lengths) / lengths[:, :1])[:, None])
         unit = self._monomials(points, order) @ self._coefficients
         scale = self._sized(lengths) / np.prod(lengths ** np.array(order), axis=1)[:, None]
         return np.asarray(unit[None] * scale[:, None])

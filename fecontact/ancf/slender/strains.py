@@ -92,6 +92,60 @@ def _forms(terms: tuple[tuple[tuple[float, int, int], ...], ...], n_g: int) -> A
     return A
 
 
+@dataclass(frozen=True)
+class ChordFrame:
+    """Linear strains in the frame of an element's chord c, in the plane x, y: r_x . i - 1 and r_xx . j.
+
+    Of derivatives r_x, r_xx and c = (r_B - r_A) / L, with i = c / |c| and j at right angles to it. Displacements from
+    the chord must be small within an element, which converges to the rod as elements are divided.
+    Source: M. Campanelli, M. Berzeri & A. A. Shabana, report MBS99-2-UIC, 1999, section 3; J. L. Escalona, H. A.
+    Hussien & A. A. Shabana, J. Sound Vib. 214 (1998), 833-851.
+    """
+
+    def strain(self, g: Array) -> Array:
+        """(..., 2)."""
+        i, _, _ = _along(g)
+        turned = _right(g[..., 1, :])
+        return np.stack([(g[..., 0, :] * i).sum(-1) - 1, (turned * i).sum(-1)], axis=-1)
+
+    def first(self, g: Array) -> Array:
+        """The chord's directions along r_x and r_xx, and its turn."""
+        i, projector, size = _along(g)
+        out = np.zeros((*g.shape[:-2], 2, 3, 3))
+        out[..., 0, 0, :] = i
+        out[..., 1, 1, :] = -_right(i)
+        for m, u in enumerate((g[..., 0, :], _right(g[..., 1, :]))):
+            out[..., m, 2, :] = np.einsum("...xy,...y->...x", projector, u) / size
+        return out
+
+    def second(self, g: Array, s: Array) -> Array:
+        """Of u . i, u = s_1 r_x + s_2 (r_xx turned by a right angle)."""
+        i, P, size = _along(g)
+        s1, s2 = s[..., :1], s[..., 1:]
+        u = s1 * g[..., 0, :] + s2 * _right(g[..., 1, :])
+        Pu = np.einsum("...xy,...y->...x", P, u)
+        out = np.zeros((*g.shape[:-2], 3, 3, 3, 3))
+        along = (u * i).sum(-1)[..., None, None] * P
+        out[..., 2, :, 2, :] = -(_outer(i, Pu) + _outer(Pu, i) + along) / size[..., None] ** 2
+        turn = _right(np.eye(3)).T  # of column vectors
+        for m, block in enumerate((s1[..., None] * P, s2[..., None] * (turn.T @ P))):
+            out[..., m, :, 2, :] = block / size[..., None]
+            out[..., 2, :, m, :] = np.swapaxes(out[..., m, :, 2, :], -1, -2)
+        return out
+
+
+def _right(v: Array) -> Array:
+    """Vectors (..., 3) turned by a right angle about z, clockwise: v x e_z."""
+    return np.stack([v[..., 1], -v[..., 0], 0 * v[..., 0]], axis=-1)
+
+
+def _along(g: Array) -> tuple[Array, Array, Array]:
+    """Unit chord (..., 3), the projector across it (..., 3, 3) and its length (..., 1)."""
+    size = np.linalg.norm(g[..., 2, :], axis=-1, keepdims=True)
+    i = g[..., 2, :] / size
+    return i, np.eye(3) - _outer(i, i), size
+
+
 def green_lagrange(axes: Sequence[int]) -> Products:
     """Green-Lagrange strains of derivatives along these axes: normal ones, then twice those of shear."""
     pairs = [(i, j) for i in axes for j in axes if i < j]

@@ -97,6 +97,8 @@ def solve(n: int, measure: str) -> Study:
         beside[f"corotational, {procedure}"] = tuple(math.degrees(other.angles(s.q)[-1]) for s in bent)
         turned = max(float(np.abs(other.local_turns(s.q)).max()) for s in bent)
         remarks[f"largest turn in an element, corotational, {procedure}"] = math.degrees(turned)
+    bent = follow(*cantilever(n, "chord"))
+    beside["in the chord's frame"] = tuple(math.degrees(beam.angles(s.q)[-1]) for s in bent)
     beside |= {name: columns[n] for name, columns in PAPER.items() if n in columns}
     shapes = {f"{load:.3f}": beam.points(s.q).reshape(-1, 3) for load, s in zip(LOADS, states, strict=True)}
     return slender_study("elastica", "degrees", n, cases, shapes, seconds, remarks, beside)

@@ -22,6 +22,7 @@ CURVED = {
 MADE = {
     "line, turn": lambda: line(POINTS, EA=5.0, EI=0.3, mass=1.0),
     "line, geometric": lambda: line(POINTS, EA=5.0, EI=0.3, mass=1.0, measure="geometric"),
+    "line, chord": lambda: line(POINTS, EA=5.0, EI=0.3, mass=1.0, measure="chord"),
     "curved line": lambda: line(**CURVED, EA=5.0, EI=0.3, mass=1.0),
     "strip": lambda: strip(POINTS, MATERIAL, **SECTION),
     "strip, continuum": lambda: strip(POINTS, MATERIAL, **SECTION, approach="continuum"),
@@ -33,7 +34,7 @@ MADE = {
     "thick plate, continuum": lambda: thick_plate(CORNERS, (2, 1), MATERIAL, 0.1, approach="continuum"),
 }
 #: Motions without energy: a line does not twist, a strip has nothing out of its plane.
-FREE = {"line, turn": 5, "line, geometric": 5, "strip": 12, "strip, continuum": 12}
+FREE = {"line, turn": 5, "line, geometric": 5, "line, chord": 9, "strip": 12, "strip, continuum": 12}
 
 
 @pytest.fixture(params=MADE)
