@@ -4,6 +4,7 @@ import importlib.util
 import re
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 
@@ -78,6 +79,59 @@ def test_walking_knee(tmp_path):
     assert table.column("regions").tolist() == [2.0]  # both condyles
     for name in ("0000.png", "table.csv"):
         assert (tmp_path / "walking_knee" / name).stat().st_size > 100
+
+
+@pytest.mark.full
+@pytest.mark.usefixtures("gmsh")
+def test_jam_knee(tmp_path):
+    """On stand-ins for its files: a ball on a plate, whose force on a foundation is pi K R d^2 / h."""
+    h5py = pytest.importorskip("h5py")
+    example = load("jam_knee")
+    radius, thick, depth = 30.0, (2.0, 3.0), np.array([0.4, 0.8])
+    x, z = np.meshgrid(*[np.linspace(-9.0, 9.0, 37)] * 2, indexing="ij")
+    number = np.arange(x.size).reshape(x.shape)
+    triangles = [number[:-1, :-1], number[1:, :-1], number[1:, 1:]], [number[:-1, :-1], number[1:, 1:], number[:-1, 1:]]
+    cells = np.concatenate([np.stack([c.ravel() for c in t], axis=1) for t in triangles])
+    for name, y in {
+        "femur-cartilage": radius - np.sqrt(radius**2 - x**2 - z**2),
+        "femur-bone": radius - np.sqrt((radius - thick[0]) ** 2 - x**2 - z**2),
+        "tibia-cartilage": 0 * x,
+        "tibia-bone": 0 * x - thick[1],
+    }.items():
+        points = np.stack([x, y, z], axis=-1).reshape(-1, 3) / 1000.0
+        down = name.startswith("femur")  # x, z, y is left-handed: rows as above face downwards
+        meshio.Mesh(points, [("triangle", cells if down else cells[:, ::-1])]).write(tmp_path / f"my-R-{name}.stl")
+    names = ("flex", "add", "rot", "tx", "ty", "tz")
+    turns = zip([f"{what}{k}" for what in ("rotation", "translation") for k in (1, 2, 3)], names, strict=True)
+    axes = ("0 0 1", "1 0 0", "0 1 0", "1 0 0", "0 1 0", "0 0 1")
+    line = "<LinearFunction><coefficients>1 0</coefficients></LinearFunction></TransformAxis>"
+    parts = [
+        f"<TransformAxis name='{what}'><coordinates>knee_{name}_r</coordinates><axis>{axis}</axis>{line}"
+        for (what, name), axis in zip(turns, axes, strict=True)
+    ]
+    ends = "<socket_{0}_frame>/bodyset/{1}</socket_{0}_frame>"
+    joined = ("parent", "femur_distal_r"), ("child", "tibia_proximal_r")
+    (tmp_path / "smith2019.osim").write_text(
+        "<Model><JointSet><objects><CustomJoint name='knee_r'>"
+        + "".join(ends.format(*part) for part in joined)
+        + "<coordinates>"
+        + "".join(f"<Coordinate name='knee_{name}_r'/>" for name in names)
+        + f"</coordinates><SpatialTransform>{''.join(parts)}</SpatialTransform>"
+        + "</CustomJoint></objects></JointSet></Model>"
+    )
+    modulus = example.CARTILAGE.E * 0.55 / (1.45 * 0.1)
+    exact = np.pi * modulus * radius * depth**2 / sum(thick)
+    with h5py.File(tmp_path / "walking.h5", "w") as file:
+        file["time"] = [0.0, 1.0]
+        for name in names:
+            file[f"smith2019/coordinateset/knee_{name}_r/value"] = depth / 1000.0 if name == "ty" else 0 * depth
+        contact = "Smith2018ArticularContactForce/tf_contact/tibia_cartilage/total_contact_force"
+        file[f"smith2019/forceset/{contact}"] = np.outer(exact, [0.0, -1.0, 0.0])
+    table = example.main(tmp_path, size=0.8, out=tmp_path)
+    # the chords of facets, and pressure along normals that lean: a / R = 0.2
+    assert np.abs(table.column("force") / exact - 1).max() < 0.04
+    assert np.allclose(table.column("force of JAM"), exact)
+    assert (tmp_path / "jam_knee" / "foundation.gif").stat().st_size > 1000
 
 
 def test_from_files(tmp_path):

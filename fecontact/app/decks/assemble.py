@@ -358,9 +358,12 @@ def _loads(
     loads = {kind: value for kind, value in given.items() if value}
     if not (callable(step.gravity) or np.any(step.gravity)):
         return loads
-    if any(frame.is_free for frame in step.frames):
+    unknown = {part.name for part in deck.rigid if part.mass is None}
+    if lost := [frame.rigid for frame in step.frames if frame.is_free and frame.rigid in unknown]:
         raise InputError(
-            f"{deck.source}: a body load on a rigid part that is free to move would be lost.", code="not-supported"
+            f"{deck.source}: the rigid part {lost[0]!r} is free to move, and its mass is not known here: a body load "
+            "on it would be lost.",
+            code="not-supported",
         )
     return loads | {"gravity": step.gravity}
 

@@ -139,6 +139,8 @@ class DeckRigid:
         Points of elastic cells that move with it.
     normal : (3,) array, optional
         Of a plane wall through the centre, which has no mesh.
+    mass : float, optional
+        None where it is not known.
     """
 
     name: str
@@ -147,6 +149,7 @@ class DeckRigid:
     names: frozenset[str]
     attached: IntArray
     normal: Array | None = None
+    mass: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,12 +16,12 @@ from fecontact.app.decks.content import DeckContent, DeckPair, DeckRigid, Remark
 from fecontact.app.decks.febio_steps import Curves, deck_steps, nodes_of, rigid_name, segments_of, wall_name, wall_of
 from fecontact.app.decks.materials import AT_REST, LAWS, REMEDY, law_of_febio, of_febio
 from fecontact.app.options import FINITE
-from fecontact.common.arrays import IntArray
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.fem.laws import Law
 from fecontact.mesh.build import build
-from fecontact.mesh.facets import places_among
+from fecontact.mesh.facets import facet_integrals, places_among
 from fecontact.mesh.formats.febio import MESH_SECTIONS, read_febio, read_tree
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.mesh import Mesh
@@ -51,6 +51,8 @@ OUTER = {
     "uncoupled viscoelastic": "elastic",
     "prestrain elastic": "elastic",
 }
+#: What such a material has beside its solid, by the tag of that.
+OUTER_IS = {"solid": "the flow of its fluid", "elastic": "relaxation or prestrain"}
 RIGID = "rigid body"
 WALL = "rigid_wall"
 #: Sections that are read, or that set how to solve and what to print.
@@ -97,6 +99,8 @@ def read_feb(path: Path, laws: str = FINITE) -> DeckContent:
         rigid = [_rigid(m, parts, raw, mesh, wanted, _glued(_name(m), root, names, mesh, remarks)) for m in stiff]
         rigid += walls
         curves, segments = Curves.of(root), segments_of(root)
+        for a in (a for a in root.iter("analysis") if (a.text or a.get("type") or "").strip().lower() == "dynamic"):
+            raise InputError(f"{a.get('line')}: the analysis is dynamic; inertia is not computed here.", code="dynamic")
         steps = deck_steps(segments, curves, mesh, {r.name: r for r in rigid}, names, path.name, remarks)
     except (ValueError, TypeError) as error:
         if isinstance(error, InputError):
@@ -195,6 +199,12 @@ def _material(material: Element, laws: str, remarks: Remarks) -> Material | Law:
             return law
         what = f"{outer or 'the law '}{kind!r}" + ", with its <pressure_model>" * (model not in ("0", "default"))
         rest = f" {REMEDY}" if kind in AT_REST else ""
+        if outer:
+            raise InputError(
+                f"{line}: the {kind} in a {material.get('type')} material: {OUTER_IS[OUTER[material.get('type', '')]]} "
+                f"changes its answer with time, which is not computed here.{rest}",
+                code="unknown-law",
+            )
         raise InputError(
             f"{line}: {what}, is not offered at finite strain; there are: {', '.join(LAWS)}.{rest}", code="unknown-law"
         )
@@ -220,7 +230,8 @@ def _rigid(
 ) -> DeckRigid:
     """A rigid part with its contact surfaces, and the elastic points that are its own or glued to it.
 
-    It turns about the centre of mass that its material gives, else about the mean of its corners.
+    It turns about the centre of mass that its material gives, else about that of its cells, or the mean of the corners
+    of its shells.
     """
     name = _name(material)
     cells, shells = parts.rigid[name], parts.rigid_shells[name]
@@ -247,15 +258,29 @@ def _rigid(
     if names:
         used, own_facets = np.unique(np.concatenate(facets), return_inverse=True)
         surface_mesh = SurfaceMesh(np.concatenate([points, raw.points])[used], own_facets.reshape(-1, 4))
-    corners = [mesh.points[np.unique(mesh.cells[cells, :8])], raw.points[shells], mesh.points[np.unique(attached)]]
     text = material.findtext("center_of_mass")
-    mean = np.concatenate(corners[: 2 if len(cells) + len(shells) else 3])
-    centre = mean.mean(axis=0) if text is None and len(mean) else np.array((text or "0,0,0").split(","), dtype=float)
-    return DeckRigid(name, centre, surface_mesh, frozenset(names), attached)
+    volume, middle = _solid_of(mesh, cells)
+    mass = None if len(shells) else float(material.findtext("density") or 1.0) * volume
+    corners = raw.points[shells] if len(shells) else mesh.points[attached]
+    if not len(cells) and len(corners):
+        middle = corners.mean(axis=0)
+    centre = middle if text is None else np.array(text.split(","), dtype=float)
+    return DeckRigid(name, centre, surface_mesh, frozenset(names), attached, mass=mass)
+
+
+def _solid_of(mesh: Mesh, cells: IntArray) -> tuple[float, Array]:
+    """Volume of some cells and its centre (3,), by fluxes through their outer faces (Gauss); zero without cells."""
+    if not len(cells):
+        return 0.0, np.zeros(3)
+    solid = replace(mesh, groups={"solid": cells}).part("solid")
+    origin = solid.points.mean(axis=0)
+    _, x, dA = facet_integrals(solid.points - origin, solid.skin)
+    volume = float(np.einsum("fqi,fqi->", x, dA) / 3)
+    return volume, origin + np.einsum("fqi,fqi->i", x**2, dA) / (2 * volume)
 
 
 def _pairs(root: Element, remarks: Remarks) -> tuple[list[DeckPair], list[DeckPair]]:
-    """Sliding and tied contacts of all steps; others are noted."""
+    """Sliding and tied contacts of all steps; others are refused."""
     pairs = {}
     for pair in (p for tag in MESH_SECTIONS for p in root.iterfind(f"{tag}/SurfacePair")):
         ends = [_end(pair, tags) for tags in (("primary", "slave"), ("secondary", "master"))]
@@ -263,12 +288,16 @@ def _pairs(root: Element, remarks: Remarks) -> tuple[list[DeckPair], list[DeckPa
     contacts: list[DeckPair] = []
     ties: list[DeckPair] = []
     inner = [c for step in root.iter("Step") for c in (*step.iter("contact"), *step.iter("constraint"))]
-    several = sum(len(step.findall("step")) or 1 for step in root.findall("Step")) > 1
+    steps = [s for step in root.findall("Step") for s in (step.findall("step") or [step])]
+    several, late = len(steps) > 1, [c for step in steps[1:] for c in step.iter("contact")]
     for c in root.iter("contact"):
         place, kind, name = c.get("line", ""), c.get("type", ""), c.get("surface_pair", "")
         if kind not in SLIDING | TIED:
-            remarks.warn(f"{place}: the contact {c.get('name') or name!r} of type {kind!r} is not used.")
-            continue
+            raise InputError(
+                f"{place}: the contact {c.get('name') or name!r} of type {kind!r} is not done here, and would be lost; "
+                f"there are: {', '.join(sorted(SLIDING | TIED))}.",
+                code="not-supported",
+            )
         if name not in pairs:
             raise InputError(f"{place}: there is no surface pair {name!r}; there are: {', '.join(pairs) or 'none'}.")
         if (wrong := c.find("fric_coeff")) is not None and wrong.get("lc"):
@@ -278,6 +307,12 @@ def _pairs(root: Element, remarks: Remarks) -> tuple[list[DeckPair], list[DeckPa
             )
         if (c.findtext("tension") or "0").strip() != "0" and kind in SLIDING:
             raise InputError(f"{place}: surfaces that pull on each other (tension) are not done here.", code="tension")
+        if kind in TIED and c in late:
+            raise InputError(
+                f"{place}: the tie {c.get('name') or name!r} begins in a later step, at the shape of that time; here "
+                "ties hold from the start. Give its step as a deck of its own.",
+                code="not-supported",
+            )
         if several and c in inner:
             remarks.warn(f"{place}: the contact {c.get('name') or name!r} acts in all steps, not in its own alone.")
         friction = float(c.findtext("fric_coeff") or 0.0)

@@ -18,6 +18,8 @@ Element = ElementTree.Element
 
 #: Components by FEBio's names of displacements and of rigid degrees of freedom.
 DOFS = {"x": 0, "y": 1, "z": 2, "Rx": 0, "Ry": 1, "Rz": 2, "Ru": 3, "Rv": 4, "Rw": 5}
+#: Elements that hold or move something, beside loads.
+WOULD_BE_LOST = ("constraint", "rigid_connector", "rigid_bc", "rigid_constraint", "rigid_joint")
 #: Difference of times, relative to the last, that is rounding of sums of step sizes.
 SAME_TIME = 1e-9
 #: Extent of a plane across it, relative to the mesh, that is rounding of a file.
@@ -270,8 +272,9 @@ def _apply(entry: Element, state: State) -> None:
         known[kind](entry, kind, state, nodes)
         return
     what = f"<{entry.tag}>" if kind == entry.tag else f"<{entry.tag} type={kind!r}>"
-    if entry.tag.endswith("_load"):
-        raise InputError(f"{place}: {what} is not done here, and its load would be lost.", code="not-supported")
+    if entry.tag.endswith("_load") or entry.tag in WOULD_BE_LOST:
+        lost = "its load" if entry.tag.endswith("_load") else "what it holds or moves"
+        raise InputError(f"{place}: {what} is not done here, and {lost} would be lost.", code="not-supported")
     state.remarks.warn(f"{place}: {what} is not used: what it changes is left out.")
 
 
@@ -408,6 +411,10 @@ def _rigid(entry: Element, kind: str, state: State, nodes: IntArray | None) -> N
             if (entry.findtext(f"{dof}_dof") or "0").strip() == "1":
                 state.motions[name][DOFS[dof]] = 0.0
         return
+    if kind == "rigid_rotation_vector":
+        axes = [entry.find(v) for v in ("vx", "vy", "vz")]
+        state.motions[name][3:] = [0.0 if v is None else state.curves.numbers(v, state.time)[0] for v in axes]
+        return
     component = _component(entry)
     if kind in ("rigid_rotation", "rigid_moment"):
         component = 3 + component % 3  # named x, y, z or Ru, Rv, Rw
@@ -425,7 +432,8 @@ OF_NODES: _Takers = {
 }
 OF_SURFACES: _Takers = dict.fromkeys(("pressure", "traction"), _load_surface)
 OTHERS: _Takers = {
-    **dict.fromkeys(("rigid_fixed", "rigid_displacement", "rigid_rotation", "rigid_force", "rigid_moment"), _rigid),
+    **dict.fromkeys(("rigid_fixed", "rigid_displacement", "rigid_rotation", "rigid_rotation_vector"), _rigid),
+    **dict.fromkeys(("rigid_force", "rigid_moment"), _rigid),
     "symmetry plane": _mirror,
     "rigid_wall": _wall,
     **dict.fromkeys(("const", "body force"), _pull),
@@ -434,7 +442,9 @@ OTHERS: _Takers = {
 
 def _frame(part: DeckRigid, state: State) -> DeckFrame:
     """Motion of a rigid part; what is attached to it is held in its frame, or moved with it."""
-    motion, load = state.motions[part.name], state.loads[part.name]
+    motion = state.motions[part.name]
+    weight = np.append((part.mass or 0.0) * state.gravity, np.zeros(3))
+    load = state.loads[part.name] + np.where(np.isnan(motion), weight, 0.0)
     unknown = np.isnan(motion) & (load == 0)
     given = np.where(np.isnan(motion), 0.0, motion)
     frame = DeckFrame(

@@ -1,5 +1,6 @@
 """Scenes from FEBio decks of all versions, by problems with known answers."""
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
@@ -10,6 +11,8 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact.app.cli import main
+from fecontact.app.decks.assemble import make_scene
+from fecontact.app.decks.febio import _solid_of, read_feb
 from fecontact.app.decks.febio_steps import LoadCurve
 from fecontact.app.decks.materials import law_of_febio
 
@@ -208,18 +211,31 @@ def test_nodes_that_a_rigid_part_holds(axis, deck):
 
 
 def test_what_is_not_used_is_a_warning_of_the_result(deck):
-    more = "<Initial>\n</Initial><Contact>\n<contact type='sticky' surface_pair='Pair'/></Contact>"
-    more += "<Constraints>\n<constraint type='volume' surface='Low_top'/><constraint type='rigid'/></Constraints>"
+    more = "<Initial>\n</Initial><Boundary><bc type='zero fluid pressure' node_set='Up_top'/></Boundary>"
     result = small_strain(deck(more=more)).solve()
-    expected = (
-        "<Initial> is not used",
-        "the contact 'Pair' of type 'sticky' is not used",
-        "<constraint type='volume'>",
-        "<constraint type='rigid'>",  # without nodes
-    )
-    for words in expected:
+    for words in ("<Initial> is not used", "<bc type='zero fluid pressure'> is not used"):
         assert any(words in text and "blocks.feb, line " in text for text in result.warnings), words
     assert any("neo-Hookean is linear, with the moduli at rest" in text for text in result.warnings)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("<Contact><contact type='sticky' surface_pair='Pair'/></Contact>", ("not-supported", "'sticky'", "lost")),
+        ("<Constraints><constraint type='tied-line'/></Constraints>", ("not-supported", "'tied-line'", "lost")),
+        ("<Rigid><rigid_connector type='rigid joint'/></Rigid>", ("not-supported", "'rigid joint'", "lost")),
+        ("<Rigid><rigid_bc type='rigid_euler_angles'><rb>Gel</rb></rigid_bc></Rigid>", ("not-supported", "euler")),
+        ("<Control><analysis>DYNAMIC</analysis></Control>", ("dynamic", "inertia")),
+        (
+            "<Step><step id='1'/><step id='2'><Contact><contact type='tied-elastic' surface_pair='Pair'/></Contact>"
+            "</step></Step>",
+            ("not-supported", "later step"),
+        ),
+    ],
+)
+def test_what_would_be_lost_is_refused(more, words, deck):
+    with refused(fc.InputError, *words):
+        small_strain(deck(more=more))
 
 
 #: Times, and values by hand of each curve through (1, 1), (2, 4), (3, 9), (4, 9).
@@ -368,10 +384,46 @@ def test_walls_and_weights_that_cannot_be_used(deck):
     twice.write_text(twice.read_text().replace("<LoadData>", f"{wall}<LoadData>"))
     with refused(fc.InputError, "not-supported", "rigid_wall", "of its own"):
         fc.read_scene(twice)
-    pull = "<Loads><body_load type='const'><z>1</z></body_load></Loads>"
-    drive = '<rigid_load type="rigid_force"><rb>1</rb><dof>Rz</dof><value lc="1">0.1</value></rigid_load>'
-    with refused(fc.InputError, "not-supported", "free to move"):
-        small_strain(deck(pull, law="rigid body", sides=UP_HELD, more=RIGID.format(drive)))
+    path = deck(PULL, law="rigid body", sides=UP_HELD, more=RIGID.format(PUSH))
+    content = read_feb(path, "small-strain")
+    (part,) = content.rigid
+    with refused(fc.InputError, "not-supported", "'Gel' is free to move, and its mass is not known"):
+        make_scene(replace(content, rigid=[replace(part, mass=None)]), path)
+
+
+PULL = "<Loads><body_load type='const'><z>-0.05</z></body_load></Loads>"
+PUSH = '<rigid_load type="rigid_force"><rb>1</rb><dof>Rz</dof><value lc="1">0.1</value></rigid_load>'
+
+
+def test_a_rigid_part_that_is_free_has_weight(deck):
+    def heavy(more):
+        path = deck(PULL, law="rigid body", sides=UP_HELD, more=more)
+        path.write_text(path.read_text().replace("<v>0</v></material></", "<v>0</v><density>3</density></material></"))
+        return small_strain(path).solve()
+
+    # the lower block, of volume one and density two, is pulled up by 2 * 0.05 and pushed by 0.1
+    assert np.abs(force(heavy(RIGID.format(PUSH))) - [0, 0, 0.2]).max() < ROUNDING
+    # a part that is held has its weight on its support; half of the upper block's, 3 * 0.05 upwards, is off the contact
+    moved = '<rigid_bc type="rigid_displacement"><rb>Gel</rb><dof>z</dof><value lc="1">0.1</value></rigid_bc>'
+    assert np.abs(force(heavy(RIGID.format(moved))) - [0, 0, 0.1 - 0.075]).max() < ROUNDING
+
+
+def test_a_rigid_part_turns_about_its_centre_of_mass(deck):
+    # nodes that crowd on one side do not move the centre; a tetrahedron has it at the mean of its corners
+    crowded = fc.shapes.block((1.0, 2.0, 3.0), (4, 1, 1), element="hex8").mapped(lambda x: x**2)
+    volume, centre = _solid_of(crowded, np.arange(4))
+    assert abs(volume - 36.0) < 1e-12
+    assert np.abs(centre - [0.5, 2.0, 4.5]).max() < 1e-12
+    first, middle = _solid_of(crowded, np.array([0]))
+    assert abs(first - 36.0 / 16) < 1e-12
+    assert np.abs(middle - [1 / 32, 2.0, 4.5]).max() < 1e-12
+    turn = '<rigid_bc type="rigid_rotation_vector"><rb>Gel</rb><vx/><vy lc="1">0.02</vy><vz lc="2">0.3</vz></rigid_bc>'
+    rigid = RIGID.format(turn).replace("<Rw_dof>1</Rw_dof>", "<Rw_dof>1</Rw_dof><Rz_dof>1</Rz_dof>")
+    rigid = rigid.replace("<vx/>", '<vx lc="1">0</vx>')
+    content = read_feb(deck("", law="rigid body", sides=UP_HELD, more=rigid), "small-strain")
+    assert np.abs(content.rigid[0].centre - 0.5).max() < 1e-14
+    assert abs(content.rigid[0].mass - 2.0) < 1e-12
+    assert content.steps[-1].frames[0].motions == {"ry": 0.02, "rz": 0.3}
 
 
 #: FEBio's energies by principal stretches (l1, l2, l3), from its source and user's manual.
