@@ -267,3 +267,38 @@ def test_random_paths_dissipate(seed, row):
     row(f"random paths, seed {seed}", "worst residual", 0.0, worst, 1e-9)
     row(f"random paths, seed {seed}", "least work of a step, over mu P approach", 0.0, min(least, 0.0), 1e-10)
     assert worst < 1e-9  # penetration within ten times the tolerance
+
+
+def test_contacts_example_cattaneo(row):
+    """CONTACT's cattaneo, a ball dragged by .875 of what friction holds: all printed digits and cells.
+
+    Source: what it prints, file cattaneo.ref_out of 2023 (github.com/eve70a/CONTACT); work there in thousandths.
+    """
+    body, limit = fc.Material(E=2 * 200 * 1.42, nu=0.42), 0.4 * 9.195
+    half = fc.HalfSpace(body, (19 * 0.4 / 3,) * 2, (19, 19), against=body)
+    found = half.press(Paraboloid(50.0), force=9.195, friction=0.4, tangential=(0.875 * limit, 0.0))
+    case = "CONTACT's cattaneo, 19 x 19 cells"
+    row(case, "approach", 1.998e-2, found.approach, 3e-4)
+    row(case, "largest pressure", 4.393, found.max_pressure, 2e-4)
+    row(case, "shift", 8.155e-3, found.shift[0], 1e-4)
+    row(case, "work of friction", 2.750e-3, found.friction_work, 2e-4)
+    assert (int(found.active.sum()), int(found.sticking.sum())) == (177, 45)
+
+
+@pytest.mark.full
+def test_contacts_example_spence35(row):
+    """CONTACT's spence35, a rigid ball pressed on in 35 steps with friction: all printed digits, and cells that stick.
+
+    Source: what it prints, file spence35.ref_out of 2023, whose grid is 1e-4 off the ball. Of its 921 cells in contact
+    a few at the edge, not symmetric there, have no pressure here.
+    """
+    soft, stiff = fc.Material(E=1.0, nu=0.0), fc.Material(E=2e5, nu=0.0)
+    half = fc.HalfSpace(soft, (9.0, 9.0), (45, 45), against=stiff)
+    x, y = half.grid.x[:, None] + 1e-4, half.grid.y + 1e-4
+    steps = [fc.PressStep(force=round((k / 45) ** 3, 6)) for k in range(1, 36)]
+    path = half.press_path(0.004116 * (x**2 + y**2), steps, 0.2986)
+    for k, approach, peak in ((10, 8.064e-3, 6.707e-3), (35, 9.874e-2, 2.392e-2)):
+        row(f"CONTACT's spence35, step {k}", "approach", approach, path[k - 1].approach, 1e-4)
+        row(f"CONTACT's spence35, step {k}", "largest pressure", peak, path[k - 1].max_pressure, 3e-4)
+    assert int(path.last.sticking.sum()) == 225
+    assert 917 <= int(path.last.active.sum()) <= 921

@@ -90,7 +90,8 @@ def ellipse(a, b):
 def test_kalkers_coefficients(ratio, k, row):
     """Within 1 % of Kalker's table at 64 cells, at 128 for ellipses along the rolling, 1.3 % at a/b = 10.
 
-    At a/b = 10 and nu = 1/4 this rule and CONTACT's have 12.96 and 12.99 on 512 x 128 cells for the table's 12.8.
+    At a/b = 10 and nu = 1/4 C22 on 128 x 32, 256 x 64 and 512 x 128 cells is 12.93, 12.95, 12.96 by this rule and
+    13.01, 13.00, 12.99 by CONTACT's, from both sides: near 12.97, where the table has 12.8.
     """
     found = coefficients(ratio, k, (128, 128) if ratio > 1 else (64, 64))
     for name, values in zip(("c11", "c22", "c23"), KALKER[ratio], strict=True):
@@ -102,7 +103,10 @@ def test_kalkers_coefficients(ratio, k, row):
 @pytest.mark.parametrize("ratio", KALKER)
 @pytest.mark.parametrize("k", [0, 1, 2])
 def test_kalkers_c33(ratio, k, row):
-    """Within 1 % of Kalker's table; at a/b = 10, where it is small, within its estimated error of up to 7 %."""
+    """Within 1 % of Kalker's table; at a/b = 10, where it is small, within its estimated error.
+
+    There on 512 x 128 cells it is .5254 at nu = 1/4 for the table's .526; CONTACT's rule has .601, falling.
+    """
     found, value = coefficients(ratio, k, (256, 64) if ratio > 2 else (128, 128)), KALKER_C33[ratio][k]
     row(f"a/b = {ratio:g}, nu = {(0.0, 0.25, 0.5)[k]:.2g}", "C33", value, found.c33)
     assert found.c33 == pytest.approx(value, rel=0.01 if ratio < 10 else max(0.01, found.errors[3]))
@@ -128,6 +132,24 @@ def test_contacts_example_by_the_blended_rule(row):
     assert error < 0.01
 
 
+def test_contacts_example_carter2d(row):
+    """Its example carter2d, a roller in the plane, by its rule to all printed digits and cells; Carter has .64."""
+    force, n, side = 35780.0, 55, 0.04
+    half = fc.HalfSpace(STEEL, (n * side, 800.0), (n, 4), against=STEEL)
+    z = np.full((n, 4), np.inf)
+    z[:, 1] = 1e-3 * (half.grid.x + 0.03) ** 2  # one cell of 200 across
+    options = {"force": force, "friction": MU, "creepage": (2.4e-4, 0.0)}
+    found = half.roll(z, rule="contact", **options)
+    case = "CONTACT's carter2d"
+    row(case, "force over the limit", 0.6480, found.tangential[0] / MU / force, 1e-4)
+    row(case, "power", 47.62, found.friction_work * 30, 2e-4)
+    row(case, "approach", 6.492e-3, found.approach, 1e-4)
+    row(case, "largest pressure", 113.9, found.max_pressure, 4e-4)
+    assert (int(found.active.sum()), int(found.sticking.sum())) == (50, 30)
+    ours = half.roll(z, **options)
+    row("the same by the blended rule", "force over the limit", 0.64, ours.tangential[0] / MU / force, 1e-3)
+
+
 #: As in its file catt_to_cart.ref_out of 2025: shift, cells that stick; creepages of the first ten cells, the last one.
 ONSET = (1.774e-2, 305), (1.824e-3, 1.882e-3, 1.955e-3, 2.050e-3, 2.140e-3, 2.221e-3, 2.334e-3, 2.428e-3, 2.551e-3)
 STEADY = 3.101e-3
@@ -141,6 +163,14 @@ def test_contacts_example_from_cattaneo_to_carter(row):
     where = -1.125 + 0.25 * np.r_[0, np.arange(10)]  # the middle of a cell
     path = half.press_path(ball, [fc.PressStep(force=force, tangential=pull, position=(x, 0.0)) for x in where], mu)
     (shift, sticking), creepages = ONSET
+    row("CONTACT's catt_to_cart", "shift of the drag", shift, path.shift[0, 0], 3e-4)
+    row(
+        "CONTACT's catt_to_cart",
+        "creepage of the first cell",
+        creepages[0],
+        np.diff(path.shift[1:3, 0])[0] / 0.25,
+        4e-4,
+    )
     assert path.shift[0, 0] == pytest.approx(shift, abs=6e-6)
     assert int(path[1].sticking.sum()) == sticking
     assert int(path[2].sticking.sum()) == 422
@@ -173,6 +203,50 @@ def random_case(seed):
             creepage[axis], tangential[axis] = None, held * part
     options = {"creepage": tuple(creepage), "tangential": tuple(tangential), "spin": spin * (0.3 if kind == 3 else 1)}
     return tuple(size), (one, two), surface, {"force": force, "friction": mu, **options}
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("share", [0.5, 0.9, 0.99])
+def test_random_cases_of_forces_near_sliding(share):
+    """Like and unlike ellipses under forces of any direction up to .99 of sliding: certified, and they creep on."""
+    for seed in range(15):
+        size, materials, surface, options = random_case(seed)
+        angle, limit = 2.4 * seed, options["friction"] * options["force"]
+        pull = share * limit * np.array([math.cos(angle), math.sin(angle)])
+        body = fc.HalfSpace(materials[0], [1.2 * side for side in size], (32, 32), against=materials[1])
+        found = body.roll(surface, force=options["force"], friction=options["friction"], tangential=tuple(pull))
+        assert found.residuals.within(1e-8)
+        assert np.hypot(*np.subtract(found.tangential, pull)) < 1e-8 * limit
+        assert np.dot(found.creepage, pull) > 0
+
+
+@pytest.mark.full
+def test_order_in_three_dimensions(row):
+    """With spin sums are of first order in the cells; where the grid lies under the contact moves them less and less.
+
+    CONTACT's example fastsim with lateral creepage and spin: lateral force and torque over the limit.
+    """
+    found = {n: placed(n) for n in (22, 44, 88)}
+    first, second = found[44][0] - found[22][0], found[88][0] - found[44][0]
+    row("fastsim, 22, 44 and 88 cells", "order of the torque", 1.0, math.log2(first[1] / second[1]), 0.3)
+    assert (second > 0).all()
+    assert (second < 6e-3).all()
+    assert (found[88][1] < 0.4 * found[22][1]).all()
+
+
+def placed(n):
+    """Mean and standard deviation (2,) over places of a grid of n cells of lateral force and torque of fastsim."""
+    sums, limit = [], MU * 82000.0
+    for offset in np.random.default_rng(n).uniform(size=(6, 2)):
+        cell = np.array([17.6, 8.8]) / n
+        half = fc.HalfSpace(STEEL, tuple((n + 2) * cell), (n + 2, n + 2), against=STEEL)
+        x, y = -offset * cell  # of the contact's middle, about which it spins
+        z = 0.8464e-3 * (half.grid.x[:, None] - x) ** 2 + 0.2406e-2 * (half.grid.y - y) ** 2
+        spin = 6.25e-4
+        at = half.roll(z, force=82000.0, friction=MU, creepage=(spin * y, -6.25e-4 - spin * x), spin=spin)
+        fx, fy = at.tangential
+        sums.append([fy / limit, (at.torque - x * fy + y * fx) / limit / 4])
+    return np.mean(sums, axis=0), np.std(sums, axis=0)
 
 
 @pytest.mark.full
