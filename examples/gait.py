@@ -78,7 +78,7 @@ def main(n: int = 25, poses: int = 20, out: str | Path = "out", processes: int =
     )
     print(table)
     table.save(folder / "gait.csv")
-    for warning in sorted({w for found in table.warnings.values() for w in found if "strained" in w})[-1:]:
+    for warning in sorted(w for w in table.warnings if "strained" in w)[-1:]:
         print(warning)
     return table
 

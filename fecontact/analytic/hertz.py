@@ -23,6 +23,7 @@ from fecontact.analytic._functions import arctan_defect, trough_gap
 from fecontact.analytic.pair import contact_modulus, pair_modulus, poisson_ratio, relative_radius
 from fecontact.analytic.stress import AxisymmetricStress, SymmetryPlaneStress
 from fecontact.common import checks
+from fecontact.common.arguments import spelled
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -213,6 +214,7 @@ class CircularContact(RoundIndentation):
         return float(self.stress_on_axis(depth, body).max_shear), depth
 
 
+@spelled
 def spheres(
     radii: tuple[float, float],
     materials: tuple[Material | None, Material | None],
@@ -459,6 +461,7 @@ class LineContact(PlaneContact):
         return self.p0 * depth * (1 - depth / math.hypot(1, depth)), depth * self.a
 
 
+@spelled
 def line(
     radii: tuple[float, float], materials: tuple[Material | None, Material | None], *, force: float
 ) -> LineContact:
@@ -742,6 +745,7 @@ class EllipticalContact(Tabulated):
         return -float(found.fun), float(found.x)
 
 
+@spelled
 def ellipse(
     radii: tuple[tuple[float, float], tuple[float, float]],
     materials: tuple[Material | None, Material | None],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -44,12 +45,26 @@ def say(text: object, stream: TextIO | None = None) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
+def _worded(text: object) -> str:
+    """A text with remedies as options of commands and keys of scene files in place of arguments of Python."""
+
+    def accuracy(found: re.Match[str]) -> str:
+        pairs = re.findall(r"'(\w+)': ([\d.]+)", found[0])
+        shares = [f"{name}={100 * float(share):g}%" for name, share in pairs]
+        return f"--accuracy {','.join(shares) or f'{100 * float(found[1]):g}%'}"
+
+    worded = re.sub(r"\baccuracy=(?:([\d.]*\d)|\{[^}]*\})", accuracy, str(text))
+    return worded.replace("finite_motion='auto' (or True)", 'finite_motion = "auto" in [solve]').replace(
+        "periodic=True", "--periodic"
+    )
+
+
 def _show(result: object, figures: dict[str, Any], to: str | None) -> TextIO:
     """Print a result and save its figures, or print only figures if they go to '-'; return the stream for remarks."""
     if to == "-":
         say(json.dumps(figures, indent=2))
         return sys.stderr
-    say(result)
+    say(_worded(result))
     if to is not None:
         say(f"wrote {save_json(to, figures)}")
     return sys.stdout
@@ -322,7 +337,7 @@ def run(options: argparse.Namespace) -> int:
         try:
             return RUN[options.run](options)
         except FecontactError as error:
-            say(f"fecontact: {error}", sys.stderr)
+            say(f"fecontact: {_worded(error)}", sys.stderr)
             return 2
         except KeyboardInterrupt:
             kept = ", ".join(f"{p} ({rows} rows)" if rows else f"{p}" for p, rows in files.items())

@@ -178,7 +178,7 @@ class Body(FormerNames):
 
     def placed(
         self,
-        translation: ArrayLike = (0.0, 0.0, 0.0),
+        translation: ArrayLike | Pose = (0.0, 0.0, 0.0),
         rotation: ArrayLike | None = None,
         name: str | None = None,
     ) -> Self:
@@ -190,7 +190,7 @@ class Body(FormerNames):
 
         Parameters
         ----------
-        translation : (3,), optional
+        translation : (3,), or a Pose that holds both, optional
         rotation : (3, 3), optional
         name : str, optional
             Name of the copy; unchanged unless given.
@@ -206,7 +206,13 @@ class Body(FormerNames):
         >>> floor = fc.RigidBody(fc.Plane(), name="floor")
         >>> floor.placed((0.0, 0.0, -1.0), name="cellar").pose.translation
         array([ 0.,  0., -1.])
+        >>> floor.placed(fc.Pose(translation=(0.0, 0.0, -2.0))).pose.translation
+        array([ 0.,  0., -2.])
         """
+        if isinstance(translation, Pose):
+            if rotation is not None:
+                raise InputError("A Pose has a rotation already: give the pose alone.", code="two-rotations")
+            translation, rotation = translation.translation, translation.rotation
         pose = self.pose.then(np.eye(3) if rotation is None else rotation, translation)
         other = object.__new__(type(self))
         # bodies are frozen; set before the copy escapes

@@ -16,7 +16,7 @@ from fecontact.bodies.body import Body, Outside, Reduced
 from fecontact.bodies.geometry import Geometry, recovered
 from fecontact.bodies.inner_fields import InnerFields
 from fecontact.bodies.pose import Pose
-from fecontact.common.arguments import instance, mapping, text, texts
+from fecontact.common.arguments import instance, mapping, spelled, text, texts
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, array_of
 from fecontact.common.compact_repr import compact_repr
@@ -46,6 +46,7 @@ FLAT = 1e-9
 ON_NODE = 1e-6
 
 
+@spelled
 @compact_repr
 @dataclass(frozen=True, eq=False)
 class ElasticBody(Body):

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from fecontact.bodies.body import Reduced
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.surface_body import SurfaceBody
-from fecontact.common.arguments import flag, instance, items, text
+from fecontact.common.arguments import flag, instance, items, spelled, text
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, number_array, positive
 from fecontact.common.checks import friction as friction_coefficient
@@ -97,6 +97,7 @@ class Followed(Solved, total=False):
     progress: bool | None
 
 
+@spelled
 @compact_repr
 @dataclass(frozen=True, eq=False, init=False)
 class HalfSpace(SurfaceBody):
@@ -248,6 +249,7 @@ class HalfSpace(SurfaceBody):
         shift: tuple[float, float] | None = None, hardness: ArrayLike | None = None, **load: Unpack[Pressed],
     ) -> FrictionContact: ...  # fmt: skip
 
+    @spelled
     def press(
         self,
         surface: HeightSurface | ArrayLike,
@@ -414,6 +416,7 @@ class HalfSpace(SurfaceBody):
         **others: Unpack[Followed],
     ) -> AdhesionCurve: ...  # fmt: skip
 
+    @spelled
     def curve(
         self,
         surface: HeightSurface | ArrayLike,
@@ -523,6 +526,7 @@ class HalfSpace(SurfaceBody):
         check_settings(tolerance, symmetry, workers)
         return Adhesive(self.compliance, self.heights_of(surface), adhesion, tolerance, symmetry, workers)
 
+    @spelled
     def press_path(
         self,
         surface: HeightSurface | ArrayLike,
@@ -625,6 +629,7 @@ class HalfSpace(SurfaceBody):
             contacts = tuple(self._between_cells(c, surface, c.position) for c in contacts)
         return FrictionPath(contacts, cuts)
 
+    @spelled
     def roll(
         self,
         surface: HeightSurface | ArrayLike,
@@ -721,6 +726,7 @@ class HalfSpace(SurfaceBody):
         found = roll(setting, self.heights_of(surface), step, _rolling_start(start), symmetry)
         return self._between_cells(found, surface)
 
+    @spelled
     def creep_curve(
         self,
         surface: HeightSurface | ArrayLike,
@@ -782,6 +788,7 @@ class HalfSpace(SurfaceBody):
         contacts, cuts = follow(each, len(steps), path, progress, "creep curve", "point")
         return CreepCurve(tuple(self._between_cells(c, surface) for c in contacts), cuts)
 
+    @spelled
     def creep_coefficients(
         self,
         surface: HeightSurface | ArrayLike,

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.surface_body import SurfaceBody, boundary_surface
-from fecontact.common.arguments import instance, text
+from fecontact.common.arguments import instance, spelled, text
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, number_array, positive
 from fecontact.common.compact_repr import compact_repr
@@ -60,6 +60,7 @@ def foundation_modulus(material: Material, law: str = "bonded") -> float:
     return material.lame + 2 * material.shear_modulus
 
 
+@spelled
 @compact_repr
 @dataclass(frozen=True, eq=False, init=False)
 class ElasticLayer(SurfaceBody):

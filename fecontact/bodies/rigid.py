@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body, Outside, Reduced
 from fecontact.bodies.pose import Pose
-from fecontact.common.arguments import file_path, instance, text, texts
+from fecontact.common.arguments import file_path, instance, spelled, text, texts
 from fecontact.common.arrays import Array
 from fecontact.common.checks import number_array, positive
 from fecontact.common.compact_repr import compact_repr
@@ -114,6 +114,7 @@ def _over(heights: Callable[[Array, Array], Array], size: float) -> Array:
     return np.stack([x, y, z], axis=1)[np.isfinite(z)]
 
 
+@spelled
 @compact_repr
 @dataclass(frozen=True, eq=False)
 class RigidBody(Body):

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import wraps
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
-from fecontact.common.errors import InputError, sentence, shown
+from fecontact.common.errors import InputError, did_you_mean, sentence, shown
 
 #: Characters of a path and of a name in it that file systems accept.
 MAX_PATH, MAX_NAME = 4000, 255
@@ -157,6 +158,56 @@ def items(name: str, value: Any, what: str) -> tuple[Any, ...]:
     raise InputError(f"{sentence(name)} must be a sequence of {what}; found {shown(value)}.", code="not-a-sequence")
 
 
+def known_names(owner: str, given: Iterable[str], known: Iterable[str]) -> None:
+    """Refuse names of arguments that are not known; the message says which was meant, and lists all.
+
+    Raises
+    ------
+    InputError
+        With the first of them.
+
+    Examples
+    --------
+    >>> known_names("solve()", ["acuracy"], ["accuracy", "solver"])
+    Traceback (most recent call last):
+    fecontact.common.errors.InputError: solve() has no 'acuracy', did you mean 'accuracy'? It takes: accuracy, solver.
+    """
+    allowed = sorted(known)
+    for name in sorted(set(given) - set(allowed)):
+        hint = did_you_mean(name, allowed)
+        takes = f"It takes: {', '.join(allowed)}." if allowed else "It takes none."
+        raise InputError(f"{owner} has no {name!r}{hint}{'?' if hint else '.'} {takes}", code="unknown-option")
+
+
+def spelled(what: T) -> T:
+    """A function, or a class, that answers an argument which it does not have with the one that was meant.
+
+    Examples
+    --------
+    >>> @spelled
+    ... def press(*, force=0.0):
+    ...     return force
+    >>> press(forse=1.0)
+    Traceback (most recent call last):
+    fecontact.common.errors.InputError: press() has no 'forse', did you mean 'force'? It takes: force.
+    """
+    if isinstance(what, type):
+        what.__init__ = spelled(what.__init__)  # type: ignore[misc]
+        what.__init__.__spelled__ = what.__name__  # type: ignore[misc]
+        return what
+    function: Any = what
+    parameters = [p for p in inspect.signature(function).parameters.values() if p.name != "self"]
+    known = {p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
+
+    @wraps(function)
+    def called(*args: Any, **given: Any) -> Any:
+        if not given.keys() <= known:
+            known_names(f"{getattr(called, '__spelled__', function.__name__)}()", given, known)
+        return function(*args, **given)
+
+    return called  # type: ignore[return-value]
+
+
 def known_options(function: Callable[..., Any], options: Mapping[str, Any]) -> None:
     """Refuse options that a function does not have; the message lists those that it has.
 
@@ -171,10 +222,7 @@ def known_options(function: Callable[..., Any], options: Mapping[str, Any]) -> N
     """
     parameters = inspect.signature(function).parameters.values()
     allowed = {each.name for each in parameters if each.kind is each.KEYWORD_ONLY}
-    if unknown := sorted(set(options) - allowed):
-        raise InputError(
-            f"Unknown option {', '.join(unknown)}; expected one of {', '.join(sorted(allowed))}.", code="unknown-option"
-        )
+    known_names(f"{function.__name__}()", options, allowed)
 
 
 def label(name: str, value: object) -> str:

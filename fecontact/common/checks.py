@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.errors import InputError, sentence, shown
+from fecontact.common.errors import InputError, did_you_mean, sentence, shown
 
 #: Largest ratio of two coefficients of friction: slip in one direction is certified more loosely by as much.
 MAX_UNLIKE = 1e3
@@ -281,8 +281,9 @@ def among(what: str, value: object, known: Iterable[str]) -> None:
     """
     names = list(known)
     if not (isinstance(value, str) and value in names):
+        hint = did_you_mean(value, names) if isinstance(value, str) else ""
         raise InputError(
-            f"Unknown {what} {shown(value)}; expected one of {', '.join(map(repr, names))}.", code="unknown-name"
+            f"Unknown {what} {shown(value)}{hint}; expected one of {', '.join(map(repr, names))}.", code="unknown-name"
         )
 
 

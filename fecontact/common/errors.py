@@ -10,6 +10,7 @@ Examples
 True
 """
 
+import difflib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
@@ -123,6 +124,18 @@ def place(point: Iterable[float]) -> str:
     '(0, 1.235, -2e+09)'
     """
     return f"({', '.join(f'{v:.4g}' for v in point)})"
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """A hint such as ``", did you mean 'rubber'"``, or nothing.
+
+    Examples
+    --------
+    >>> did_you_mean("ruber", ["steel", "rubber"])
+    ", did you mean 'rubber'"
+    """
+    near = difflib.get_close_matches(name, list(known), 1, 0.6)
+    return f", did you mean {near[0]!r}" if near else ""
 
 
 def sentence(name: str) -> str:

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fecontact.common.arguments import spelled
 from fecontact.common.arrays import Array
 from fecontact.common.checks import check_magnitude, finite, number, positive
 from fecontact.common.errors import InputError, shown
 
 
+@spelled
 @dataclass(frozen=True)
 class Material:
     """Isotropic linear elastic material, in any consistent units.

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body, check_body
-from fecontact.common.arguments import instance, texts
+from fecontact.common.arguments import instance, spelled, texts
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import among, array_of, friction, unlike_friction, vector
 from fecontact.common.compact_repr import compact_repr
@@ -159,6 +159,7 @@ def _face(slave: Body, master: Body, names: tuple[str, str], distance: float) ->
     return bool(((np.abs(at_nodes.gap) <= distance) & ~at_nodes.outside).any())
 
 
+@spelled
 @compact_repr
 @dataclass(frozen=True, eq=False)
 class Contact:

@@ -23,7 +23,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body, check_body
-from fecontact.common.arguments import text
+from fecontact.common.arguments import spelled, text
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import among, check_magnitude, number, positive, vector
 from fecontact.common.compact_repr import compact_repr
@@ -37,6 +37,7 @@ FIBRES = 10
 LONGEST_TOE = 1.0
 
 
+@spelled
 @compact_repr
 @dataclass(frozen=True, eq=False)
 class Spring:

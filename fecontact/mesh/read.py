@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fecontact.common.arguments import file_path, function, text
+from fecontact.common.arguments import file_path, function, spelled, text
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError, MeshError, shown
@@ -43,6 +43,7 @@ READERS: dict[str, Callable[[Path], RawMesh]] = {
 SURFACES = (".stl", ".ply", ".obj", ".off", ".vtp")
 
 
+@spelled
 def read_mesh(
     path: str | Path,
     scale: float = 1.0,
@@ -148,6 +149,7 @@ POLYGON_READERS: dict[str, Callable[[Path], tuple[Array, list[IntArray]]]] = {
 }
 
 
+@spelled
 def read_surface(path: str | Path, name: str | None = None, scale: float = 1.0) -> SurfaceMesh:
     r"""Read a surface from an .stl, .ply, .obj, .off or .vtp file, or out of a mesh or deck.
 
@@ -286,6 +288,7 @@ def loose_triangles(points: Array, polygons: list[IntArray], source: str) -> tup
 FLAT = 1e-9
 
 
+@spelled
 def read_section(path: str | Path, part: str | None = None, scale: float = 1.0) -> SectionMesh:
     """Read a plane mesh as a section.
 

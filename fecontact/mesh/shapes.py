@@ -25,7 +25,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.common.arguments import items
+from fecontact.common.arguments import items, spelled
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, array_of, lengths, number, whole
 from fecontact.common.errors import InputError, shown
@@ -284,6 +284,7 @@ def repeated(quarter: Mesh, sector: str, tolerance: float) -> Mesh:
     return merge(turns, tolerance)
 
 
+@spelled
 def block(
     size: Sequence[float],
     divisions: Sequence[int | ArrayLike],
@@ -317,6 +318,7 @@ def block(
     return mesh.mapped(lambda i: np.stack([interpolated(i[:, k], positions[k]) for k in range(3)], axis=1))
 
 
+@spelled
 def thick_ring(
     inner: float,
     outer: float,
@@ -360,6 +362,7 @@ def thick_ring(
     return repeated(base.mapped(shape), sector, 1e-9 * outer)
 
 
+@spelled
 def cap(
     radius: float,
     extent: float,
@@ -409,6 +412,7 @@ def cap(
     return repeated(right_handed(merge([right_handed(p) for p in parts], tolerance)), sector, tolerance)
 
 
+@spelled
 def cylinder(
     radius: float,
     height: float,
@@ -425,6 +429,7 @@ def cylinder(
     return cap(math.inf, radius, height, contact_radius=contact_radius, level=level, sector=sector, element=element)
 
 
+@spelled
 def ball(radius: float, divisions: int = 4, *, element: str = "hex20") -> Mesh:
     """A whole sphere of cells of like size about the origin: a rounded cube of cells and layers of them around it.
 
@@ -476,6 +481,7 @@ def ball(radius: float, divisions: int = 4, *, element: str = "hex20") -> Mesh:
     return merge(parts, 1e-9 * radius)
 
 
+@spelled
 def half_sphere(
     radius: float,
     *,
@@ -553,6 +559,7 @@ def _collar(
     return mesh.mapped(shape)
 
 
+@spelled
 def quarter_sphere(
     radius: float, *, contact_radius: float | None = None, level: int | Level = 2, element: str = "hex20"
 ) -> Mesh:
@@ -560,6 +567,7 @@ def quarter_sphere(
     return half_sphere(radius, contact_radius=contact_radius, level=level, sector="quarter", element=element)
 
 
+@spelled
 def sphere(
     radius: float,
     *,

@@ -14,7 +14,7 @@ import numpy as np
 from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import file_path, items, texts
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, without_rounding
 from fecontact.common.checks import among, whole
 from fecontact.common.errors import InputError, shown
 from fecontact.common.files import check_writable, save_json, write_atomically, write_collection
@@ -167,8 +167,6 @@ PRINTED = ("force_x", "force_y", "force_z", "area", "max_pressure", "mean_pressu
 OF_SIDES = ("force", "area", "max_pressure")
 #: Maps in a montage at most.
 MAX_MAPS = 100
-#: Figure, relative to the largest of its column, that is shown as zero.
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -233,9 +231,9 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
         return contact_labels(self.contacts)
 
     @property
-    def warnings(self) -> dict[str, list[str]]:
-        """Warnings by the names of the cases, of those that have some."""
-        return {row["name"]: row["warnings"] for row in self.rows if row["warnings"]}
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings, each behind the name of its case: ``"gait 3: ..."``."""
+        return tuple(f"{row['name']}: {text}" for row in self.rows for text in row["warnings"])
 
     @cached_property
     def figures(self) -> dict[str, Array]:
@@ -504,9 +502,9 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
     def _remarks(self) -> list[str]:
         """Which forces are meant, and warnings."""
         told = [f"{label}: forces on {one}" for label, (one, _) in zip(self.labels, self.contacts, strict=True)]
-        first = next(iter(self.warnings.items()), None)
-        if first is not None:
-            told.append(f"{len(self.warnings)} of {len(self)} cases have warnings; {first[0]}: {first[1][0]}")
+        if self.warnings:
+            count = sum(bool(row["warnings"]) for row in self.rows)
+            told.append(f"{count} of {len(self)} cases have warnings; {self.warnings[0]}")
         return told
 
     def __repr__(self) -> str:
@@ -526,7 +524,7 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
 
 def _rounded(values: Array, sizes: Array) -> Array:
     """A column with what is rounding beside the largest of some sizes as zero."""
-    return np.where(np.abs(values) <= ROUNDING * np.nanmax(np.abs(sizes), initial=0.0), 0.0, values)
+    return without_rounding(values, float(np.nanmax(np.abs(sizes), initial=0.0)))
 
 
 def _range(values: Array) -> str:

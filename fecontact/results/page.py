@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fecontact.common.arguments import text
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, without_rounding
 from fecontact.common.files import write_atomically
 from fecontact.common.table import Column, Table
 from fecontact.results.pictures.draw import plot_result
@@ -34,8 +34,6 @@ body { max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
 """
 #: Dots per inch of pictures on a page and in a notebook.
 DPI = 110
-#: Component of a vector, relative to its largest, that is shown as zero.
-ROUNDING = 1e-9
 
 
 def write_page(
@@ -59,6 +57,7 @@ def write_page(
         If the file cannot be written, or the title is no text.
     """
     text("the title", title)
+    load = max((float(np.linalg.norm(c._whole.force)) for c in result.contacts), default=0.0)
     parts = [
         f"<h1>{escape(title)}</h1>",
         _summary(result),
@@ -66,7 +65,11 @@ def write_page(
         "<h2>Reactions</h2>",
         Table(
             ("body", Column("force", unit=result.scene.unit_names.force), "moment about its frame"),
-            [(b.name, _vector(r[:3]), _vector(r[3:])) for b in result.scene.bodies for r in (result.reaction(b),)],
+            [
+                (b.name, _vector(r[:3], load), _vector(r[3:], load * b.size))
+                for b in result.scene.bodies
+                for r in (result.reaction(b),)
+            ],
         ).html(),
         "<h2>Certificate</h2>",
         _certificate(result),
@@ -113,7 +116,7 @@ def _summary(result: ContactResult) -> str:
             _vector(c._whole.force),
             c._whole.area if c.active.any() else "no contact",
             *(c.max_pressure, c._whole.mean_pressure),
-            *((str(c.error_estimate), _vector(c.centre_of_pressure)) if c.active.any() else ("", "")),
+            *((str(c.error_estimate), _vector(c.centre_of_pressure, c.bodies[0].size)) if c.active.any() else ("", "")),
         )
         for c in result.contacts
     ]
@@ -147,7 +150,6 @@ def _image(figure: Figure) -> str:
     return f'<img alt="" src="data:image/png;base64,{b64encode(file.getvalue()).decode()}">'
 
 
-def _vector(v: Array) -> str:
-    """Components, with those of rounding shown as zero."""
-    largest = float(np.abs(v).max(initial=0.0))
-    return "(" + ", ".join(f"{x:.5g}" if abs(x) > ROUNDING * largest else "0" for x in v) + ")"
+def _vector(v: Array, size: float = 0.0) -> str:
+    """Components, with those of rounding shown as zero, also beside a size."""
+    return f"({', '.join(f'{x:.5g}' for x in without_rounding(v, size))})"

@@ -12,7 +12,7 @@ import numpy as np
 
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import ElasticBody, elastic_among
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, without_rounding
 from fecontact.common.stopwatch import peak_memory as peak_memory
 
 if TYPE_CHECKING:
@@ -59,23 +59,26 @@ def report(result: ContactResult) -> str:
         lines.append(f"  finite strain: {len(steps)} load step(s) of {count} iterations")
     square = units.suffix("length", "²")
     for c in result.contacts:
+        force = float(np.linalg.norm(c._whole.force))
         lines += [
-            f"{c.label} ({c.note})",
+            f"{c.label} ({c.note})" if c.note else c.label,
             f"  force on {c.bodies[0].name:<12} {_numbers(c._whole.force)}{units.suffix('force')}",
-            f"  moment                {_numbers(c._whole.moment)}{units.suffix('moment')}",
+            f"  moment                {_numbers(c._whole.moment, force * c.bodies[0].size)}{units.suffix('moment')}",
             f"  area                  {c._whole.area:>13.6g}{square}   in {len(c.regions)} region(s)",
             f"  pressure max, mean    {c.max_pressure:>13.6g} {c._whole.mean_pressure:>13.6g}{units.suffix('stress')}",
         ]
         if c.active.any():
             lines.append(f"  error of {c.error_estimate}")
-            lines.append(f"  centre of pressure    {_numbers(c.centre_of_pressure)}{units.suffix('length')}")
+            lines.append(
+                f"  centre of pressure    {_numbers(c.centre_of_pressure, c.bodies[0].size)}{units.suffix('length')}"
+            )
         if c.overclosure is not None:
             lines.append(f"  overclosure, largest  {c.overclosure.max():>13.6g}{units.suffix('length')}")
         if c.friction is not None:
             f = c.friction
             mu = ", ".join(f"{each:g}" for each in np.atleast_1d(f.mu))
             lines += [
-                f"  friction, mu {mu:<9} {_numbers(f.force)}{units.suffix('force')}",
+                f"  friction, mu {mu:<9} {_numbers(f.force, force)}{units.suffix('force')}",
                 f"  area stuck, sliding   {c.stick_area:>13.6g} {c.slip_area:>13.6g}{square}",
                 f"  work of friction      {f.friction_work:>13.6g}{units.suffix('moment')}   in this step",
             ]
@@ -101,5 +104,5 @@ def report(result: ContactResult) -> str:
     return "\n".join(lines)
 
 
-def _numbers(v: Array) -> str:
-    return " ".join(f"{x:>13.6g}" for x in v)
+def _numbers(v: Array, size: float = 0.0) -> str:
+    return " ".join(f"{x:>13.6g}" for x in without_rounding(v, size))

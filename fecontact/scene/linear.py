@@ -10,12 +10,13 @@ Settings of a solve, checked before any work.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from fecontact.common.arguments import mapping
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import among, share
 from fecontact.common.errors import InputError, SolverError, SupportError, shown
@@ -57,8 +58,8 @@ class Settings:
     search: str = "global"
     finite_motion: bool | str = "auto"
 
-    def check(self, arguments: Iterable[str] = ()) -> None:
-        """Refuse what is out of range before any work; an unknown option may be one of some arguments, misspelt.
+    def check(self) -> None:
+        """Refuse what is out of range before any work.
 
         Raises
         ------
@@ -66,10 +67,16 @@ class Settings:
         """
         among("search", self.search, SEARCHES)
         share("the tolerance", self.tolerance)
-        validate_options(self.solver, self.options, arguments)
+        validate_options(self.solver, self.options)
         finite = self.finite_motion
         if not isinstance(finite, bool) and not (isinstance(finite, str) and finite == "auto"):
             raise InputError(f"finite_motion must be 'auto', True or False; found {shown(finite)}.", code="motion")
+
+
+def solver_options(max_iterations: int | None, others: Mapping[str, object] | None) -> dict[str, object]:
+    """The solver's options from two arguments of `Scene.solve`."""
+    limit = {} if max_iterations is None else {"max_iterations": max_iterations}
+    return {**limit, **mapping("options", others)}
 
 
 #: Largest number of enlargements of the candidates.

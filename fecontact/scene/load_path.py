@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
-from fecontact.common.arguments import file_path, instance, items
+from fecontact.common.arguments import file_path, instance, items, spelled
 from fecontact.common.arrays import Array
 from fecontact.common.checks import number_array, positive, share, whole
 from fecontact.common.compact_repr import compact_repr
@@ -211,6 +211,7 @@ ROUNDING = 1e-9
 SMALLER = "Give smaller load steps."
 
 
+@spelled
 def solve_path(
     model: SceneModel,
     steps: Sequence[Mapping[str, Any]],

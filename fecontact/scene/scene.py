@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
+from fecontact.common.arguments import spelled
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.contact.model import SceneModel
@@ -13,6 +14,7 @@ from fecontact.scene.solve import solve_scene
 from fecontact.scene.sweep import run_sweep
 
 
+@spelled
 @compact_repr
 @dataclass(frozen=True, eq=False)
 class Scene(SceneModel):

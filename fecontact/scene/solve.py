@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -14,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
+from fecontact.common.arguments import spelled
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError
@@ -28,7 +28,7 @@ from fecontact.scene.adaptive import Target, solve_to_accuracy
 from fecontact.scene.engine import ENGINES, check_engine, on_processes
 from fecontact.scene.finite_rotation import check_rest, follow, follow_from, solve_finite
 from fecontact.scene.finite_strain import is_nonlinear, refuse_with_laws, solve_at_finite_strain
-from fecontact.scene.linear import Settings, solved
+from fecontact.scene.linear import Settings, solved, solver_options
 from fecontact.scene.local_search import solve_local
 from fecontact.scene.windows import has_open_windows, solve_with_windows
 from fecontact.solvers import TOLERANCE, CustomSolver
@@ -38,6 +38,7 @@ from fecontact.surfaces.facet_surface import has_cells
 NOTICED = 0.05
 
 
+@spelled
 def solve_scene(
     model: SceneModel,
     forces: Mapping[object, ArrayLike] | None = None,
@@ -60,7 +61,8 @@ def solve_scene(
     engine: str = "own",
     ranks: int | None = None,
     progress: bool | None = None,
-    **options: object,
+    max_iterations: int | None = None,
+    options: Mapping[str, object] | None = None,
 ) -> ContactResult:
     """Solve the contact problem; with friction, one load step from the unloaded state.
 
@@ -123,8 +125,10 @@ def solve_scene(
         Number of processes of the engine 'petsc'; by default one per processor.
     progress : bool, optional
         Whether to show the stages on standard error while they last; by default where that is a terminal.
-    **options
-        Passed to the solver.
+    max_iterations : int, optional
+        Of the solver; it has its own limit unless given.
+    options : mapping of str to object, optional
+        What else the solver takes: keywords of a function, ``settings`` of a back-end, see `solvers.solve`.
 
     Returns
     -------
@@ -141,8 +145,8 @@ def solve_scene(
             "tractions": tractions, "displacements": displacements, "temperatures": temperatures, "gravity": gravity,
         }
     )  # fmt: skip
-    settings = Settings(solver, tolerance, options, search, finite_motion)
-    settings.check(inspect.signature(solve_scene).parameters)
+    settings = Settings(solver, tolerance, solver_options(max_iterations, options), search, finite_motion)
+    settings.check()
     refuse_with_laws(model, search=search, finite_motion=finite_motion, engine=engine)
     elsewhere: AbstractContextManager[None] = nullcontext()
     among("engine", engine, ENGINES)

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.elastic import ElasticBody, elastic_among
-from fecontact.common.arguments import file_path, instance, items
+from fecontact.common.arguments import file_path, instance, items, spelled
 from fecontact.common.arrays import IntArray
 from fecontact.common.checks import among, whole
 from fecontact.common.errors import InputError, named, shown
@@ -50,6 +50,7 @@ from fecontact.scene.sweep_case import (
 from fecontact.scene.workers import FreshInterpreters, packed_case, packed_scene, solved_there
 
 
+@spelled
 def run_sweep(
     scene: SceneModel,
     cases: Sequence[Case],

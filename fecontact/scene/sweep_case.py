@@ -19,7 +19,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fecontact.bodies.body import Body
-from fecontact.common.arguments import file_path, items, mapping, text
+from fecontact.common.arguments import file_path, items, known_names, mapping, text
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, finite
 from fecontact.common.compact_repr import compact_repr
@@ -38,7 +38,7 @@ from fecontact.results.resultants import DividingPlane
 from fecontact.scene.carried import posed_scene
 from fecontact.scene.finite_rotation import check_rest, follow
 from fecontact.scene.finite_strain import OFFERED, is_nonlinear, refuse_with_laws
-from fecontact.scene.linear import Settings
+from fecontact.scene.linear import Settings, solver_options
 from fecontact.scene.local_search import SearchHistory, solve_local
 from fecontact.scene.solve import refuse_with_friction, solve_scene
 from fecontact.scene.windows import has_open_windows
@@ -187,7 +187,10 @@ class Posed:
     def settings(self) -> Settings:
         """Settings of its solution."""
         names = ("solver", "tolerance", "search", "finite_motion")
-        options = {k: v for k, v in self.others.items() if k not in (*names, *OF_ACCURACY)}
+        known_names(
+            "A case", self.others, (*names, *OF_ACCURACY, "max_iterations", "options", *LOADS, *OF_CASES, "poses")
+        )
+        options = solver_options(self.others.get("max_iterations"), self.others.get("options"))
         return Settings(**{n: self.others[n] for n in names if n in self.others}, options=options)
 
     def loading(self) -> Loading:

@@ -27,11 +27,10 @@ User-defined solvers: functions from the problem to forces and motions, checked 
 
 from __future__ import annotations
 
-import difflib
 import inspect
 import time
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any, Protocol, runtime_checkable
@@ -41,6 +40,7 @@ from scipy.linalg import lstsq
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import LinearOperator
 
+from fecontact.common.arguments import known_names
 from fecontact.common.errors import InputError, SolverError, SolverNotFoundError
 from fecontact.solvers.active_set import active_set
 from fecontact.solvers.nnls import nnls
@@ -466,7 +466,7 @@ def _claimed(problem: ContactProblem, outcome: Outcome, solver: str) -> Solution
     )  # fmt: skip
 
 
-def validate_options(solver: str | CustomSolver, options: Mapping[str, object], arguments: Iterable[str] = ()) -> None:
+def validate_options(solver: str | CustomSolver, options: Mapping[str, object]) -> None:
     """Refuse an unknown solver or unknown options, before a problem is built.
 
     Parameters
@@ -474,8 +474,6 @@ def validate_options(solver: str | CustomSolver, options: Mapping[str, object], 
     solver : str or callable
         As in `solve`.
     options : mapping
-    arguments : names
-        Arguments of the caller, one of which a misspelt option may mean.
 
     Raises
     ------
@@ -489,7 +487,7 @@ def validate_options(solver: str | CustomSolver, options: Mapping[str, object], 
     >>> validate_options("wolfe", {"max_iterations": 100})
     >>> validate_options("nnls", {"settings": {}})
     Traceback (most recent call last):
-    fecontact.common.errors.InputError: The solver 'nnls' has no option 'settings'; its options are: max_iterations.
+    fecontact.common.errors.InputError: The solver 'nnls' has no 'settings'. It takes: max_iterations.
     """
     if not isinstance(solver, str):
         check_custom(solver, options)
@@ -508,13 +506,7 @@ def validate_options(solver: str | CustomSolver, options: Mapping[str, object], 
     for name in (*FALL_BACK, "projected-cg") if solver == "auto" else (solver,):
         parameters = inspect.signature(NATIVE.get(name, backend)).parameters.values()
         allowed = {each.name for each in parameters if each.kind is each.KEYWORD_ONLY} - {"name"}
-        if unknown := sorted(set(options) - allowed):
-            meant = difflib.get_close_matches(unknown[0], [*arguments, *allowed], 1)
-            raise InputError(
-                f"The solver {name!r} has no option {', '.join(map(repr, unknown))}"
-                f"{f'. Did you mean {meant[0]!r}? I' if meant else '; i'}ts options are: {', '.join(sorted(allowed))}.",
-                code="unknown-option",
-            )
+        known_names(f"The solver {name!r}", options, allowed)
     iterations = options.get("max_iterations", 1)
     if not (isinstance(iterations, int) and iterations > 0):
         raise InputError(f"max_iterations must be a positive integer; found {iterations!r}.", code="max-iterations")

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.common.arguments import file_path
+from fecontact.common.arguments import file_path, spelled
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import lengths
 from fecontact.common.errors import MeshError, place
@@ -50,6 +50,7 @@ WOUND = f"What its facets wind round by more than one half is meshed. {ENVELOPED
 MAX_TRIALS, SHARES, MAX_CELLS = 2, (0.4, 0.8), 20_000
 
 
+@spelled
 def mesh_solid(
     source: str | Path | SurfaceMesh,
     size: float | None = None,

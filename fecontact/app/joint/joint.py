@@ -18,7 +18,7 @@ from fecontact.app.joint.ligament import Ligament
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.layer import ElasticLayer
 from fecontact.bodies.pose import Pose, turned
-from fecontact.common.arguments import flag, instance, items, mapping, texts
+from fecontact.common.arguments import flag, instance, items, mapping, spelled, texts
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, array_of, number_array, vector
 from fecontact.common.compact_repr import compact_repr
@@ -41,6 +41,7 @@ from fecontact.scene.sweep_case import parameters_of
 ANGLES = tuple(f.name for f in fields(GroodSuntay) if f.name != "side")
 
 
+@spelled
 @compact_repr
 @dataclass(frozen=True, eq=False)
 class Joint:

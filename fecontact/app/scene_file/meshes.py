@@ -16,7 +16,6 @@ from fecontact.app.scene_file.toml_table import (
     Reader,
     Table,
     choice,
-    did_you_mean,
     flag,
     integer,
     listed,
@@ -24,6 +23,7 @@ from fecontact.app.scene_file.toml_table import (
     numbers,
 )
 from fecontact.bodies.elastic import elastic_among
+from fecontact.common.errors import did_you_mean
 from fecontact.mesh import pick, shapes
 from fecontact.mesh import section_shapes as sections
 from fecontact.mesh.layer import extrude

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 import tomllib
@@ -11,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fecontact.common.errors import FecontactError, InputError
+from fecontact.common.errors import FecontactError, InputError, did_you_mean
 
 Place = tuple[str | int, ...]
 Made = TypeVar("Made")
@@ -20,18 +19,6 @@ _KEY = r"(?:[A-Za-z0-9_-]+|\"[^\"]*\"|'[^']*')"
 _KEYS = rf"{_KEY}(?:\s*\.\s*{_KEY})*"
 _HEADER = re.compile(rf"\s*(\[\[?)\s*({_KEYS})\s*\]\]?")
 _ENTRY = re.compile(rf"\s*({_KEYS})\s*=")
-
-
-def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """A hint such as ``", did you mean 'rubber'"``, or nothing.
-
-    Examples
-    --------
-    >>> did_you_mean("ruber", ["steel", "rubber"])
-    ", did you mean 'rubber'"
-    """
-    near = difflib.get_close_matches(name, list(known), 1, 0.6)
-    return f", did you mean {near[0]!r}" if near else ""
 
 
 def listed(names: Iterable[str]) -> str:

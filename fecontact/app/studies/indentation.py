@@ -16,7 +16,7 @@ from fecontact.app.studies.closed_forms import Exact, Wave, closed_form
 from fecontact.app.studies.study import Figure, Study, compared, finite
 from fecontact.bodies import HalfSpace
 from fecontact.bodies.halfspace import PASSES
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, without_rounding
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -266,7 +266,7 @@ def _study(name: str, half: HalfSpace, c: HalfSpaceContact, exact: Exact | None,
     cells, sides = " x ".join(map(str, c.grid.shape)), " x ".join(f"{side:.6g}" for side in c.grid.size)
     notes = [
         f"regions: {c.n_regions}",
-        f"centre of pressure: {', '.join(f'{x:.6g}' for x in c.centre_of_pressure)}",
+        f"centre of pressure: {', '.join(f'{x:.6g}' for x in without_rounding(c.centre_of_pressure, max(c.size)))}",
         f"residuals: {c.residuals}",
         f"error of {c.error_estimate}",
         *(f"Warning: {text}" for text in c.warnings),

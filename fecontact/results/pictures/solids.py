@@ -5,7 +5,6 @@ Patches of rigid surfaces near contacts, for pictures.
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,7 +17,7 @@ import numpy as np
 from fecontact.bodies.body import Body
 from fecontact.common.arguments import text, texts
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, did_you_mean
 from fecontact.fem.stress import VOIGT
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh, counter_clockwise
@@ -96,10 +95,9 @@ class Solid:
         if component in names:
             return np.asarray(self.fields[whole][:, names.index(component)])
         known = _scalar_names(self.fields)
-        near = difflib.get_close_matches(name, known, 1)
+        hint = did_you_mean(name, known)
         raise InputError(
-            f"There is no field {name!r}{f', did you mean {near[0]!r}?' if near else '.'} "
-            f"The fields are: {', '.join(known)}.",
+            f"There is no field {name!r}{hint}{'?' if hint else '.'} The fields are: {', '.join(known)}.",
             code="unknown-field",
         )
 

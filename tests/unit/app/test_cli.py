@@ -150,3 +150,15 @@ def test_help_of_a_shape_has_its_options_alone(capsys):
     for shape, expected in (("sphere", "--radius "), ("wave", "--amplitude"), ("heights", "--peaks-up")):
         assert [option for option in options if option in told(shape)] == [expected]
     assert all(option in told() for option in options)
+
+
+@pytest.mark.parametrize(
+    ("python", "command"),
+    [
+        ("or solve with accuracy=0.05.", "or solve with --accuracy 5%."),
+        ("accuracy={'approach': 0.05, 'peak': 0.02}.", "--accuracy approach=5%,peak=2%."),
+        ("the accuracy is fine", "the accuracy is fine"),
+    ],
+)
+def test_remedies_are_in_the_words_of_the_command(python, command):
+    assert commands._worded(python) == command

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from refusals import refused
 
+import fecontact as fc
 from fecontact import InputError
 from fecontact.common import arguments, checks
 from fecontact.common.errors import shown
@@ -67,3 +68,23 @@ def test_a_message_repeats_a_value_cut_and_survives_one_that_does_not_print():
     assert shown(Mute()) == "a Mute that cannot be printed"
     with refused(InputError, "not-positive", "a Mute that cannot be printed"):
         checks.positive("the force", Mute())
+
+
+def test_a_misspelt_argument_is_answered_with_the_one_that_was_meant():
+    """Of functions, methods and classes, also before missing ones; plain Python errors stay as they are."""
+    steel = fc.Material(1.0, 0.3)
+    half = fc.HalfSpace(steel, size=(1.0, 1.0), cells=(4, 4))
+    for call, meant in (
+        (lambda: fc.Material(E=1.0, v=0.3), "Material() has no 'v'"),
+        (lambda: fc.HalfSpace(steel, size=1.0, cell=4), "'cell', did you mean 'cells'?"),
+        (lambda: fc.RigidBody(fc.Plane(), names="floor"), "'names', did you mean 'name'?"),
+        (lambda: fc.ElasticBody(None, steel, contacts="top"), "'contacts', did you mean 'contact'?"),
+        (lambda: fc.shapes.sphere(1.0, levels=1), "'levels', did you mean 'level'?"),
+        (lambda: half.press(fc.Sphere(1.0), forces=1.0), "press() has no 'forces', did you mean 'force'?"),
+        (lambda: fc.hertz.spheres((1.0, 1.0), (steel, steel), forse=1.0), "'forse', did you mean 'force'?"),
+    ):
+        with refused(InputError, "unknown-option", meant):
+            call()
+    assert half.press(fc.Sphere(1.0), force=1e-4).max_pressure > 0
+    with pytest.raises(TypeError, match="nu"):
+        fc.Material(1.0)

@@ -495,9 +495,9 @@ def test_bad_solve_arguments():
     for tolerance in (-1.0, 0.0, np.nan):
         with refused(InputError, "no-share", "The tolerance"):
             scene.solve(motions={body: {"z": -0.01}}, tolerance=tolerance)
-    with refused(InputError, "unknown-option", "'speed'; i"):
+    with refused(InputError, "unknown-option", "'speed'"):
         scene.solve(motions={body: {"z": -0.01}}, speed=9)
-    with refused(InputError, "unknown-option", "'motion'. Did you mean 'motions'? I"):
+    with refused(InputError, "unknown-option", "'motion', did you mean 'motions'?"):
         scene.solve(motion={body: {"z": -0.01}})
 
 
