@@ -34,6 +34,7 @@ from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
 from fecontact.halfspace.fft import array_module
 from fecontact.halfspace.friction import CERTIFIED, Friction, PressStep
 from fecontact.halfspace.friction_law import FrictionLaw, FrictionOfRolling
+from fecontact.halfspace.gradient import PressGradient, press_gradient
 from fecontact.halfspace.grid import Grid, GridSurface, grid_surface
 from fecontact.halfspace.hardness import hardness_field
 from fecontact.halfspace.layered import Layer
@@ -897,6 +898,56 @@ class HalfSpace(SurfaceBody):
         outline = np.where(contact.active, 0.0, np.inf)
         load = Load(contact.force, None, None)
         return contact.force / press(self.compliance, outline, load, 1e-8, True, None, boxed=False).approach
+
+    def gradient(
+        self,
+        contact: HalfSpaceContact,
+        what: str | ArrayLike = "max_pressure",
+        *,
+        load_point: tuple[float, float] | None = None,
+    ) -> PressGradient:
+        """Derivatives of a figure of a contact with this half-space, by one solution with the cells in contact.
+
+        Parameters
+        ----------
+        contact : HalfSpaceContact
+            Of `press`, elastic, without friction, adhesion, hardness or velocity.
+        what : {'max_pressure', 'force', 'area', 'approach'} or (nx, ny) array_like
+            A figure, or the weights of a linear functional of the pressures. The gradient of a function of the
+            pressures is that with its derivatives as weights.
+        load_point : (float, float), optional
+            As in `press`.
+
+        Returns
+        -------
+        PressGradient
+
+        Raises
+        ------
+        InputError
+            For another figure or contact, or weights of another shape.
+
+        Examples
+        --------
+        The largest pressure under a ball grows with the cube root of the force, and with E^(2/3):
+
+        >>> import fecontact as fc
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), cells=(64, 64))
+        >>> ball = half.press(fc.surfaces.Paraboloid(1.0), force=4 / 3)
+        >>> slope = half.gradient(ball)
+        >>> round(slope.load * ball.force / slope.value, 2), round(slope.E / slope.value, 2)
+        (0.33, 0.67)
+        """
+        elastic_contact = type(contact) is HalfSpaceContact and contact.dent is None
+        if not elastic_contact or (any(contact.tilt) and load_point is None):
+            raise InputError(
+                "A gradient is of a frictionless elastic contact of `press`, and of one free to tilt with its "
+                f"load_point; found {contact!r}.",
+                code="no-gradient",
+            )
+        soft, other = (0.0 if m is None else 1 / m.plane_strain_modulus for m in (self.material, self.against))
+        share = soft / (soft + other) if soft else 0.0
+        return press_gradient(self.compliance, self.material, contact, what, load_point, share)
 
     def heights_of(self, surface: HeightSurface | ArrayLike) -> Array:
         """Heights (nx, ny) of a surface at the cell centres."""

@@ -36,6 +36,7 @@ from fecontact.results.convergence import Convergence
 from fecontact.results.edge_pressure import EdgePressure, edge_pressure
 from fecontact.results.finite_strain import Equilibrium, unbalanced
 from fecontact.results.friction_fields import FrictionFields
+from fecontact.results.gradient import Gradient, result_gradient
 from fecontact.results.linearisation import CarriedMotion, LinearisationError
 from fecontact.results.report import model_size, peak_memory, report
 from fecontact.results.response_error import AtRest, ResponseErrors
@@ -259,6 +260,35 @@ class ContactResult(FormerNames):
             known = ", ".join(map(repr, groups)) or "none"
             raise InputError(f"The mesh of {body.name!r} has no element set {group!r}. Its sets are: {known}.")
         return inner.stress(None if group is None else groups[group])
+
+    def gradient(self, what: str | ArrayLike = "max_pressure", contact: int = 0) -> Gradient:
+        """Derivatives of a figure of a contact by gaps, loads and moduli, by one back substitution (the adjoint).
+
+        Parameters
+        ----------
+        what : {'max_pressure', 'force'} or (n,) array_like
+            A figure, or the weights of a linear functional of the pressures at the contact's points. The gradient of a
+            function of the pressures is that with its derivatives as weights.
+        contact : int
+            Its number in the scene.
+
+        Raises
+        ------
+        InputError
+            For another figure or contact, or a result whose poses were carried along, of finite strain, or of a path.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+        >>> body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"})
+        >>> floor = fc.RigidBody(fc.Plane())
+        >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+        >>> slope = result.gradient("force")  # 0.01 E, and -E by gaps that widen together
+        >>> round(slope.E[body], 9), round(slope.gaps[0].sum(), 9)
+        (0.01, -1.0)
+        """
+        return result_gradient(self, what, contact)
 
     def strain_energy(self, body: Body) -> float:
         """Elastic energy of a body; of a section by its thickness or over the whole circle, as its forces are.

@@ -1,0 +1,138 @@
+"""Derivatives of figures of a solved scene by gaps, loads and moduli, see `solvers.gradient`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fecontact.bodies.body import Body
+from fecontact.bodies.elastic import elastic_among
+from fecontact.bodies.halfspace import HalfSpace
+from fecontact.common.arrays import Array, IntArray
+from fecontact.common.checks import among, number_array, whole
+from fecontact.common.compact_repr import compact_repr
+from fecontact.common.errors import InputError
+from fecontact.common.material import Material
+from fecontact.contact.condensed_problem import BodyBlock
+from fecontact.results.contact_fields import ContactFields
+from fecontact.solvers.gradient import adjoint, of_largest, weakly_active
+
+if TYPE_CHECKING:
+    from fecontact.results.result import ContactResult
+
+#: Figures of a contact that can be differentiated.
+FIGURES = ("max_pressure", "force")
+
+
+@compact_repr
+@dataclass(frozen=True, eq=False)
+class Gradient:
+    """Derivatives of a figure of one contact of a scene.
+
+    Attributes
+    ----------
+    value : float
+        The figure.
+    gaps : tuple of (n,) arrays
+        Derivatives by the gaps before the load at the points of each contact; zero where these are no candidates.
+    loads : mapping of Body to (6,) array
+        By force and moment on a body as a whole, about its reference point, in world axes; zero along what is held.
+        Floating bodies are left out.
+    E : mapping of Body to float
+        By Young's modulus of bodies of one linear material, its Poisson's ratio fixed.
+    weak : tuple of int arrays
+        Points of each contact about to open, to close or to slide: derivatives are one-sided there.
+    """
+
+    value: float
+    gaps: tuple[Array, ...]
+    loads: Mapping[Body, Array]
+    E: Mapping[Body, float]
+    weak: tuple[IntArray, ...]
+
+
+def result_gradient(result: ContactResult, what: str | ArrayLike, contact: int) -> Gradient:
+    """Derivatives of a figure, see `ContactResult.gradient`."""
+    _refuse(result)
+    number = whole("the number of the contact", contact, 0, len(result.contacts) - 1)
+    solution = result.friction or result.solution
+    problem, forces, q = solution.problem, solution.forces, solution.q
+    rows = _rows(result)
+    value, weights = _figure(result.contacts[number], what)
+    by_forces = np.zeros(problem.n)
+    by_forces[rows[number]] = weights[result.contacts[number]._candidates]
+    found, weak = adjoint(problem, forces, q, by_forces), weakly_active(problem, forces, q)
+    gaps = []
+    for at, fields in zip(rows, result.contacts, strict=True):
+        gaps.append(np.zeros(len(fields.gap)))
+        gaps[-1][fields._candidates] = -found.response[at]
+    loads, moduli, start = {}, {}, 0
+    for body, part in zip(result.scene.bodies, result._condensed.parts, strict=True):
+        own = found.load[start : start + part.free.shape[1]]
+        start += len(own)
+        if part.hold is None and not part.frame.spread:
+            loads[body] = -part.free @ own
+        if (modulus := _modulus(part)) is not None:
+            moved = part.rows @ part.body.displacement(part.rows, forces[part.index], part.loads)
+            moduli[body] = float(found.response[part.index] @ moved) / modulus
+    each = tuple(c._candidates[np.isin(at, weak)] for at, c in zip(rows, result.contacts, strict=True))
+    return Gradient(value, tuple(gaps), loads, moduli, each)
+
+
+def _refuse(result: ContactResult) -> None:
+    """Refuse results whose condensed problem depends on its own solution, or on steps before."""
+    reasons = {
+        "its poses were carried along with the motions: solve with finite_motion=False": result._originals,
+        "bodies have laws of finite strain": result.finite_strain,
+        "it is a step of a load path, which depends on those before": result._follows_step,
+    }
+    for reason, found in reasons.items():
+        if found:
+            raise InputError(f"No gradient is offered of this result, as {reason}.", code="no-gradient")
+
+
+def _rows(result: ContactResult) -> list[IntArray]:
+    """Rows of the candidates of each contact in the problem, where springs have rows too."""
+    rows, start, contacts = [], 0, iter(result.contacts)
+    for interface in result._condensed.interfaces:
+        if interface.as_contact is None:
+            start += len(interface.gap)
+            continue
+        count = len(next(contacts)._candidates)
+        rows.append(start + np.arange(count))
+        start += count
+    return rows
+
+
+def _figure(contact: ContactFields, what: str | ArrayLike) -> tuple[float, Array]:
+    """A figure of a contact, and its derivatives (n,) by the normal forces at its points."""
+    if not isinstance(what, str):
+        weights = number_array("the weights of the pressures", what)
+        if weights.shape != contact.forces.shape:
+            raise InputError(
+                f"The contact has {len(contact.forces)} points, and each a weight of its pressure; found "
+                f"{weights.shape}.",
+                code="weights-shape",
+            )
+        return float(weights @ contact.pressure), weights / contact.weights
+    among("figure", what, FIGURES)
+    if what == "force":
+        return contact.total_force, np.ones(len(contact.forces))
+    return contact.max_pressure, of_largest(contact.pressure) / contact.weights
+
+
+def _modulus(part: BodyBlock) -> float | None:
+    """Young's modulus of a body whose displacements are one over it."""
+    if part.hold is not None or part.frame.imposed is not None:
+        return None
+    materials = {m for body in elastic_among([part.body]) for m in body.model.materials}
+    if isinstance(part.body, HalfSpace) and not part.body.layers and part.body.against is None:
+        materials = {part.body.material}
+    if len(materials) != 1:
+        return None
+    (material,) = materials
+    return material.E if isinstance(material, Material) else None

@@ -1,0 +1,151 @@
+"""Gradients of results: Hertz's exponents, central differences of new solutions, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from refusals import refused
+
+import fecontact as fc
+from fecontact.solvers import ContactProblem, solve
+from fecontact.solvers.gradient import weakly_active
+
+STEEL = fc.Material(E=210e3, nu=0.3)
+#: Central differences of certified solutions against the adjoint, relative: their steps of 1e-5, and rounding.
+AGREE = 1e-6
+
+
+def differences(figure, step):
+    return (figure(step) - figure(-step)) / (2 * step)
+
+
+def half_space(E=1.0, **options):
+    return fc.HalfSpace(fc.Material(E=E, nu=0.3), size=(3.0, 3.0), cells=(64, 64), **options)
+
+
+def test_hertz_exponents():
+    """Largest pressure of a ball: F^(1/3), R^(-2/3), E^(2/3), on 64 cells within 1 percent."""
+    half = half_space()
+    ball = half.press(fc.surfaces.Paraboloid(1.0), force=1.4)
+    peak = half.gradient(ball)
+    heights = half.heights_of(fc.surfaces.Paraboloid(1.0))  # r^2 / 2R, less by dR / R
+    assert abs(peak.load * ball.force / peak.value - 1 / 3) < 0.01 / 3
+    assert abs(-(peak.heights * heights).sum() / peak.value + 2 / 3) < 0.02 / 3
+    assert abs(peak.E / peak.value - 2 / 3) < 0.02 / 3
+    assert not len(peak.weak)
+
+
+@pytest.mark.parametrize(
+    ("what", "options", "load"),
+    [
+        ("max_pressure", {}, {"force": 1.4}),
+        ("area", {}, {"force": 1.4}),
+        ("approach", {}, {"force": 1.4}),
+        ("force", {}, {"approach": 0.9}),
+        ("weights", {"against": fc.Material(E=3.0, nu=0.2)}, {"force": 1.0}),
+        ("max_pressure", {}, {"force": 1.4, "load_point": (0.05, 0.1)}),
+    ],
+)
+def test_half_spaces_against_central_differences(what, options, load):
+    """By all heights at once along a smooth field, by the load and by the modulus, with the same cells in contact."""
+    half = half_space(**options)
+    x, y = half.grid.x[:, None], half.grid.y[None, :]
+    heights, along = (x**2 + 1.3 * y**2) / 2 + 0.01 * np.cos(7 * x + y), np.sin(2 * x + 0.3) * np.cos(3 * y)
+    weights = 1 + x + y**2
+    point = {"load_point": load["load_point"]} if "load_point" in load else {}
+
+    def figure(z=heights, modulus=1.0, **given):
+        found = half_space(modulus, **options).press(z, tolerance=1e-13, symmetry=False, **{**load, **given})
+        if what == "weights":
+            return float((weights * found.pressure).sum())
+        return found.figures[what]
+
+    contact = half.press(heights, tolerance=1e-13, **load)
+    found = half.gradient(contact, weights if what == "weights" else what, **point)
+    name = "approach" if "approach" in load else "force"
+    step = 1e-5
+    for slope, by in (
+        ((found.heights * along).sum(), lambda h: figure(heights + h * along)),
+        (found.load, lambda h: figure(**{name: load[name] + h})),
+        (found.E, lambda h: figure(modulus=1.0 + h)),
+    ):
+        assert abs(differences(by, step) - slope) < AGREE * max(abs(slope), abs(found.value))
+    assert abs(found.value - figure()) < 1e-10 * abs(found.value)
+
+
+def scene_of(mu=0.0, modulus=210e3):
+    mesh = fc.shapes.block((2.0, 2.0, 1.0), (6, 6, 3))
+    block = fc.ElasticBody(mesh, fc.Material(modulus, 0.3), contact="top", supports={"bottom": "xyz"})
+    ball = fc.RigidBody(fc.Sphere(3.0)).placed((1.0, 1.1, 1.0))
+    return fc.Scene([block, ball], [fc.Contact(block, ball, friction=mu)])
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+@pytest.mark.parametrize("what", ["max_pressure", "weights"])
+def test_scenes_against_central_differences(mu, what):
+    """By load and modulus, without friction and with points that stick and slide."""
+    weights = np.linspace(1.0, 2.0, len(scene_of().solve(motions={}).contacts[0].gap))
+
+    def solved(force=-2000.0, modulus=210e3):
+        scene = scene_of(mu, modulus)
+        moved = {scene.bodies[1]: {"x": 0.002}} if mu else None
+        load = {scene.bodies[1]: (0.0, 0.0, force)}
+        return scene, scene.solve(load, motions=moved, finite_motion=False, tolerance=1e-12)
+
+    def figure(**given):
+        contact = solved(**given)[1].contacts[0]
+        return contact.max_pressure if what == "max_pressure" else float(weights @ contact.pressure)
+
+    scene, result = solved()
+    if mu:
+        assert result.contacts[0].stick_area > 0
+        assert result.contacts[0].slip_area > 0
+    found = result.gradient(weights if what == "weights" else what)
+    block, ball = scene.bodies
+    by_force = differences(lambda h: figure(force=-2000.0 + h), 0.05)
+    assert abs(found.loads[ball][2] - by_force) < AGREE * abs(by_force)
+    by_modulus = differences(lambda h: figure(modulus=210e3 + h), 5.0)
+    assert abs(found.E[block] - by_modulus) < AGREE * max(abs(by_modulus), abs(found.value) / 210e3)
+
+
+def test_gaps_of_a_scene_against_central_differences():
+    """Of the condensed problem with one gap changed, solved anew."""
+    scene = scene_of()
+    result = scene.solve({scene.bodies[1]: (0.0, 0.0, -2000.0)}, finite_motion=False, tolerance=1e-12)
+    contact, problem = result.contacts[0], result.problem
+    peak = int(contact.pressure.argmax())
+    row = int(np.flatnonzero(contact._candidates == peak)[0])
+    found = result.gradient().gaps[0]
+    for k in np.flatnonzero(contact.active[contact._candidates])[:4]:
+
+        def pressure(h, k=k):
+            moved = problem.g + h * (np.arange(problem.n) == k)
+            return solve(replace(problem, g=moved), tolerance=1e-13).forces[row] / contact.weights[peak]
+
+        slope = found[contact._candidates[k]]
+        assert abs(differences(pressure, 1e-7) - slope) < AGREE * np.abs(found).max()
+
+
+def test_points_about_to_open_are_listed():
+    """Of two springs one just touches: forces are one-sided there, and it is told."""
+    problem = ContactProblem(np.eye(3), np.array([-1.0, 0.0, 1.0]))
+    assert weakly_active(problem, np.array([1.0, 0.0, 0.0]), np.zeros(0)).tolist() == [1]
+    firm = ContactProblem(np.eye(3), np.array([-1.0, 0.5, 1.0]))
+    assert not len(weakly_active(firm, np.array([1.0, 0.0, 0.0]), np.zeros(0)))
+
+
+def test_what_has_no_gradient_is_refused():
+    half = half_space()
+    ball = half.press(fc.surfaces.Paraboloid(1.0), force=1.4)
+    with refused(fc.InputError, "unknown-name", "'peak'"):
+        half.gradient(ball, "peak")
+    with refused(fc.InputError, "input", "(64, 64)"):
+        half.gradient(ball, np.ones(3))
+    with refused(fc.InputError, "no-gradient"):
+        half.gradient(half.press(fc.surfaces.Paraboloid(1.0), force=1.4, friction=0.3))
+    scene = scene_of()
+    load = {scene.bodies[1]: (0.0, 0.0, -100.0)}
+    with refused(fc.InputError, "no-gradient", "finite_motion=False"):
+        scene.solve(load, finite_motion=True).gradient()
+    with refused(fc.InputError, "weights-shape"):
+        scene.solve(load, finite_motion=False).gradient([1.0])
