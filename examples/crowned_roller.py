@@ -1,9 +1,9 @@
 """Crowning of a roller for the lowest peak pressure, by gradients, and a modulus from measured pressures.
 
 A steel roller of 10 mm radius and 16 mm length is pressed on a steel plane by 8 kN. A cylinder ends in an edge, where
-the pressure has no bound. Its profile is relieved by a power of the distance from the middle, d (2 |y| / l)^n, whose
-drop d and exponent n are sought. `HalfSpace.gradient` has the derivatives of a norm of the pressures, near their largest
-one, by all heights, from one solution with the cells in contact; the chain rule has those by the two unknowns.
+the pressure has no bound. Its profile is relieved by a power of the distance from the middle, d (2 |y| / l)^n; drop d
+and exponent n are sought. `HalfSpace.gradient` has the derivatives of a norm of the pressures, near their largest one,
+by all heights, from one solution with the cells in contact; the chain rule has those by the two unknowns.
 """
 
 import numpy as np

@@ -212,7 +212,7 @@ class Body(FormerNames):
         if isinstance(translation, Pose):
             if rotation is not None:
                 raise InputError("A Pose has a rotation already: give the pose alone.", code="two-rotations")
-            translation, rotation = translation.translation, translation.rotation
+            rotation, translation = translation.rotation, translation.translation
         pose = self.pose.then(np.eye(3) if rotation is None else rotation, translation)
         other = object.__new__(type(self))
         # bodies are frozen; set before the copy escapes

@@ -129,7 +129,7 @@ def _modulus(part: BodyBlock) -> float | None:
     """Young's modulus of a body whose displacements are one over it."""
     if part.hold is not None or part.frame.imposed is not None:
         return None
-    materials = {m for body in elastic_among([part.body]) for m in body.model.materials}
+    materials: set[object] = {m for body in elastic_among([part.body]) for m in body.model.materials}
     if isinstance(part.body, HalfSpace) and not part.body.layers and part.body.against is None:
         materials = {part.body.material}
     if len(materials) != 1:

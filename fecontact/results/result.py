@@ -285,7 +285,7 @@ class ContactResult(FormerNames):
         >>> floor = fc.RigidBody(fc.Plane())
         >>> result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
         >>> slope = result.gradient("force")  # 0.01 E, and -E by gaps that widen together
-        >>> round(slope.E[body], 9), round(slope.gaps[0].sum(), 9)
+        >>> round(slope.E[body], 9), round(float(slope.gaps[0].sum()), 9)
         (0.01, -1.0)
         """
         return result_gradient(self, what, contact)

@@ -35,6 +35,19 @@ def test_block_on_plane(tmp_path):
 
 
 @pytest.mark.full
+def test_crowned_roller():
+    """A lower peak in under 30 presses, and a modulus within what the noise of its measurement allows."""
+    example = load("crowned_roller")
+    found, peaks = example.crowned()
+    assert found.success
+    assert len(peaks) < 30
+    assert peaks[-1] < 0.85 * peaks[0]
+    modulus, truth, told = example.identified()
+    assert abs(modulus / truth - 1) < 0.02
+    assert told.nfev < 30
+
+
+@pytest.mark.full
 def test_coated_rough(tmp_path):
     contact = load("coated_rough").main(n=64, out=tmp_path)
     assert abs(contact.force / 100.0 - 1) < 1e-9

@@ -264,9 +264,10 @@ def _study(name: str, half: HalfSpace, c: HalfSpaceContact, exact: Exact | None,
     }
     kind, stack = "periodic" if c.periodic else "free", f", {len(c.layers)} layer(s)" if c.layers else ""
     cells, sides = " x ".join(map(str, c.grid.shape)), " x ".join(f"{side:.6g}" for side in c.grid.size)
+    centre = without_rounding(np.array(c.centre_of_pressure), max(c.grid.size))
     notes = [
         f"regions: {c.n_regions}",
-        f"centre of pressure: {', '.join(f'{x:.6g}' for x in without_rounding(c.centre_of_pressure, max(c.size)))}",
+        f"centre of pressure: {', '.join(f'{x:.6g}' for x in centre)}",
         f"residuals: {c.residuals}",
         f"error of {c.error_estimate}",
         *(f"Warning: {text}" for text in c.warnings),
