@@ -6,13 +6,18 @@ and exponent n are sought. `HalfSpace.gradient` has the derivatives of a norm of
 by all heights, from one solution with the cells in contact; the chain rule has those by the two unknowns.
 """
 
+from pathlib import Path
+
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.optimize import minimize
 
 import fecontact as fc
 
 STEEL = fc.Material(E=210e3, nu=0.3)
 RADIUS, LENGTH, FORCE = 10.0, 16.0, 8000.0
+#: Drop (micrometres) and exponent to start from.
+START = (20.0, 2.0)
 #: Exponent of the norm that stands for the largest pressure, which has no derivative where several cells share it.
 NORM = 16
 
@@ -52,7 +57,7 @@ def crowned():
         peaks.append(contact.max_pressure)
         return value, [1e-3 * (slope * by_unknowns[0]).sum(), (slope * by_unknowns[1]).sum()]
 
-    found = minimize(figure, (20.0, 2.0), jac=True, method="L-BFGS-B", bounds=((1.0, 200.0), (1.5, 12.0)))
+    found = minimize(figure, START, jac=True, method="L-BFGS-B", bounds=((1.0, 200.0), (1.5, 12.0)))
     return found, peaks
 
 
@@ -74,11 +79,32 @@ def identified(seed=1):
     return float(np.exp(found.x[0])), truth, found
 
 
-def main():
-    """Print both."""
+def draw(unknowns, path):
+    """Profile of the relief, and pressure along the roller, before and after."""
+    figure = Figure(figsize=(8.0, 5.6), layout="constrained")
+    relief, pressure = figure.subplots(2, 1, sharex=True)
+    half = half_space()
+    inside = np.abs(half.grid.y) <= LENGTH / 2
+    y = half.grid.y[inside]
+    for (drop, exponent), style, name in ((START, "0.6", "circular, 20 um"), (unknowns, "tab:blue", "found")):
+        z, _ = heights(half, 1e-3 * drop, exponent)
+        relief.plot(y, -drop * (2 * np.abs(y) / LENGTH) ** exponent, color=style, label=name)
+        pressure.plot(y, half.press(z, force=FORCE).pressure.max(axis=0)[inside], color=style)
+    relief.set_ylabel("relief [um]")
+    relief.legend(loc="lower center")
+    pressure.set_ylabel("peak across [MPa]")
+    pressure.set_xlabel("y [mm]")
+    for axes in (relief, pressure):
+        axes.grid(color="0.9")
+    figure.savefig(path, dpi=150)
+
+
+def main(out="."):
+    """Print both, and draw the roller."""
     found, peaks = crowned()
     print(f"drop {found.x[0]:.1f} um, exponent {found.x[1]:.2f}: peak {peaks[0]:.0f} -> {peaks[-1]:.0f} MPa")
     print(f"{found.nfev} presses, {found.nit} steps: {found.message}")
+    draw(found.x, Path(out) / "crowned_roller.png")
     modulus, truth, told = identified()
     print(f"modulus {modulus:.0f} MPa of {truth:.0f}, {told.nfev} presses")
 

@@ -256,6 +256,7 @@ def _solve(parser: argparse.ArgumentParser) -> None:
         metavar="2%",
         help="divide the meshes until the pressure is within it, or figures by name: pressure=2%%,force=1%%",
     )
+    parser.add_argument("--max-seconds", type=float, metavar="S", help="limit of the way there; the best is then kept")
     parser.add_argument("--engine", metavar="petsc", help="solve by PETSc on several processes under MPI")
     parser.add_argument("--beside", choices=("ccx",), help="a deck: solve it by CalculiX too, and compare")
     parser.add_argument("-n", "--ranks", type=int, metavar="N", help="number of processes of the engine petsc")

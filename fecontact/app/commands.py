@@ -154,7 +154,7 @@ def solve(options: argparse.Namespace) -> int:
     if options.animate:
         among("suffix of an animation", Path(options.animate).suffix.lower(), ANIMATIONS)
     out = None if options.out is None else make_folder(options.out)
-    names = ("accuracy", "engine", "ranks")
+    names = ("accuracy", "max_seconds", "engine", "ranks")
     asked = {name: value for name in names if (value := getattr(options, name)) is not None}
 
     def change(values: dict[str, Any]) -> None:

@@ -256,6 +256,11 @@ class Body(FormerNames):
         return point
 
     @property
+    def _modulus(self) -> float | None:
+        """Young's modulus to which all its displacements are inversely proportional; None where there is none such."""
+        return None
+
+    @property
     def _dimension(self) -> str | None:
         """'space', 'plane' or 'axis'; None: compatible with all."""
         return "space"

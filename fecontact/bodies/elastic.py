@@ -258,6 +258,13 @@ class ElasticBody(Body):
         return self.model.mass_and_centre[1]
 
     @property
+    def _modulus(self) -> float | None:
+        """That of a body of one linear material."""
+        materials = set(self.model.materials)
+        found = materials.pop() if len(materials) == 1 else None
+        return found.E if isinstance(found, Material) else None
+
+    @property
     def contact_modulus(self) -> float:
         """E / (1 - nu^2) of the softest material."""
         return min(m.plane_strain_modulus for m in self.model.materials)

@@ -24,6 +24,7 @@ from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.path import follow
+from fecontact.common.progress import LONG, progress_line
 from fecontact.common.renamed import renamed_argument
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.viscoelastic import Viscoelastic
@@ -360,9 +361,10 @@ class HalfSpace(SurfaceBody):
         if friction is not None:
             step = PressStep(force, approach, tangential, shift, load_point=load_point)
             within = CERTIFIED if tolerance is None else tolerance
-            return self.press_path(
-                surface, [step], friction, within, symmetry, workers, progress=False, hardness=hardness
-            ).last
+            with progress_line("press", None, delay=LONG):
+                return self.press_path(
+                    surface, [step], friction, within, symmetry, workers, progress=False, hardness=hardness
+                ).last
         self._refuse_memory("a press without time")
         if tangential is not None or shift is not None:
             raise InputError("A tangential force or a shift needs friction: give friction=, Coulomb's mu.")
@@ -370,7 +372,8 @@ class HalfSpace(SurfaceBody):
         check_settings(tolerance, symmetry, workers)
         load = Load(force, approach, load_point)
         z, hard = self.heights_of(surface), hardness_field(hardness, self.compliance)
-        pressed = press(self.compliance, z, load, tolerance, symmetry, workers, hardness=hard)
+        with progress_line("press", None, delay=LONG):
+            pressed = press(self.compliance, z, load, tolerance, symmetry, workers, hardness=hard)
         return self._between_cells(pressed, surface)
 
     def _moving(
@@ -955,6 +958,12 @@ class HalfSpace(SurfaceBody):
             z = heights(self.grid.x[:, None], self.grid.y[None, :])
             return np.broadcast_to(np.asarray(z, dtype=float), self.grid.shape)
         return number_array("the heights", surface)
+
+    @property
+    def _modulus(self) -> float | None:
+        """That of a homogeneous half-space below a rigid partner."""
+        alone = not self.layers and self.against is None
+        return self.material.E if alone and isinstance(self.material, Material) else None
 
     def _met_by(self, partner: object) -> HalfSpace:
         """The half-space with cells opposite those of a local body; itself for other partners."""

@@ -10,14 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body
-from fecontact.bodies.elastic import elastic_among
-from fecontact.bodies.halfspace import HalfSpace
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, number_array, whole
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
-from fecontact.common.material import Material
-from fecontact.contact.condensed_problem import BodyBlock
 from fecontact.results.contact_fields import ContactFields
 from fecontact.solvers.gradient import adjoint, of_largest, weakly_active
 
@@ -76,7 +72,8 @@ def result_gradient(result: ContactResult, what: str | ArrayLike, contact: int) 
         start += len(own)
         if part.hold is None and not part.frame.spread:
             loads[body] = -part.free @ own
-        if (modulus := _modulus(part)) is not None:
+        modulus = body._modulus if part.hold is None and part.frame.imposed is None else None
+        if modulus is not None:
             moved = part.rows @ part.body.displacement(part.rows, forces[part.index], part.loads)
             moduli[body] = float(found.response[part.index] @ moved) / modulus
     each = tuple(c._candidates[np.isin(at, weak)] for at, c in zip(rows, result.contacts, strict=True))
@@ -123,16 +120,3 @@ def _figure(contact: ContactFields, what: str | ArrayLike) -> tuple[float, Array
     if what == "force":
         return contact.total_force, np.ones(len(contact.forces))
     return contact.max_pressure, of_largest(contact.pressure) / contact.weights
-
-
-def _modulus(part: BodyBlock) -> float | None:
-    """Young's modulus of a body whose displacements are one over it."""
-    if part.hold is not None or part.frame.imposed is not None:
-        return None
-    materials: set[object] = {m for body in elastic_among([part.body]) for m in body.model.materials}
-    if isinstance(part.body, HalfSpace) and not part.body.layers and part.body.against is None:
-        materials = {part.body.material}
-    if len(materials) != 1:
-        return None
-    (material,) = materials
-    return material.E if isinstance(material, Material) else None

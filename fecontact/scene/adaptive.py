@@ -24,6 +24,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import positive
 from fecontact.common.error_estimate import ErrorEstimate, ResponseError
 from fecontact.common.errors import InputError
+from fecontact.common.progress import say_done
 from fecontact.contact.candidates import KnownContact
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import LoadStep
@@ -290,6 +291,7 @@ def solve_to_accuracy(scene: SceneModel, step: LoadStep, target: Target, solve: 
         steps.append(_step(result, target, time.perf_counter() - start))
         factors = sum({id(c): c.memory for b in result._elastic_bodies if (c := b.model.condensation)}.values())
         reason, finer = _reason_to_end(steps, target, factors), None
+        say_done(_division(steps, target, bool(reason)))
         if not reason:
             finer = _divided(now.scene, result, target, not _reason_to_end(steps, target, factors, TWICE))
             reason = "" if finer is not None else "no cell of the bodies in contact can be divided"
@@ -305,6 +307,16 @@ def solve_to_accuracy(scene: SceneModel, step: LoadStep, target: Target, solve: 
         poses = [b.pose for b in result.scene.bodies] if moved else []
         now = CarriedScene(finer, tuple(scene.bodies))
         known = [_known(c, i) for c, i in zip(result.contacts, result._interfaces, strict=True)]
+
+
+def _division(steps: Sequence[Step], target: Target, last: bool) -> str:
+    """A solution on the way in one line: errors, unknowns, seconds, and the forecast of the next."""
+    now, before = steps[-1], steps[-2] if len(steps) > 1 else None
+    growth = now.n_dofs / before.n_dofs if before else GROWTH
+    forecast = growth**COST * (now.seconds - (before.seconds if before else 0.0))
+    more = "" if last else f"; the next takes about {forecast:.2g} s"
+    errors = now.text(target.accuracy) or "not resolved"
+    return f"division {len(steps) - 1}: error of {errors}, {now.n_dofs} dofs, {now.seconds:.1f} s{more}"
 
 
 def _step(result: ContactResult, target: Target, seconds: float) -> Step:

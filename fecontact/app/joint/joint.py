@@ -25,6 +25,7 @@ from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
 from fecontact.common.files import make_folder
 from fecontact.common.material import Material
+from fecontact.common.progress import progress_line
 from fecontact.common.units import Units
 from fecontact.contact.contact import Contact
 from fecontact.fem.laws import Law
@@ -142,18 +143,19 @@ class Joint:
     def bodies(self) -> tuple[ElasticBody | ElasticLayer, ElasticBody | ElasticLayer]:
         """The moving and the fixed layer."""
         thick, soft, kinds = _both(self.thickness), _both(self.material), _both(self.surfaces)
-        moving, fixed = (
-            cartilage_body(
-                surface,
-                thick[k],
-                soft[k],
-                self.layers,
-                self.names[k],
-                free=kinds[k] == "cartilage",
-                foundation=self.foundation,
+        with progress_line("cartilage", None):
+            moving, fixed = (
+                cartilage_body(
+                    surface,
+                    thick[k],
+                    soft[k],
+                    self.layers,
+                    self.names[k],
+                    free=kinds[k] == "cartilage",
+                    foundation=self.foundation,
+                )
+                for k, surface in enumerate((self.moving, self.fixed))
             )
-            for k, surface in enumerate((self.moving, self.fixed))
-        )
         return moving, fixed
 
     @cached_property

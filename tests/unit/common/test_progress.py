@@ -8,7 +8,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError
-from fecontact.common.progress import progress_line, set_part, set_stage
+from fecontact.common.progress import progress_line, say_done, set_part, set_stage
 
 
 class Terminal(io.StringIO):
@@ -50,6 +50,23 @@ def test_stages_of_parts_in_one_line(monkeypatch):
     assert "inner" not in text
     set_stage("afterwards")
     assert "afterwards" not in sys.stderr.getvalue()
+
+
+def test_lines_that_stay_and_short_work_that_shows_none(monkeypatch):
+    """A division of a mesh has a line of its own in a terminal, and none in a file; nothing is shown before a delay."""
+    for kind, shown in ((Terminal, True), (io.StringIO, False)):
+        monkeypatch.setattr(sys, "stderr", kind())
+        with progress_line("solve", None):
+            say_done("division 0")
+        assert ("division 0" in sys.stderr.getvalue()) == shown
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with progress_line("press", None, delay=60.0):
+        set_stage("solve")
+    assert "press" not in sys.stderr.getvalue()
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    monkeypatch.setitem(sys.modules, "ipykernel.zmqshell", sys)
+    with progress_line("in a notebook", None):
+        assert "in a notebook" in sys.stderr.getvalue()
 
 
 def test_a_line_ends_with_an_error(monkeypatch):
