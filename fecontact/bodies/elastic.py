@@ -587,8 +587,9 @@ def _in_middles(conditions: sp.csr_matrix, mesh: Mesh, before: int) -> sp.csr_ma
     """
     rows = conditions.copy()
     rows.resize(rows.shape[0], 3 * len(mesh.points))
-    if mesh.midface is None or len(mesh.points) == before:
+    if len(mesh.points) == before:
         return rows
+    assert mesh.midface is not None
     faces = np.argwhere(mesh.midface >= before)
     middle, nodes = mesh.midface[tuple(faces.T)], replace(mesh, midface=None).face_nodes(faces)
     N, _ = facet_shapes(nodes.shape[1], triangular(nodes), facet_centres(triangular(nodes)))

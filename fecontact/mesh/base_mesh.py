@@ -18,7 +18,8 @@ from fecontact.common.arguments import function, instance, items, mapping, text
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import finite, flags, index_array, number_array, positive, vector
 from fecontact.common.errors import InputError, MeshError
-from fecontact.mesh.hanging_nodes import HangingNodes, check_hanging, joined_hanging
+from fecontact.mesh.facets import places_among
+from fecontact.mesh.hanging_nodes import HangingNodes, check_hanging, joined_hanging, refuse_hanging
 from fecontact.mesh.pick import Pick
 
 SETS = ("boundaries", "groups", "node_sets")
@@ -274,6 +275,40 @@ class BaseMesh:
         centres = self.points[self.cells[:, : self.n_corners]].mean(axis=1)
         chosen = flags("where(centres)", function("where", where)(centres), len(centres))
         return replace(self, groups={**self.groups, text("the name of an element set", name): np.flatnonzero(chosen)})
+
+    def part(self, name: str) -> Self:
+        """Mesh of the cells of an element set, for instance one body of a file with several.
+
+        Raises
+        ------
+        InputError
+            If there is no such set, or the mesh has mid-face or hanging nodes.
+        """
+        if text("the name of an element set", name) not in self.groups:
+            known = ", ".join(map(repr, self.groups)) or "none"
+            raise InputError(f"The mesh has no element set {name!r}. Its element sets are: {known}.")
+        if getattr(self, "midface", None) is not None:
+            raise InputError("Take the part before mid-face nodes are added.")
+        refuse_hanging(self.hanging, "cut into parts")
+        kept = np.unique(self.groups[name])
+        cell = places_among(kept, len(self.cells))
+        used, cells = np.unique(self.cells[kept], return_inverse=True)
+        point = places_among(used, len(self.points))
+        moved = {k: np.stack([cell[f[:, 0]], f[:, 1]], axis=1) for k, f in self.boundaries.items()}
+        return replace(
+            self,
+            points=self.points[used],
+            cells=cells.reshape(len(kept), -1),
+            boundaries={k: f[f[:, 0] >= 0] for k, f in moved.items() if (f[:, 0] >= 0).any()},
+            groups={k: _kept(cell[g]) for k, g in self.groups.items() if len(_kept(cell[g]))},
+            node_sets={k: _kept(point[n]) for k, n in self.node_sets.items() if len(_kept(point[n]))},
+            file_nodes=None if self.file_nodes is None else self.file_nodes[used],
+            file_elements=None if self.file_elements is None else self.file_elements[kept],
+        )
+
+
+def _kept(numbers: IntArray) -> IntArray:
+    return numbers[numbers >= 0]
 
 
 T = TypeVar("T", bound=BaseMesh)

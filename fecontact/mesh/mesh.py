@@ -12,7 +12,7 @@ from typing import Any, Self
 import numpy as np
 from skfem import Mesh as SkfemMesh
 
-from fecontact.common.arguments import known_options, text, texts
+from fecontact.common.arguments import known_options, texts
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import whole
 from fecontact.common.errors import InputError
@@ -24,7 +24,6 @@ from fecontact.mesh.facets import (
     facet_centres,
     facet_shapes,
     numbered_between,
-    places_among,
     triangular,
 )
 from fecontact.mesh.hanging_nodes import refuse_hanging
@@ -353,41 +352,6 @@ class Mesh(BaseMesh):
             points.append(self.points[self.cells].mean(axis=1))
             columns.append(start + np.arange(len(self.cells))[:, None])
         return replace(self, points=np.concatenate(points), cells=np.concatenate(columns, axis=1), node_sets=sets)
-
-    def part(self, name: str) -> Mesh:
-        """Mesh of the cells of an element set, for instance one body of a file with several.
-
-        Raises
-        ------
-        InputError
-            If there is no such set, or the mesh has mid-face or hanging nodes.
-        """
-        if text("the name of an element set", name) not in self.groups:
-            known = ", ".join(map(repr, self.groups)) or "none"
-            raise InputError(f"The mesh has no element set {name!r}. Its element sets are: {known}.")
-        if self.midface is not None:
-            raise InputError("Take the part before mid-face nodes are added.")
-        refuse_hanging(self.hanging, "cut into parts")
-        kept = np.unique(self.groups[name])
-        cell = places_among(kept, len(self.cells))
-        used, cells = np.unique(self.cells[kept], return_inverse=True)
-        point = places_among(used, len(self.points))
-        moved = {k: np.stack([cell[f[:, 0]], f[:, 1]], axis=1) for k, f in self.boundaries.items()}
-        return Mesh(
-            self.points[used],
-            cells.reshape(len(kept), -1),
-            {k: f[f[:, 0] >= 0] for k, f in moved.items() if (f[:, 0] >= 0).any()},
-            {k: _kept(cell[g]) for k, g in self.groups.items() if len(_kept(cell[g]))},
-            {k: _kept(point[n]) for k, n in self.node_sets.items() if len(_kept(point[n]))},
-            notes=self.notes,
-            warnings=self.warnings,
-            file_nodes=None if self.file_nodes is None else self.file_nodes[used],
-            file_elements=None if self.file_elements is None else self.file_elements[kept],
-        )
-
-
-def _kept(numbers: IntArray) -> IntArray:
-    return numbers[numbers >= 0]
 
 
 def merge(meshes: list[Mesh], tolerance: float) -> Mesh:

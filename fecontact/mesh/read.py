@@ -343,20 +343,69 @@ def read_section(path: str | Path, part: str | None = None, scale: float = 1.0) 
     number = (np.cumsum(own) - 1)[first]
     named = [(name, np.isin(owner, [k for k, s in enumerate(sheets) if s[0] == name])) for name in names]
     groups = {name: np.unique(number[members]) for name, members in named}
-    cells = _turned(points, cells[own])
+    lines = {k: np.concatenate(v) for k, v in raw.lines.items()}
+    plane, _ = _plane(points, cells[own], groups, lines, raw.node_sets)
+    return SectionMesh(plane.points, plane.cells, plane.boundaries, plane.groups, plane.node_sets)
+
+
+def plane_parts(raw: RawMesh, source: str) -> tuple[PlaneCells, IntArray]:
+    """The plane cells of all parts of a file in the plane z = 0, as sections that may touch, with the file's numbers.
+
+    Also the points (n, 3) that lie between two others: their numbers and those of the others; points on which others
+    depend come first.
+
+    Raises
+    ------
+    MeshError
+        If the cells lie in another plane.
+    """
+    points, cells, _ = _quadratic(raw.points, list(raw.blocks))
+    used = np.unique(cells)
+    if np.ptp(points[used, 2]) > FLAT * np.linalg.norm(np.ptp(points[used], axis=0)):
+        raise MeshError(
+            f"{source}: plane and axisymmetric elements lie in the plane of x and y; their z varies.",
+            code="out-of-plane",
+        )
+    lines = {name: sides_of(cells)[tuple(faces.T)] for name, faces in raw.faces.items()}
+    x = np.stack([points[:, 0], np.zeros(len(points)), points[:, 1]], axis=1)
+    plane, number = _plane(x, cells, raw.groups, lines, raw.node_sets)
+    n, ends = len(raw.points), sides_of(cells).reshape(-1, 2)
+    middles = np.column_stack([cells[:, 4:].ravel(), ends])
+    middles = number[np.unique(middles[(middles[:, 0] >= n) & (ends[:, 0] != ends[:, 1])], axis=0)]
+    ids = np.full(len(plane.points), -1)
+    old = np.flatnonzero(number[:n] >= 0)
+    assert raw.node_ids is not None
+    ids[number[old]] = raw.node_ids[old]
+    later = np.column_stack([plane.cells[:, 4:8].ravel(), sides_of(plane.cells[:, :8]).reshape(-1, 2)])
+    later = later[(ids[later[:, 0]] < 0) & ~np.isin(later[:, 0], middles[:, 0])]
+    return replace(plane, file_nodes=ids), np.concatenate([middles, later])
+
+
+def _plane(
+    points: Array,
+    cells: IntArray,
+    groups: Mapping[str, IntArray],
+    lines: Mapping[str, IntArray],
+    node_sets: Mapping[str, IntArray],
+) -> tuple[PlaneCells, IntArray]:
+    """Quadrilaterals of 8 nodes, of triangles too, with sides of node sets and of named pieces of curves.
+
+    Also the numbers of the points, -1 of those that are not in use.
+    """
+    cells = _turned(points, cells)
     triangle = cells[:, 2] == cells[:, 3]
-    sides = _sides_of_sets(cells, raw.node_sets)
-    sides |= _named_sides(cells, {k: np.concatenate(v) for k, v in raw.lines.items()})
+    sides = _sides_of_sets(cells, node_sets)
+    sides |= _named_sides(cells, lines)
     used, number = np.unique(cells, return_inverse=True)
     back = places_among(used, len(points))
-    sets = {name: back[nodes] for name, nodes in raw.node_sets.items()}
+    sets = {name: back[nodes] for name, nodes in node_sets.items()}
     sets = {name: nodes[nodes >= 0] for name, nodes in sets.items() if (nodes >= 0).any()}
     plane = PlaneCells(points[used], number.reshape(cells.shape), sides, groups, sets)
     if triangle.any():
         parts = [(triangle, section_triangle_division()), (~triangle, section_division(8))]
         plane = divide(plane, [(np.flatnonzero(rows), division) for rows, division in parts if rows.any()])[0]
     kept = ({k: v for k, v in named.items() if len(v)} for named in (plane.boundaries, plane.groups, plane.node_sets))
-    return SectionMesh(plane.points, plane.cells, *kept)
+    return PlaneCells(plane.points, plane.cells, *kept), back
 
 
 def _quadratic(points: Array, blocks: list[tuple[str, IntArray]]) -> tuple[Array, IntArray, IntArray]:
@@ -399,7 +448,7 @@ def _turned(points: Array, cells: IntArray) -> IntArray:
     return out
 
 
-def _named_sides(cells: IntArray, lines: dict[str, IntArray]) -> dict[str, IntArray]:
+def _named_sides(cells: IntArray, lines: Mapping[str, IntArray]) -> dict[str, IntArray]:
     """Sides (n, 2) of cells at named pieces (n, 2) of curves."""
     ends = sides_of(cells).reshape(-1, 2)
     keys = edge_keys(ends)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,11 +19,14 @@ from fecontact.common.arguments import instance, mapping
 from fecontact.common.arrays import IntArray
 from fecontact.common.checks import positive
 from fecontact.common.errors import InputError
+from fecontact.mesh.base_mesh import BaseMesh
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.surface_mesh import SurfaceMesh
 from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.section_curve import CurveSurface
 
+M = TypeVar("M", bound=BaseMesh)
 #: Distance of a node from the master, relative to the size of its facets, up to which it is tied by default.
 NEAR = 0.05
 
@@ -75,7 +79,7 @@ def tied(mesh: Mesh, ties: Mapping[str, str], reach: float | None = None) -> Mes
     return joined_by(mesh, [followers(mesh, slave, master, reach) for slave, master in pairs])
 
 
-def followers(mesh: Mesh, slave: str, master: str, reach: float | None = None) -> Followers:
+def followers(mesh: BaseMesh, slave: str, master: str, reach: float | None = None) -> Followers:
     """Nodes of a slave that follow a master, see `tied`; none where all of them are its own.
 
     Raises
@@ -83,14 +87,16 @@ def followers(mesh: Mesh, slave: str, master: str, reach: float | None = None) -
     InputError
         If no node of the slave lies on the master.
     """
-    surface = FacetSurface(mesh.points, mesh.face_nodes(mesh.faces(master)))
+    facets = mesh.face_nodes(mesh.faces(master))
+    surface = FacetSurface(mesh.points, facets) if isinstance(mesh, Mesh) else CurveSurface(mesh.points, facets)
     nodes = np.setdiff1d(mesh.boundary_nodes(slave), surface.nodes)
     if not len(nodes):
         return Followers(nodes, sp.csr_matrix((0, len(mesh.points))))
     found = surface.project(mesh.points[nodes])
     assert found.weights is not None
     assert found.facet is not None
-    size = np.sqrt(SurfaceMesh.of(mesh, master).areas)[found.facet]
+    sizes = np.sqrt(SurfaceMesh.of(mesh, master).areas) if isinstance(mesh, Mesh) else surface.mean_facet_size
+    size = sizes[found.facet]
     limit = NEAR * size if reach is None else np.full(len(nodes), reach)
     away = np.linalg.norm(found.points - mesh.points[nodes], axis=1)
     on = np.flatnonzero(away <= limit)
@@ -109,7 +115,7 @@ def followers(mesh: Mesh, slave: str, master: str, reach: float | None = None) -
     return Followers(nodes[on], _normalised(found.weights[on]), loose)
 
 
-def joined_by(mesh: Mesh, ties: Sequence[Followers]) -> Mesh:
+def joined_by(mesh: M, ties: Sequence[Followers]) -> M:
     """The mesh with followers on their masters; of nodes with two masters the first counts."""
     ties = [tie for tie in ties if len(tie.nodes)]
     if not ties:

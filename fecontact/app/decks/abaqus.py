@@ -11,6 +11,7 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -36,6 +37,15 @@ from fecontact.app.decks.content import DeckContent, DeckPair, DeckStep, Remarks
 from fecontact.app.decks.cyclic import sector, sector_conditions, sectors_of
 from fecontact.app.decks.heat import expansion_of, temperatures_of
 from fecontact.app.decks.materials import compressibility, hyperelastic, hyperfoam
+from fecontact.app.decks.sections import (
+    AXES,
+    axes_in_section,
+    conditions_in_section,
+    even_on,
+    face_surfaces,
+    in_section,
+    state_of,
+)
 from fecontact.app.options import FINITE
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
@@ -43,9 +53,10 @@ from fecontact.common.material import Material
 from fecontact.contact.overclosure import SoftContact
 from fecontact.fem.laws import Law, at_rest, laws_of
 from fecontact.fem.stiffness import surface_traction
+from fecontact.mesh.base_mesh import BaseMesh
 from fecontact.mesh.build import build
 from fecontact.mesh.facets import places_among
-from fecontact.mesh.formats.abaqus import read_abaqus
+from fecontact.mesh.formats.abaqus import mesh_of
 from fecontact.mesh.formats.abaqus_deck import (
     KeywordSection,
     missing_files,
@@ -55,7 +66,10 @@ from fecontact.mesh.formats.abaqus_deck import (
 )
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.read import plane_parts
+from fecontact.mesh.section_mesh import PlaneCells
 
+M = TypeVar("M", bound=BaseMesh)
 #: Keywords of the mesh, which `read_mesh` reads.
 MESH = {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "PART", "END PART", "ASSEMBLY", "END ASSEMBLY", "INSTANCE"}
 MESH |= {"END INSTANCE", "INCLUDE", "HEADING"}
@@ -69,10 +83,8 @@ OF_TIES = ("MULTISTAGE", "FLUID PERIODIC")
 #: Overclosure of a linear law under a pressure, relative to the shortening of the mesh's size under it, below which the
 #: law is a penalty, as programs need one, and not meant as a soft layer.
 PENALTY = 0.01
-#: Types of elements that bend more than those of full integration.
-SOFTER = r"C3D8[RI]"
-#: Types of plane and axisymmetric elements.
-PLANE = re.compile(r"C(PS|PE|PEG|AX|GAX)\d")
+#: Types of elements that bend more than those of full integration, and linear ones of sections.
+SOFTER, LINEAR = r"C3D8[RI]|C(PS|PE|AX)8R", r"C(PS|PE|AX)[34]"
 
 
 @dataclass
@@ -84,6 +96,7 @@ class Found:
     by_nodes: frozenset[str]
     part: str = ""
     sections: list[tuple[IntArray, str]] = field(default_factory=list)
+    thicknesses: list[float] = field(default_factory=list)
     materials: dict[str, list[KeywordSection]] = field(default_factory=dict)
     interactions: dict[str, list[KeywordSection]] = field(default_factory=dict)
     pairs: list[tuple[KeywordSection, str]] = field(default_factory=list)
@@ -106,13 +119,13 @@ class Found:
         heated = {s.keyword for s in keywords} >= {"EXPANSION", "TEMPERATURE"}
         return cls(instances, types, frozenset(by_nodes), heated=heated)
 
-    def cells(self, s: KeywordSection, mesh: Mesh) -> IntArray:
+    def cells(self, s: KeywordSection, mesh: BaseMesh) -> IntArray:
         """Cells of the set that a keyword names, in a part those of all its instances.
 
         Raises
         ------
         InputError
-            If there is no such set, or it is of plane elements.
+            If there is no such set.
         """
         name = s.parameters.get("ELSET", "")
         known = {k.upper(): v for k, v in mesh.groups.items()}
@@ -125,17 +138,11 @@ class Found:
         ]
         if found:
             return np.unique(np.concatenate(found))
-        if PLANE.match(kind := self.types.get(name.upper(), "")):
-            raise InputError(
-                f"{s.place}: the elements of {name!r} are plane or axisymmetric ({kind}); decks are scenes of "
-                "solids. fc.read_section reads their mesh, for fc.PlaneBody or fc.AxisymmetricBody.",
-                code="elements-not-solid",
-            )
         if self.part and not self.instances.get(self.part):
             return np.zeros(0, np.int64)
         return mesh.groups[look_up(name, mesh.groups, "element set of solids", s.place)]
 
-    def surface(self, name: str, place: str, mesh: Mesh, follows: bool = False) -> str:
+    def surface(self, name: str, place: str, mesh: BaseMesh, follows: bool = False) -> str:
         """Spelling of a surface's name; one that `follows` another may be nodes alone.
 
         Raises
@@ -169,16 +176,26 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
     if missing := missing_files(keywords):
         raise InputError(f"Files that {path.name} includes are missing: {', '.join(missing)}.", code="missing-files")
     found = Found.of(keywords)
-    _refuse_plane(keywords, found)
     first = next((k for k, s in enumerate(keywords) if s.keyword == "STEP"), len(keywords))
-    raw = read_abaqus(path)
-    mesh = _with_faces(build(raw, path.name), found.by_nodes)
+    mesh: Mesh | PlaneCells
+    between, surfaces = None, dict[tuple[str, str], str]()
+    if (state_of_cells := state_of(keywords)) is None:
+        raw = mesh_of(keywords, path.name)
+        mesh = build(raw, path.name)
+    else:
+        loaded, surfaces = face_surfaces(keywords)
+        raw = mesh_of([*keywords, *loaded], path.name, plane=True)
+        mesh, between = plane_parts(raw, path.name)
+    mesh = _with_faces(mesh, found.by_nodes)
     names = _names(keywords[:first], raw, mesh, path.name)
+    names.faces |= surfaces
     for s in keywords:
         if s.keyword == "ELEMENT" and re.match(SOFTER, kind := s.parameters.get("TYPE", "").upper()):
             found.remarks.note(f"{path.name}: elements of type {kind} are integrated in full, so they bend less here.")
+        elif s.keyword == "ELEMENT" and re.match(LINEAR, kind := s.parameters.get("TYPE", "").upper()):
+            found.remarks.note(f"{path.name}: elements of type {kind} are solved as quadrilaterals of 8 nodes.")
     try:
-        conditions = _conditions(keywords[:first], names, found)
+        conditions = _conditions(keywords[:first], names, found, state_of_cells)
         shape = (names.special.count, 3)
         state = StepState(np.full(shape, np.nan), np.zeros(shape), np.zeros(shape, bool))
         if found.heated:
@@ -187,6 +204,11 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
         for s in keywords[:first]:
             owner = _model(s, owner, found, state, names)
         steps = steps_of(keywords[first:], state, names, found.remarks)
+        axes = names.special.axes
+        if state_of_cells is not None:
+            moving = names.special.moving
+            steps = [in_section(each, moving, path.name) for each in steps]
+            conditions, axes = conditions_in_section(conditions, moving), axes_in_section(axes)
         _tell_of_conditions(keywords[:first], steps, names, found.remarks)
         used = {name for _, name in found.sections}
         own = {name: parts for name, parts in found.materials.items() if name in used}
@@ -212,23 +234,27 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
         steps,
         contacts,
         [*found.ties, *tied],
-        [*mesh.notes, *found.remarks.all_notes],
+        [*getattr(mesh, "notes", ()), *found.remarks.all_notes],
         warnings=found.remarks.warnings,
         finite_motion=follows_motion(keywords),
         conditions=conditions,
-        axes=names.special.axes,
+        axes=axes,
+        state=state_of_cells,
+        thicknesses=found.thicknesses,
+        between=between,
     )
 
 
-def _with_faces(mesh: Mesh, by_nodes: Collection[str]) -> Mesh:
+def _with_faces(mesh: M, by_nodes: Collection[str]) -> M:
     """The mesh with the faces that surfaces of nodes fill as boundaries of their names; of the others nodes remain."""
-    outer, found = mesh.outer_faces, dict(mesh.boundaries)
+    outer, found = mesh.outer, dict(mesh.boundaries)
     if any(name.upper() in by_nodes for name in mesh.node_sets):
         facets = mesh.face_nodes(outer)
         added = np.zeros(facets.shape, bool) if mesh.file_nodes is None else mesh.file_nodes[facets] < 0
     for name, nodes in mesh.node_sets.items():
         if name.upper() in by_nodes:
             filled = (added | np.isin(facets, nodes)).all(axis=1)
+            found.pop(name, None)
             if np.isin(nodes, facets[filled]).all():
                 found[name] = outer[filled]
     return replace(mesh, boundaries=found)
@@ -252,7 +278,7 @@ def _tell_of_conditions(
         remarks.warn(f"{curved[0].place}: a reference node is turned by {most:.3g}, but conditions are linear.")
 
 
-def _names(model: Sequence[KeywordSection], raw: RawMesh, mesh: Mesh, source: str) -> Names:
+def _names(model: Sequence[KeywordSection], raw: RawMesh, mesh: Mesh | PlaneCells, source: str) -> Names:
     """Nodes and sets of the mesh, and the nodes outside of it that conditions use."""
     sets = frozenset(s.parameters["NSET"].upper() for s in model if "NSET" in s.parameters)
     assert raw.node_ids is not None
@@ -268,11 +294,12 @@ def _names(model: Sequence[KeywordSection], raw: RawMesh, mesh: Mesh, source: st
     inside = {name: place[members] + len(mesh.points) for name, members in known.items() if (place[members] >= 0).any()}
     reference_sets = {name: found[found >= len(mesh.points)] for name, found in inside.items()}
     names = Names(mesh, source, sets, raw.node_ids[beside], reference_sets)
-    names.special = Nodes(np.concatenate([mesh.points, raw.points[beside]]), len(mesh.points), names.all_nodes)
+    points = mesh.points if isinstance(mesh, Mesh) else mesh.points[:, AXES]
+    names.special = Nodes(np.concatenate([points, raw.points[beside]]), len(mesh.points), names.all_nodes)
     return names
 
 
-def _conditions(model: Sequence[KeywordSection], names: Names, given: Found) -> sp.csr_matrix | None:
+def _conditions(model: Sequence[KeywordSection], names: Names, given: Found, state: str | None) -> sp.csr_matrix | None:
     """Linear conditions, those of sectors among them, after the axes of nodes that *TRANSFORM turns."""
     mesh, special = names.mesh, names.special
     for s in model:
@@ -285,6 +312,8 @@ def _conditions(model: Sequence[KeywordSection], names: Names, given: Found) -> 
         nodes = mesh.boundary_nodes(named)
         if named not in mesh.boundaries:
             return nodes, np.ones(len(nodes))
+        if not isinstance(mesh, Mesh):
+            return nodes, even_on(mesh, named, state == "axis")[nodes]
         even = surface_traction(mesh, mesh.faces(named), lambda x, n: np.broadcast_to([1.0, 0.0, 0.0], x.shape))
         return nodes, even[3 * nodes]
 
@@ -293,27 +322,12 @@ def _conditions(model: Sequence[KeywordSection], names: Names, given: Found) -> 
 
     parts = [conditions_of(model, special, faces, cells)]
     for tie, line, cyclic in sectors_of(model):
+        if not isinstance(mesh, Mesh):
+            raise InputError(f"{tie.place}: a sector of plane elements is not done here.", code="not-supported")
         pair = _pair(line, tie.place, 0.0, given, mesh)
         parts.append(sector_conditions(mesh, sector(tie, (pair.slave, pair.master), cyclic), 3 * special.count))
     found = sp.vstack(parts, format="csr")
     return found if found.shape[0] else None
-
-
-def _refuse_plane(keywords: Sequence[KeywordSection], found: Found) -> None:
-    """Refuse a deck whose elements are all plane or axisymmetric.
-
-    Raises
-    ------
-    InputError
-        If no element is a solid.
-    """
-    kinds = [s.parameters.get("TYPE", "").upper() for s in keywords if s.keyword == "ELEMENT"]
-    if kinds and all(map(PLANE.match, kinds)):
-        raise InputError(
-            f"{keywords[0].place.partition(',')[0]}: all elements are plane or axisymmetric ({kinds[0]}); decks are "
-            "scenes of solids. fc.read_section reads their mesh, for fc.PlaneBody or fc.AxisymmetricBody.",
-            code="elements-not-solid",
-        )
 
 
 def _model(
@@ -333,6 +347,8 @@ def _model(
         owner.append(s)
     elif s.keyword == "SOLID SECTION":
         found.sections.append((found.cells(s, names.mesh), s.parameters.get("MATERIAL", "").upper()))
+        given = values_of(s.lines[0]) if s.lines and s.lines[0].strip(", ") else [1.0]
+        found.thicknesses.append(given[0] or 1.0)
         if "ORIENTATION" in s.parameters:
             found.remarks.note(f"{s.place}: the orientation is not used; materials are isotropic.")
     elif s.keyword == "CONTACT PAIR":
@@ -358,7 +374,7 @@ def _model(
 
 
 def _pair(
-    line: str, place: str, friction: float, found: Found, mesh: Mesh, reach: str | None = None, ties: bool = False
+    line: str, place: str, friction: float, found: Found, mesh: BaseMesh, reach: str | None = None, ties: bool = False
 ) -> DeckPair:
     """Slave and master of a data line."""
     words = [word.strip() for word in line.split(",")]
@@ -368,7 +384,7 @@ def _pair(
     return DeckPair(slave, master, friction, place, None if reach is None else values_of(reach)[0])
 
 
-def _pairs(found: Found, mesh: Mesh, materials: dict[str, Material | Law]) -> tuple[list[DeckPair], list[DeckPair]]:
+def _pairs(found: Found, mesh: BaseMesh, materials: dict[str, Material | Law]) -> tuple[list[DeckPair], list[DeckPair]]:
     """Contacts, and pairs that are tied; what is solved differently is noted or warned of."""
     contacts: list[DeckPair] = []
     tied: list[DeckPair] = []

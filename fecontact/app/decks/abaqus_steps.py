@@ -21,6 +21,7 @@ from fecontact.common.errors import InputError
 from fecontact.mesh.formats.abaqus_deck import KeywordSection, labelled_faces, values_of
 from fecontact.mesh.kinds import BY_MESHIO
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section_mesh import PlaneCells
 
 #: Keywords that change the question, and how; a scene without them would answer another one.
 REFUSED = {
@@ -104,7 +105,7 @@ class Names:
     nodes, `reference_sets` their places by set, `special` what conditions say of nodes.
     """
 
-    mesh: Mesh
+    mesh: Mesh | PlaneCells
     source: str
     node_sets: frozenset[str]
     references: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
@@ -212,7 +213,7 @@ class StepState:
     forces: Array
     given: Mask
     pressures: dict[str, float] = field(default_factory=dict)
-    gravity: Array = field(default_factory=lambda: np.zeros(3))
+    gravity: dict[str, tuple[IntArray | slice, Array]] = field(default_factory=dict)
     rotations: list[Rotation] = field(default_factory=list)
     initial: Array = field(default_factory=lambda: np.zeros(0))
     temperatures: Array = field(default_factory=lambda: np.zeros(0))
@@ -242,10 +243,30 @@ class StepState:
         self.pressures[name] = value + (self.pressures[name] if name in self.fresh else 0.0)
         self.fresh.add(name)
 
-    def pull(self, gravity: Array) -> None:
-        """Add to gravity."""
-        self.gravity = gravity + (self.gravity if "GRAV" in self.fresh else 0.0)
-        self.fresh.add("GRAV")
+    def pull(self, name: str, cells: IntArray | slice, gravity: Array) -> None:
+        """Add to gravity on a set of cells."""
+        before = self.gravity[name][1] if f"GRAV {name}" in self.fresh else 0.0
+        self.gravity[name] = cells, gravity + before
+        self.fresh.add(f"GRAV {name}")
+
+    def weight(self, n_cells: int, name: str) -> Array:
+        """Gravity (3,) on all cells.
+
+        Raises
+        ------
+        InputError
+            If it differs from cell to cell.
+        """
+        each = np.zeros((n_cells, 3))
+        for cells, gravity in self.gravity.values():
+            each[cells] += gravity
+        if (np.ptp(each, axis=0) > ROUNDING * np.abs(each).max()).any():
+            raise InputError(
+                f"{name}: gravity differs between elements (GRAV of {', '.join(map(repr, self.gravity))}); here it is "
+                "the same on all of them.",
+                code="gravity-differs",
+            )
+        return each[0]
 
     def turn(self, rotation: Rotation) -> None:
         """Add to the forces of rotations."""
@@ -293,13 +314,14 @@ def steps_of(keywords: Sequence[KeywordSection], model: StepState, names: Names,
                 if s.keyword not in ("STEP", "END STEP", *STATIC):
                     apply(s, state, names, (its, total), remarks if k == len(done) else Remarks())
                 _warn_of_bends(s, state, (its, total, period), k == len(done), remarks)
-        out.append(_ended(f"step {number}", state, names.special.axes))
+        weight = state.weight(len(names.mesh.cells), f"{names.source}, step {number}")
+        out.append(_ended(f"step {number}", state, weight, names.special.axes))
     if not out:
         raise InputError(f"{names.source} has no static step (*STEP with *STATIC), so there is nothing to solve.")
     return out
 
 
-def _ended(name: str, state: StepState, axes: Mapping[int, Array]) -> DeckStep:
+def _ended(name: str, state: StepState, weight: Array, axes: Mapping[int, Array]) -> DeckStep:
     """The end of a step, in the axes of space where these or their supports allow it."""
     held, forces, along = state.held.copy(), state.forces.copy(), np.full(state.held.shape, np.nan)
     for node, own in axes.items():
@@ -316,7 +338,7 @@ def _ended(name: str, state: StepState, axes: Mapping[int, Array]) -> DeckStep:
             else:
                 along[node, c] = state.held[node, c]
     oblique = along if np.isfinite(along).any() else None
-    pull = together(state.gravity, state.rotations)
+    pull = together(weight, state.rotations)
     return DeckStep(
         name, held, forces, state.pressures, gravity=pull, along=oblique, heat=state.heat, removed=state.removed
     )
@@ -421,7 +443,8 @@ def _reset(s: KeywordSection, state: StepState) -> None:
         state.forces[:] = 0.0
     else:
         state.pressures.clear()
-        state.gravity, state.rotations = np.zeros(3), []
+        state.gravity.clear()
+        state.rotations = []
 
 
 def _hold(line: Line) -> None:
@@ -468,9 +491,8 @@ def _load_cells(line: Line) -> None:
     words, names, place = line.words, line.names, line.s.place
     label = words[1].upper()
     if label == "GRAV":
-        if words[0] and len(names.cells(words[0], place)) < len(names.mesh.cells):
-            line.remarks.warn(f"{place}: gravity acts on all bodies with a density, not on {words[0]!r} alone.")
-        line.state.pull(line.value(2) * np.array([_number(word) for word in words[3:6]]))
+        cells = names.cells(words[0], place) if words[0] else slice(None)
+        line.state.pull(words[0].upper(), cells, line.value(2) * np.array([_number(word) for word in words[3:6]]))
     elif label == "CENTRIF":
         if words[0] and len(names.cells(words[0], place)) < len(names.mesh.cells):
             line.remarks.warn(f"{place}: CENTRIF acts on all bodies with a density, not on {words[0]!r} alone.")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,24 +15,31 @@ from fecontact.app.decks.conditions import BodyConditions, of_body, with_support
 from fecontact.app.decks.content import DeckContent, DeckFrame, DeckPair, DeckRigid, DeckStep
 from fecontact.app.decks.gaps import with_gaps
 from fecontact.app.decks.heat import changes
+from fecontact.app.decks.sections import thickness_of
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.rigid import Plane, RigidBody
+from fecontact.bodies.section import AxisymmetricBody, PlaneBody
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
 from fecontact.contact.loads import KEYED
 from fecontact.fem.laws import laws_of
-from fecontact.fem.rigid import COMPONENTS, rigid_modes
+from fecontact.fem.rigid import COMPONENTS
+from fecontact.mesh.base_mesh import BaseMesh
 from fecontact.mesh.build import MIXED
 from fecontact.mesh.element import EDGES
+from fecontact.mesh.facets import sides_of
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.scene.scene import Scene
 from fecontact.surfaces import Facets
 from fecontact.surfaces.tied import followers, joined_by
 
+M = TypeVar("M", bound=BaseMesh)
 
-def tied(mesh: Mesh, ties: Sequence[DeckPair]) -> Mesh:
+
+def tied(mesh: M, ties: Sequence[DeckPair]) -> M:
     """The mesh with the slaves of ties on their masters, see `surfaces.tied`; warnings name the line of the deck.
 
     Raises
@@ -138,16 +145,37 @@ def _with_added_nodes(deck: DeckContent) -> DeckContent:
     ids = deck.mesh.file_nodes
     if ids is None or (ids >= 0).all():
         return deck
-    nodes, ends = deck.mesh.cells[:, 8:20].ravel(), deck.mesh.cells[:, EDGES].reshape(-1, 2)
-    nodes, ends = nodes[added := ids[nodes] < 0], ends[added]
+    if deck.between is None:
+        nodes, ends = deck.mesh.cells[:, 8:20].ravel(), deck.mesh.cells[:, EDGES].reshape(-1, 2)
+        nodes, ends = nodes[added := ids[nodes] < 0], ends[added]
+    else:
+        nodes, ends = deck.between[:, 0], deck.between[:, 1:]
     steps = []
     for s in deck.steps:
         held = s.held.copy()
-        held[nodes] = s.held[ends].mean(axis=1)
+        for _ in range(2):  # parts of divided triangles lie between such nodes
+            held[nodes] = held[ends].mean(axis=1)
         forces = s.forces.copy()
         forces[: len(ids)][ids < 0] = 0.0
-        steps.append(replace(s, held=held, forces=forces))
+        heat = s.heat if deck.between is None or s.heat is None else _heat_between(deck, s.heat)
+        steps.append(replace(s, held=held, forces=forces, heat=heat))
     return replace(deck, steps=steps)
+
+
+def _heat_between(deck: DeckContent, given: Array) -> Array:
+    """Temperatures at all points of sections, by those of nodes: in the middles of sides and of triangles."""
+    ids, between, out = deck.mesh.file_nodes, deck.between, given.copy()
+    assert ids is not None
+    assert between is not None
+    inner = np.setdiff1d(np.flatnonzero(ids < 0), between[:, 0])
+    sides = sides_of(deck.mesh.cells[:, :8]).reshape(-1, 2)
+    sides = np.concatenate([sides, sides[:, ::-1]])
+    sides = sides[np.isin(sides[:, 0], inner)]
+    for _ in range(2):
+        out[between[:, 0]] = out[between[:, 1:]].mean(axis=1)
+        out[inner] = 0.0
+        np.add.at(out, sides[:, 0], out[sides[:, 1]] / np.bincount(sides[:, 0], minlength=len(out))[sides[:, 0]])
+    return out
 
 
 def _of_one_set_of_contacts(deck: DeckContent) -> DeckContent:
@@ -250,11 +278,12 @@ def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
             f"{deck.source}: {len(lost)} elements of {name!r} have no material; the first is {numbers[0]}.",
             code="no-material",
         )
-    whole = replace(whole, cells=whole.cells[:, : _columns(whole, cells)])
-    mesh = replace(whole, groups={name: cells, **{k: g for k, g in groups.items() if len(g)}}).part(name)
-    mesh = replace(mesh, notes=())  # the scene has them
+    if isinstance(whole, Mesh):
+        # the scene has the notes
+        whole = replace(whole, cells=whole.cells[:, : _columns(whole, cells)], notes=())
+    mesh: Any = replace(whole, groups={name: cells, **{k: g for k, g in groups.items() if len(g)}}).part(name)
     nodes = np.unique(whole.cells[cells])
-    if whole.midface is None and len(nodes) != len(mesh.points):
+    if len(nodes) != len(mesh.points):
         raise InputError(f"{deck.source}: {name!r} has nodes that are not its own.")
     mesh, supports = _supported(mesh, deck.steps[0].held[nodes])
     sets = {*mesh.boundaries, *mesh.node_sets}
@@ -264,7 +293,27 @@ def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
     material: Any = next(iter(materials.values())) if len(materials) == 1 else materials
     conditions = _conditions(deck, nodes)
     rows = None if conditions is None else conditions.rows
-    body = ElasticBody(mesh, material, tuple(touching), supports, name=name, geometry="plain", conditions=rows)
+    options: dict[str, Any] = {"name": name, "conditions": rows}
+    given = (material, tuple(touching), supports)
+    body: ElasticBody
+    if deck.state is None:
+        body = ElasticBody(mesh, *given, geometry="plain", **options)
+    else:
+        section = SectionMesh(
+            mesh.points,
+            mesh.cells,
+            mesh.boundaries,
+            mesh.groups,
+            mesh.node_sets,
+            hanging=mesh.hanging,
+            file_nodes=mesh.file_nodes,
+            warnings=mesh.warnings,
+        )
+        if deck.state == "axis":
+            body = AxisymmetricBody(section, *given, **options)
+        else:
+            thickness = thickness_of(cells, deck.sections, deck.thicknesses, name)
+            body = PlaneBody(section, *given, thickness=thickness, plane=deck.state, **options)
     return DeckBody(body, nodes, conditions)
 
 
@@ -278,7 +327,7 @@ def _conditions(deck: DeckContent, nodes: IntArray) -> BodyConditions | None:
     return found if found is not None and found.rows.shape[0] + found.forces.nnz else None
 
 
-def _supported(mesh: Mesh, held: Array) -> tuple[Mesh, dict[str, str]]:
+def _supported(mesh: Any, held: Array) -> tuple[Any, dict[str, str]]:
     """The mesh with the nodes (n_points, 3) held in each component as node sets, and the supports of these."""
     fixed = np.isfinite(held)
     sets: dict[str, IntArray] = {}
@@ -454,7 +503,7 @@ def _frame_motion(body: ElasticBody, held: Array) -> dict[str, float] | None:
     values = held[node, component]
     if not values.any():
         return {}
-    A = rigid_modes(body.mesh.points[: len(held)], body.reference_point).reshape(-1, 3, 6)[node, component]
+    A = body.rigid_modes.reshape(-1, 3, 6)[node, component]
     scale = np.array([1.0] * 3 + [1 / body.size] * 3)
     for columns in (slice(0, 3), slice(0, 6)):
         q = np.zeros(6)

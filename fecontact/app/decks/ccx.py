@@ -26,6 +26,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from fecontact.app.decks.abaqus_steps import STATIC
+from fecontact.app.decks.sections import AXES, state_of
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.compact_repr import compact_repr
@@ -35,6 +36,8 @@ from fecontact.results.result import ContactResult
 
 #: Requests for results, in every step.
 REQUESTS = "*NODE FILE\nU, RF\n*CONTACT FILE\nCSTR\n"
+#: The same of sections, of which ccx makes solids: at the nodes of the deck.
+PLANE_REQUESTS = "*NODE FILE, OUTPUT=2D\nU, RF\n"
 #: Fields of .frd files that are read; the fourth component of the last is the pressure.
 DISPLACEMENTS, FORCES, CONTACT = "DISP", "FORC", "CONTACT"
 #: How many times as stiff the penalties of the second run are.
@@ -199,7 +202,8 @@ def _solved(program: str, name: str, sections: list[KeywordSection]) -> tuple[di
     """Fields of the last time by ccx, and its seconds."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "deck.inp"
-        copy.write_text("".join(map(_text, sections)), encoding="utf-8")
+        requests = REQUESTS if state_of(sections) is None else PLANE_REQUESTS
+        copy.write_text("".join(_text(section, requests) for section in sections), encoding="utf-8")
         start = time.perf_counter()
         ran = subprocess.run(
             [program, "deck"], cwd=folder, capture_output=True, text=True, errors="replace", check=False
@@ -213,18 +217,24 @@ def _solved(program: str, name: str, sections: list[KeywordSection]) -> tuple[di
     return fields, seconds
 
 
-def _text(section: KeywordSection) -> str:
+def _text(section: KeywordSection, requests: str) -> str:
     """A keyword as it is written, with requests for results before the end of a step."""
     parameters = "".join(f", {name}={value}" if value else f", {name}" for name, value in section.parameters.items())
     lines = "".join(f"{line}\n" for line in section.lines)
-    return f"{REQUESTS if section.keyword == 'END STEP' else ''}*{section.keyword}{parameters}\n{lines}"
+    return f"{requests if section.keyword == 'END STEP' else ''}*{section.keyword}{parameters}\n{lines}"
 
 
-def compared(result: ContactResult, fields: Mapping[str, FrdField], seconds: float) -> BesideCcx:
+def _in_axes_of(body: ElasticBody, values: Array) -> Array:
+    """Values (n, k) of ccx in the axes of a body: a section here lies in the plane of x and z, there of x and y."""
+    return values if body._dimension == "space" else np.concatenate([values[:, AXES], values[:, 3:]], axis=1)
+
+
+def compared(result: ContactResult, whole: Mapping[str, FrdField], seconds: float) -> BesideCcx:
     """Figures of a result and of the fields of ccx: motions and forces of each body, the largest pressure, time."""
     rows, apart = [], {}
-    given = fields[DISPLACEMENTS]
     for body in elastic_among(result.scene.bodies):
+        fields = {name: replace(field, values=_in_axes_of(body, field.values)) for name, field in whole.items()}
+        given = fields[DISPLACEMENTS]
         numbers = body.mesh.file_nodes
         assert numbers is not None
         _, own, other = np.intersect1d(numbers, given.nodes, return_indices=True)
@@ -235,12 +245,14 @@ def compared(result: ContactResult, fields: Mapping[str, FrdField], seconds: flo
         if FORCES in fields and any(body in contact.bodies for contact in result.contacts):
             taken = sum(_on(contact, body) for contact in result.contacts) + np.zeros(3)
             force = fields[FORCES].at(numbers)[:, :3].sum(axis=0)
+            if body._dimension == "axis":
+                force[:2] = 0.0  # of a ring
             rows.append((f"contact force on {body.name}", float(np.linalg.norm(taken)), float(np.linalg.norm(force))))
         elif FORCES in fields:
             # nothing touches it, so that its forces sum to zero: those of every support by itself
             rows.append((f"forces of supports on {body.name}", *_held_forces(body, result, fields[FORCES])))
-    if CONTACT in fields and result.contacts:
-        peak = float(fields[CONTACT].values[:, 3].max(initial=0.0))
+    if CONTACT in whole and result.contacts:
+        peak = float(whole[CONTACT].values[:, 3].max(initial=0.0))
         rows.append(("largest pressure", max(c.max_pressure for c in result.contacts), peak))
     return BesideCcx([*rows, ("seconds", result.seconds["total"], seconds)], apart)
 

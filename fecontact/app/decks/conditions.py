@@ -48,7 +48,9 @@ class Nodes:
     n_mesh : int
         Points of the mesh.
     rotations : dict of int to int
-        The places, beyond the points, of the rotations of a reference node.
+        The places of the rotations of reference nodes.
+    added : int
+        How many of these are beyond the points.
     axes : dict of int to (3, 3) array
         Directions of the components of displacement, where *TRANSFORM gives them, as rows.
     find : callable
@@ -59,16 +61,25 @@ class Nodes:
     n_mesh: int
     find: Callable[[str, str], IntArray]
     rotations: dict[int, int] = field(default_factory=dict)
+    added: int = 0
     axes: dict[int, Array] = field(default_factory=dict)
 
     @property
     def count(self) -> int:
         """Places of points and rotations."""
-        return len(self.points) + len(self.rotations)
+        return len(self.points) + self.added
+
+    @property
+    def moving(self) -> Mask:
+        """Mask of the places that are no rotations."""
+        return ~np.isin(np.arange(self.count), list(self.rotations.values()))
 
     def rotation(self, node: int) -> int:
         """Place of the rotation of a node, a new one if it has none."""
-        return self.rotations.setdefault(node, len(self.points) + len(self.rotations))
+        if node not in self.rotations:
+            self.rotations[node] = self.count
+            self.added += 1
+        return self.rotations[node]
 
     def one(self, name: str, place: str) -> int:
         """Place of the only node of a name.
@@ -274,9 +285,9 @@ def _rigid(s: KeywordSection, nodes: Nodes, cells: Callable[[str, str], IntArray
         what = f"with {', '.join(left)}" if left else "without REF NODE"
         raise InputError(f"{s.place}: *RIGID BODY {what} is not done here.", code="not-supported")
     node = nodes.one(s.parameters["REF NODE"], s.place)
-    turn = nodes.rotation(node)
     if "ROT NODE" in s.parameters:
-        turn = nodes.one(s.parameters["ROT NODE"], s.place)
+        nodes.rotations[node] = nodes.one(s.parameters["ROT NODE"], s.place)
+    turn = nodes.rotation(node)
     sets = [nodes.find(s.parameters["NSET"], s.place)] if "NSET" in s.parameters else []
     sets += [cells(s.parameters["ELSET"], s.place)] if "ELSET" in s.parameters else []
     if not sets:
@@ -317,12 +328,13 @@ def _distribute(node: int, turn: int, members: IntArray, w: Array, nodes: Nodes,
     centre = w @ x
     r = x - centre
     T = np.einsum("n,nij->ij", w, (r * r).sum(axis=1)[:, None, None] * np.eye(3) - r[:, :, None] * r[:, None, :])
-    if np.linalg.cond(T) > 1 / RANK:
+    # nodes of a section turn in its plane alone
+    if np.linalg.cond(T) > 1 / RANK and np.ptp(nodes.points[:, 2]):
         raise InputError(f"{place}: the nodes of a distributing coupling lie on a line.", code="coupling")
     cross = np.zeros((len(x), 3, 3))
     cross[:, 0, 1], cross[:, 0, 2], cross[:, 1, 2] = -r[:, 2], r[:, 1], -r[:, 0]
     cross -= cross.transpose(0, 2, 1)
-    spin = np.einsum("ij,n,njk->ink", np.linalg.inv(T), w, cross)
+    spin = np.einsum("ij,n,njk->ink", np.linalg.pinv(T, rcond=RANK), w, cross)
     arm = nodes.points[node] - centre
     lever = np.array([[0.0, arm[2], -arm[1]], [-arm[2], 0.0, arm[0]], [arm[1], -arm[0], 0.0]])
     every = (3 * members[:, None] + np.arange(3)).ravel()

@@ -14,6 +14,7 @@ from fecontact.common.material import Material
 from fecontact.contact.overclosure import SoftContact
 from fecontact.fem.laws import Law
 from fecontact.mesh.mesh import Mesh
+from fecontact.mesh.section_mesh import PlaneCells
 from fecontact.mesh.surface_mesh import SurfaceMesh
 
 
@@ -159,7 +160,7 @@ class DeckContent:
     Attributes
     ----------
     source, title : str
-    mesh : Mesh
+    mesh : Mesh or PlaneCells
     sections : sequence of (IntArray, str)
         Cells of each material.
     materials : mapping of str to Material or Law
@@ -177,11 +178,17 @@ class DeckContent:
         Linear conditions between displacements, see `conditions`.
     axes : mapping of int to (3, 3) array
         Axes of nodes that have their own, as rows.
+    state : str, optional
+        'axis', 'strain' or 'stress' of sections, whose mesh is of `PlaneCells`; None for solids.
+    thicknesses : sequence of float
+        Of the sections, in their order.
+    between : (n, 3) int array, optional
+        Points of sections that are no nodes of the deck and lie between two others: their numbers, and those of these.
     """
 
     source: str
     title: str
-    mesh: Mesh
+    mesh: Mesh | PlaneCells
     sections: Sequence[tuple[IntArray, str]]
     materials: Mapping[str, Material | Law]
     steps: Sequence[DeckStep]
@@ -193,6 +200,9 @@ class DeckContent:
     finite_motion: bool | None = None
     conditions: sp.csr_matrix | None = None
     axes: Mapping[int, Array] = field(default_factory=dict)
+    state: str | None = None
+    thicknesses: Sequence[float] = ()
+    between: IntArray | None = None
 
 
 def look_up(name: str, known: Mapping[str, IntArray], what: str, place: str) -> str:

@@ -8,15 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
 from fecontact.app.decks.content import DeckPair
+from fecontact.mesh.base_mesh import BaseMesh
 from fecontact.mesh.mesh import Mesh
 from fecontact.surfaces.facet_surface import FacetSurface
+from fecontact.surfaces.section_curve import CurveSurface
+
+M = TypeVar("M", bound=BaseMesh)
 
 
-def with_gaps(mesh: Mesh, pairs: Sequence[DeckPair]) -> Mesh:
+def with_gaps(mesh: M, pairs: Sequence[DeckPair]) -> M:
     """The mesh with the gaps that pairs ask for.
 
     Examples
@@ -33,7 +38,9 @@ def with_gaps(mesh: Mesh, pairs: Sequence[DeckPair]) -> Mesh:
     for pair in pairs:
         if pair.adjust is None and pair.clearance is None:
             continue
-        master = FacetSurface(mesh.points, mesh.face_nodes(mesh.faces(pair.master)))
+        facets = mesh.face_nodes(mesh.faces(pair.master))
+        kind = FacetSurface if isinstance(mesh, Mesh) else CurveSurface
+        master = kind(mesh.points, facets)
         nodes = np.setdiff1d(mesh.boundary_nodes(pair.slave), master.nodes)
         found = master.project(mesh.points[nodes])
         faces = ~found.outside

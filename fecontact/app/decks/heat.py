@@ -99,8 +99,9 @@ def temperatures_of(
 def changes(mesh: Mesh, change: Array, nodes: IntArray) -> Array:
     """Changes of temperature (n,) at the points of a body's mesh, of nodes (k,) of the deck and of faces' middles."""
     own = change[nodes]
-    if mesh.midface is None or len(own) == len(mesh.points):
+    if len(own) == len(mesh.points):
         return own
+    assert mesh.midface is not None
     out = np.concatenate([own, np.zeros(len(mesh.points) - len(own))])
     cells, faces = np.nonzero(mesh.midface >= 0)
     corners = mesh.face_nodes(np.stack([cells, faces], axis=1))[:, :4]

@@ -93,21 +93,25 @@ def read_abaqus(path: Path, part: str | None = None) -> RawMesh:
     MeshError
         If the file has unknown elements, broken numbers or missing references.
     """
-    found = one_spelling(list(read_sections(path)))
+    return mesh_of(one_spelling(list(read_sections(path))), path.name, part)
+
+
+def mesh_of(found: list[KeywordSection], source: str, part: str | None = None, plane: bool = False) -> RawMesh:
+    """The mesh of keywords, as `read_abaqus`; or the plane one of their sections."""
     missing = missing_files(found)
     try:
         refuse_generated(found)
-        sections = _by_place(found, path.name)
+        sections = _by_place(found, source)
         if sections.parts or sections.instances:
-            raw = _assembled(sections, path.name, part)
+            raw = _assembled(sections, source, part, plane)
         else:
-            raw = read_deck(sections.outside, path.name).raw
-            raw = raw if part is None else part_of(raw, part, path.name)
+            raw = read_deck(sections.outside, source, plane).raw
+            raw = raw if part is None else part_of(raw, part, source)
     except (ValueError, IndexError, OverflowError) as error:
         also = f" Files that it includes are missing: {', '.join(missing)}." if missing else ""
         if isinstance(error, InputError | MeshError):
             raise type(error)(f"{error}{also}", code=error.code) from None
-        raise MeshError(f"{path.name} holds a line that cannot be read: {error}.{also}", code="bad-line") from error
+        raise MeshError(f"{source} holds a line that cannot be read: {error}.{also}", code="bad-line") from error
     left = {**raw.left, **{f"file to be included, {name}, which is missing": 1 for name in missing}}
     return replace(raw, left=left)
 
@@ -139,9 +143,9 @@ def _has_nodes(sections: list[KeywordSection]) -> bool:
     return any(s.keyword == "NODE" and s.lines for s in sections)
 
 
-def _assembled(sections: InstanceParts, source: str, part: str | None) -> RawMesh:
+def _assembled(sections: InstanceParts, source: str, part: str | None, plane: bool = False) -> RawMesh:
     """One mesh of all instances, with their sets and those of the assembly."""
-    instances = _chosen(_instances(sections, source), source, part)
+    instances = _chosen(_instances(sections, source, plane), source, part)
     kept = [i for i in instances if i.first_point >= 0]
     solid = [i for i in kept if len(i.deck.kinds)]
     if not solid and not any(i.deck.raw.shells for i in kept):
@@ -170,7 +174,7 @@ def _names(raw: RawMesh) -> tuple[str, ...]:
     return (*raw.groups, *raw.shells, *raw.faces, *raw.node_sets)
 
 
-def _instances(sections: InstanceParts, source: str) -> list[Instance]:
+def _instances(sections: InstanceParts, source: str, plane: bool = False) -> list[Instance]:
     """Placed copies of the parts; without an assembly each part has its own coordinates."""
     by_name = {name.upper(): (name, content) for name, content in sections.parts.items()}
     decks: dict[str, Deck] = {}
@@ -184,7 +188,7 @@ def _instances(sections: InstanceParts, source: str) -> list[Instance]:
             raise MeshError(f"{source}: the instance {name!r} is of the part {part!r}; the parts are: {known}.")
         part, content = by_name[part.upper()]
         if own or part not in decks:
-            deck = read_deck([*content, *own], source) if _has_nodes([*content, *own]) else _nothing(source)
+            deck = read_deck([*content, *own], source, plane) if _has_nodes([*content, *own]) else _nothing(source)
         else:
             deck = decks[part]
         if not own:

@@ -224,12 +224,16 @@ SHELLS = {"3": 3, "4": 4, "6": 6, "8": 8, "9": 9, "65": 6}
 _SHELL = re.compile(r"(?:STRI|SFM3D|M3D|R3D|DS|SC|CPS|CPE|CAX|DC2D|S)(\d+)[A-Z]*$")
 #: Kinds of plane elements (CPS, CPE, CAX) by their number of nodes.
 SHEETS = {3: "tri3", 4: "quad4", 6: "tri6", 8: "quad8"}
+SHEET = re.compile(r"(CPS|CPE|CAX)([3468])[RIHM]*$")
 #: Local face of the hexahedron for S1, S2, ... of each shape (its faces: -x, +x, -y, +y, -z, +z).
 FACES = {
     "hex": (4, 5, 2, 1, 3, 0),
     "wedge": (4, 5, 2, 1, 0),
     "pyramid": (4, 2, 1, 3, 0),
     "tet": (4, 2, 1, 0),
+    # sides of sections, of which a triangle has its last corner twice
+    "quad": (0, 1, 2, 3),
+    "tri": (0, 1, 3),
 }
 
 
@@ -265,8 +269,8 @@ class Deck:
         return np.repeat(kinds, np.array([len(cells) for _, cells in self.raw.blocks], dtype=np.int64))
 
 
-def read_deck(sections: list[KeywordSection], source: str) -> Deck:
-    """Mesh from keywords; shells and others are left out and counted.
+def read_deck(sections: list[KeywordSection], source: str, plane: bool = False) -> Deck:
+    """Mesh from keywords, or the plane one of CPS, CPE and CAX; shells and others are left out and counted.
 
     Raises
     ------
@@ -284,7 +288,7 @@ def read_deck(sections: list[KeywordSection], source: str) -> Deck:
     shell_rows = [np.zeros((0, 5), np.int64)]
     sheets: list[tuple[str, str, IntArray]] = []
     for section in (s for s in sections if s.keyword == "ELEMENT" and s.lines):
-        kind, n_nodes = _kind(section.parameters.get("TYPE", ""))
+        kind, n_nodes = _kind(section.parameters.get("TYPE", ""), plane)
         name = section.parameters.get("ELSET")
         if n_nodes == 0:
             others.append(_first_numbers(section))
@@ -371,9 +375,12 @@ def _refuse_other_elements(ids: IntArray, blocks: Sequence[tuple[str, IntArray]]
     _defined_once(np.concatenate([ids[:, None], rows], axis=1), "element", [f"{source}, *ELEMENT"] * len(ids))
 
 
-def _kind(name: str) -> tuple[str, int]:
+def _kind(name: str, plane: bool = False) -> tuple[str, int]:
     """Kind of cell and number of nodes of an element type; ('shell', n) for facets, ('', 0) for all others."""
     upper = name.upper()
+    if plane:
+        flat = SHEET.match(upper)
+        return (SHEETS[int(flat[2])], int(flat[2])) if flat else ("", 0)
     if (solid := _SOLID.match(upper)) and solid[1] in SOLIDS:
         return SOLIDS[solid[1]].name, SOLIDS[solid[1]].n_nodes
     if (shell := _SHELL.match(upper)) and shell[1] in SHELLS:

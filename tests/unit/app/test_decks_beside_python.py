@@ -294,17 +294,6 @@ def test_the_soft_law_that_is_refused_at_once(read):
         read(deck_of(SMALL, step(PRESS.format(1)), SLIDES, interaction="*SURFACE BEHAVIOR, NO SEPARATION\n"))
 
 
-def test_plane_cells_are_named(read):
-    text = "*NODE\n1, 0, 0\n2, 1, 0\n3, 1, 1\n4, 0, 1\n*ELEMENT, TYPE=CAX4, ELSET=E\n1, 1, 2, 3, 4\n"
-    with refused(fc.InputError, "elements-not-solid", "CAX4"):
-        read(text)
-    beside = text.replace("\n1, 1, 2", "\n90001, 90001, 90002").replace(", 3, 4\n", ", 90003, 90004\n")
-    for n in range(1, 5):
-        beside = beside.replace(f"\n{n}, ", f"\n9000{n}, ")
-    with refused(fc.InputError, "elements-not-solid", "'E'"):
-        read(beside + deck_of(SMALL, step(PRESS.format(1)), SLIDES + "*SOLID SECTION, ELSET=E, MATERIAL=M\n"))
-
-
 @pytest.mark.parametrize(("reach", "loose"), [("", True), (", POSITION TOLERANCE=0.15", False)])
 def test_ties_reach_as_far_as_the_deck_says(reach, loose, read):
     cap = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 1), element="hex8").translated((0.0, 0.0, 2.0))
