@@ -88,7 +88,7 @@ def followers(mesh: BaseMesh, slave: str, master: str, reach: float | None = Non
         If no node of the slave lies on the master.
     """
     facets = mesh.face_nodes(mesh.faces(master))
-    surface = FacetSurface(mesh.points, facets) if isinstance(mesh, Mesh) else CurveSurface(mesh.points, facets)
+    surface = (CurveSurface if mesh.is_flat else FacetSurface)(mesh.points, facets)
     nodes = np.setdiff1d(mesh.boundary_nodes(slave), surface.nodes)
     if not len(nodes):
         return Followers(nodes, sp.csr_matrix((0, len(mesh.points))))

@@ -11,7 +11,7 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -294,14 +294,15 @@ def _names(model: Sequence[KeywordSection], raw: RawMesh, mesh: Mesh | PlaneCell
     inside = {name: place[members] + len(mesh.points) for name, members in known.items() if (place[members] >= 0).any()}
     reference_sets = {name: found[found >= len(mesh.points)] for name, found in inside.items()}
     names = Names(mesh, source, sets, raw.node_ids[beside], reference_sets)
-    points = mesh.points if isinstance(mesh, Mesh) else mesh.points[:, AXES]
+    points = mesh.points[:, AXES] if mesh.is_flat else mesh.points
     names.special = Nodes(np.concatenate([points, raw.points[beside]]), len(mesh.points), names.all_nodes)
     return names
 
 
 def _conditions(model: Sequence[KeywordSection], names: Names, given: Found, state: str | None) -> sp.csr_matrix | None:
     """Linear conditions, those of sectors among them, after the axes of nodes that *TRANSFORM turns."""
-    mesh, special = names.mesh, names.special
+    mesh: Any = names.mesh
+    special = names.special
     for s in model:
         if s.keyword == "TRANSFORM":
             nodes = names.nodes(s.parameters.get("NSET", ""), s.place)
@@ -312,7 +313,7 @@ def _conditions(model: Sequence[KeywordSection], names: Names, given: Found, sta
         nodes = mesh.boundary_nodes(named)
         if named not in mesh.boundaries:
             return nodes, np.ones(len(nodes))
-        if not isinstance(mesh, Mesh):
+        if state is not None:
             return nodes, even_on(mesh, named, state == "axis")[nodes]
         even = surface_traction(mesh, mesh.faces(named), lambda x, n: np.broadcast_to([1.0, 0.0, 0.0], x.shape))
         return nodes, even[3 * nodes]
@@ -322,7 +323,7 @@ def _conditions(model: Sequence[KeywordSection], names: Names, given: Found, sta
 
     parts = [conditions_of(model, special, faces, cells)]
     for tie, line, cyclic in sectors_of(model):
-        if not isinstance(mesh, Mesh):
+        if state is not None:
             raise InputError(f"{tie.place}: a sector of plane elements is not done here.", code="not-supported")
         pair = _pair(line, tie.place, 0.0, given, mesh)
         parts.append(sector_conditions(mesh, sector(tie, (pair.slave, pair.master), cyclic), 3 * special.count))

@@ -266,7 +266,7 @@ def _refuse_contact_within(deck: DeckContent, parts: Mapping[str, IntArray]) -> 
 
 def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
     """The elastic body of some cells, with its materials, supports and contact surfaces."""
-    whole = deck.mesh
+    whole: Any = deck.mesh
     groups: dict[str, IntArray] = {}
     for own, named in deck.sections:
         key = f"material {named}"
@@ -278,7 +278,7 @@ def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
             f"{deck.source}: {len(lost)} elements of {name!r} have no material; the first is {numbers[0]}.",
             code="no-material",
         )
-    if isinstance(whole, Mesh):
+    if deck.state is None:
         # the scene has the notes
         whole = replace(whole, cells=whole.cells[:, : _columns(whole, cells)], notes=())
     mesh: Any = replace(whole, groups={name: cells, **{k: g for k, g in groups.items() if len(g)}}).part(name)

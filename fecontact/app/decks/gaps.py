@@ -14,7 +14,6 @@ import numpy as np
 
 from fecontact.app.decks.content import DeckPair
 from fecontact.mesh.base_mesh import BaseMesh
-from fecontact.mesh.mesh import Mesh
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.section_curve import CurveSurface
 
@@ -39,7 +38,7 @@ def with_gaps(mesh: M, pairs: Sequence[DeckPair]) -> M:
         if pair.adjust is None and pair.clearance is None:
             continue
         facets = mesh.face_nodes(mesh.faces(pair.master))
-        kind = FacetSurface if isinstance(mesh, Mesh) else CurveSurface
+        kind = CurveSurface if mesh.is_flat else FacetSurface
         master = kind(mesh.points, facets)
         nodes = np.setdiff1d(mesh.boundary_nodes(pair.slave), master.nodes)
         found = master.project(mesh.points[nodes])
