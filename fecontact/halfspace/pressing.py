@@ -146,7 +146,7 @@ def press(
     if body.periodic:
         tally = Tally(body.grid.n_cells)
     if len(level.F):
-        _check_load_point(body.grid, allowed, load.point)
+        _check_load_point(body, allowed, load.point)
     check_bearing(level, body.grid)
     if start is not None and start.solver.symmetric == symmetric:
         part = part_of(body.grid.shape, symmetric)
@@ -312,11 +312,17 @@ def normal_residuals(body: SurfaceCompliance, heights: ArrayLike, load: Load, co
     return _residuals(level, operator, operator.apply(p), p, np.array([lift, *turns])[: len(level.F)], contact.dent)
 
 
-def _check_load_point(grid: Grid, allowed: Mask, point: tuple[float, float] | None) -> None:
-    """Refuse a load point outside the counter-surface's outline: the surface would tip over."""
+def _check_load_point(body: SurfaceCompliance, allowed: Mask, point: tuple[float, float] | None) -> None:
+    """Refuse a load point of a periodic surface, or outside the outline, where the surface would tip over."""
     if point is None:
         return
-    for axis, (centres, name) in enumerate(zip((grid.x, grid.y), "xy", strict=True)):
+    if body.periodic:
+        raise InputError(
+            "A periodic surface cannot tilt, for then it would not repeat: leave out the load point, or make the "
+            "half-space free.",
+            code="tilt-periodic",
+        )
+    for axis, (centres, name) in enumerate(zip((body.grid.x, body.grid.y), "xy", strict=True)):
         there = centres[allowed.any(axis=1 - axis)]
         if not there[0] <= point[axis] <= there[-1]:
             raise InputError(
