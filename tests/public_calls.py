@@ -569,6 +569,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
             growth=0.5,
             scale=1.0,
             run_script=False,
+            part=None,
             progress=False,
         ),
     }

@@ -293,7 +293,7 @@ def _accuracy(text: str) -> float | dict[str, float]:
 
 
 def _explain(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", metavar="SCENE.toml")
+    parser.add_argument("scene", metavar="SCENE.toml | PART.step")
     _laws(parser)
     _outputs(parser, printed="text")
 
@@ -374,7 +374,7 @@ COMMANDS: dict[str, tuple[str, str, Callable[[argparse.ArgumentParser], None]]] 
     "explain": (
         "estimated cost of a scene in a TOML file, before it is solved",
         "Say which bodies, unknowns and candidates a scene has, which methods are chosen and why, and "
-        "estimate memory and time. Nothing of the scene is assembled or solved.",
+        "estimate memory and time. Nothing of the scene is assembled or solved. Of a CAD file, list the solids.",
         _explain,
     ),
     "view": (

@@ -8,6 +8,7 @@ import os
 import re
 import sys
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -19,6 +20,7 @@ from fecontact.app.studies.study import Study
 from fecontact.common.checks import among
 from fecontact.common.errors import FecontactError, InputError, MeshError
 from fecontact.common.files import check_writable, make_folder, save_json, written_files
+from fecontact.mesh.gmsh import SUFFIXES, cad_solids
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.mesh.surface_mesh import SurfaceMesh
@@ -216,11 +218,27 @@ def explain(options: argparse.Namespace) -> int:
     from fecontact.scene.cost import explain
 
     _check_files(options.json)
+    if Path(options.scene).suffix.lower() in SUFFIXES:
+        return _explain_cad(options)
     scene = read_scene(options.scene, laws=options.laws)
     loads = [*scene.cases, *scene.steps, scene.loads][0]
     cost = explain(scene.scene, loads, scene.options.get("solver", "auto"), scene.options.get("accuracy"))
     _show(_titled(scene, cost), cost.as_dict(), options.json)
     return 0
+
+
+def _explain_cad(options: argparse.Namespace) -> int:
+    """List the solids of a CAD file."""
+    solids = cad_solids(Path(options.scene))
+    rows = [f"{s.name:<24} {s.volume:>12.5g} {s.faces:>6}  {_box(s.low)} to {_box(s.high)}" for s in solids]
+    head = f"{'solid':<24} {'volume':>12} {'faces':>6}  box"
+    tail = f"fc.mesh_solid({Path(options.scene).name!r}, size=..., part={solids[0].name!r}) meshes one of them."
+    _show("\n".join([head, *rows, tail]), {"solids": [asdict(s) for s in solids]}, options.json)
+    return 0
+
+
+def _box(corner: tuple[float, float, float]) -> str:
+    return "(" + ", ".join(f"{value:.4g}" for value in corner) + ")"
 
 
 def view(options: argparse.Namespace) -> int:

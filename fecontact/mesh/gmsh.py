@@ -266,8 +266,9 @@ def raw_mesh(gmsh: Any, source: str) -> RawMesh:
     groups: dict[str, list[IntArray]] = {}
     facets: dict[str, list[IntArray]] = {}
     start = 0
+    own = solid_names(gmsh)
     for _, entity in gmsh.model.getEntities(3):
-        names = [f"volume_{entity}", *_physical(gmsh, 3, entity)]
+        names = [f"volume_{entity}", *own.get(entity, ()), *_physical(gmsh, 3, entity)]
         for kind, _, nodes in zip(*gmsh.model.mesh.getElements(3, entity), strict=True):
             if kind not in _SOLIDS:
                 raise MeshError(f"{source}: gmsh made elements of its type {kind}, which are not supported.")
@@ -284,6 +285,25 @@ def raw_mesh(gmsh: Any, source: str) -> RawMesh:
             for name in [f"surface_{entity}", *_physical(gmsh, 2, entity)]:
                 facets.setdefault(name, []).append(cells[:, :corners])
     return RawMesh(np.reshape(coordinates, (-1, 3)), blocks, {k: np.concatenate(v) for k, v in groups.items()}, facets)
+
+
+#: How names begin that OpenCASCADE gives where there are none.
+UNNAMED = "Open CASCADE STEP translator"
+
+
+def solid_names(gmsh: Any) -> dict[int, list[str]]:
+    """Name of each named solid by its number; of several of one name the later ones get numbers: nut, nut_2, ...
+
+    gmsh's label is the path through the assembly, with the layer after the name.
+    """
+    count: dict[str, int] = {}
+    out = {}
+    for _, tag in gmsh.model.getEntities(3):
+        label = gmsh.model.getEntityName(3, tag).split("/")[-1].split(" & ")[0].strip()
+        if label and not label.startswith(UNNAMED):
+            count[label] = count.get(label, 0) + 1
+            out[tag] = [label if count[label] == 1 else f"{label}_{count[label]}"]
+    return out
 
 
 def _physical(gmsh: Any, dim: int, entity: int) -> list[str]:
@@ -339,10 +359,13 @@ def _closest(gmsh: Any, dim: int, tag: int, points: Array) -> Array:
     return np.reshape(gmsh.model.getClosestPoint(dim, tag, points.ravel())[0], (-1, 3)) if len(points) else points
 
 
+#: Rounding of the corners of a box, over its diagonal.
+BOX = 1e-5
+
 SUFFIXES = (".step", ".stp", ".brep", ".geo", ".iges", ".igs")
 
 
-def mesh_cad(path: Path, sizes: Sizes, scale: float = 1.0, run_script: bool = False) -> Mesh:
+def mesh_cad(path: Path, sizes: Sizes, scale: float = 1.0, run_script: bool = False, part: str | None = None) -> Mesh:
     """Mesh the solids of a CAD file; parameters as in `surfaces.solid.mesh_solid`.
 
     Raises
@@ -363,21 +386,88 @@ def mesh_cad(path: Path, sizes: Sizes, scale: float = 1.0, run_script: bool = Fa
             "fc.mesh_solid(path, run_script=True), or mesh it with gmsh and read the .msh file.",
             code="script-not-allowed",
         )
-    mesh = run_in_subprocess(f"gmsh, which was to mesh {path.name},", _meshed, path.absolute(), sizes)
+    mesh = run_in_subprocess(f"gmsh, which was to mesh {path.name},", _meshed, path.absolute(), sizes, part)
     return mesh if scale == 1 else mesh.scaled(scale)
 
 
-def _meshed(path: Path, sizes: Sizes) -> Mesh:
-    """The mesh in the file's unit, in a process that ends with it."""
+@dataclass(frozen=True)
+class CadSolid:
+    """A solid of a CAD file.
+
+    Attributes
+    ----------
+    name : str
+    volume : float
+    low, high : (3,) tuples
+        Corners of its box.
+    faces : int
+    """
+
+    name: str
+    volume: float
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    faces: int
+
+
+def cad_solids(path: Path) -> list[CadSolid]:
+    """The solids of a CAD file, in its order; errors as `mesh_cad`."""
+    if not path.is_file():
+        raise InputError(f"There is no file {path}.", code="no-file")
+    return run_in_subprocess(f"gmsh, which was to read {path.name},", _listed, path.absolute())
+
+
+def _listed(path: Path) -> list[CadSolid]:
+    gmsh = _opened(path)
+    names = solid_names(gmsh)
+    out = []
+    for _, tag in gmsh.model.getEntities(3):
+        box = np.array(gmsh.model.occ.getBoundingBox(3, tag))
+        # OpenCASCADE adds a tolerance
+        grain = BOX * np.linalg.norm(box[3:] - box[:3])
+        box = (np.round(box / grain) * grain + 0.0).tolist()
+        faces = len(gmsh.model.getBoundary([(3, tag)]))
+        name = names.get(tag, [f"volume_{tag}"])[0]
+        out.append(CadSolid(name, gmsh.model.occ.getMass(3, tag), tuple(box[:3]), tuple(box[3:]), faces))
+    return out
+
+
+def _opened(path: Path) -> Any:
+    """The module gmsh with a CAD file."""
     gmsh = load_gmsh()
     gmsh.initialize(["fecontact"], readConfigFiles=False)
     gmsh.model.add("fecontact")
     try:
         _load(gmsh, path)
-        set_sizes(gmsh, sizes)
-        generate(gmsh, sizes.is_quadratic)
     except MeshError:
         raise
+    except Exception as error:  # gmsh raises plain Exception with its message
+        raise MeshError(f"gmsh could not read {path.name}: {error}") from error
+    return gmsh
+
+
+def _keep(gmsh: Any, part: str, source: str) -> None:
+    """Leave the solid of a name alone in the model."""
+    tags = [tag for _, tag in gmsh.model.getEntities(3)]
+    named = {name: tag for tag, (name,) in solid_names(gmsh).items()}
+    known = {f"volume_{tag}": tag for tag in tags} | named
+    if part not in known:
+        listed = ", ".join(map(repr, named or known))
+        raise InputError(f"{source} has no solid {part!r}; its solids are: {listed}.", code="unknown")
+    gmsh.model.occ.remove([(3, tag) for tag in tags if tag != known[part]], recursive=True)
+    gmsh.model.occ.synchronize()
+    # alone it is no longer the second of its name
+    gmsh.model.setEntityName(3, known[part], next((name for name, tag in named.items() if tag == known[part]), ""))
+
+
+def _meshed(path: Path, sizes: Sizes, part: str | None) -> Mesh:
+    """The mesh in the file's unit, in a process that ends with it."""
+    gmsh = _opened(path)
+    if part is not None:
+        _keep(gmsh, part, path.name)
+    try:
+        set_sizes(gmsh, sizes)
+        generate(gmsh, sizes.is_quadratic)
     except Exception as error:  # gmsh raises plain Exception with its message
         raise MeshError(f"gmsh could not mesh {path.name}: {error}") from error
     mesh = build(raw_mesh(gmsh, path.name), path.name)

@@ -61,6 +61,7 @@ def mesh_solid(
     growth: float = 0.5,
     scale: float = 1.0,
     run_script: bool = False,
+    part: str | None = None,
     progress: bool | None = None,
 ) -> Mesh:
     """Mesh the solids of a CAD file, or within a closed surface.
@@ -88,6 +89,9 @@ def mesh_solid(
     run_script : bool
         Whether a ``.geo`` file may be run. It is a program, which can start any other (gmsh's ``SystemCall``): run your
         own only.
+    part : str, optional
+        Mesh this solid alone: by its name in an assembly of STEP (of several of one name the later are ``nut_2``,
+        ``nut_3``, ...; `fecontact explain part.step` lists them), or 'volume_1', ...
     progress : bool, optional
         Whether a line shows what is being done; where standard error is a terminal unless given.
 
@@ -95,12 +99,12 @@ def mesh_solid(
     -------
     Mesh
         Boundaries 'surface_1', 'surface_2', ... : those of CAD files as gmsh numbers them; parts of a surface between
-        edges sharper than 40 degrees, from the largest. Element sets 'volume_1', ...; physical groups of a ``.geo``
-        file by their names. Name others with `fecontact.pick`. A note says how far a surface was changed. A mesh
-        within a surface that is more than 1 % off in volume, or in distance over its size, is made anew unless `size`
-        is given, and one whose cells fold always: in an envelope of the facets (`mesh.envelope`) where pytetwild is
-        installed, with smaller elements otherwise. So is a surface that crosses itself or branches. A warning, which
-        results repeat, says what is left. Small holes are filled, with a note.
+        edges sharper than 40 degrees, from the largest. Element sets 'volume_1', ..., and solids of STEP and physical
+        groups of a ``.geo`` file by their names. Name others with `fecontact.pick`. A note says how far a surface was
+        changed. A mesh within a surface that is more than 1 % off in volume, or in distance over its size, is made anew
+        unless `size` is given, and one whose cells fold always: in an envelope of the facets (`mesh.envelope`) where
+        pytetwild is installed, with smaller elements otherwise. So is a surface that crosses itself or branches. A
+        warning, which results repeat, says what is left. Small holes are filled, with a note.
 
     Raises
     ------
@@ -125,8 +129,9 @@ def mesh_solid(
         else:
             path = file_path("the path of a solid", source)
             if path.suffix.lower() not in POLYGON_READERS:
-                return mesh_cad(path, sizes, scale, run_script)
+                return mesh_cad(path, sizes, scale, run_script, part)
             mesh = _within_file(path, sizes)
+    mesh = mesh if part is None else mesh.part(part)
     return mesh if scale == 1 else mesh.scaled(scale)
 
 

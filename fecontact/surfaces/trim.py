@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import importlib.util
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +24,7 @@ from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.repair import fans, triangulated
 from fecontact.surfaces.solid import mesh_solid
 
-P = TypeVar("P", Mesh, SurfaceMesh)
+P = TypeVar("P", bound=Mesh | SurfaceMesh)
 
 #: Sides of a circle round a sphere, and volume, relative, that counts as none.
 SIDES, NOTHING = 128, 1e-12
@@ -89,12 +89,12 @@ def trimmed(
     x, new, origin = _cut(points, triangles, {"plane": plane, "box": box, "sphere": sphere}, outside)
     after = replace(joined(x, new[:, [0, 1, 2, 2]]), notes=surface.notes)
     if isinstance(part, SurfaceMesh):
-        return after
+        return cast(P, after)
     mesh = mesh_solid(after, size, "tet10" if part.cells.shape[1] > 8 else "tet4")
     sets = {"element sets": part.groups, "node sets": part.node_sets}
     left = " and ".join(f"{len(members)} {what}" for what, members in sets.items() if members)
     notes = (*mesh.notes, f"trimmed: {left} of the mesh were left out.") if left else mesh.notes
-    return replace(mesh, boundaries=_named(mesh, part, x, new, origin), notes=notes)
+    return cast(P, replace(mesh, boundaries=_named(mesh, part, x, new, origin), notes=notes))
 
 
 def _cut(

@@ -92,6 +92,7 @@ SOLID: Arguments = {
     "near_size": number,
     "growth": number,
     "scale": number,
+    "part": choice(),
 }
 REPAIR: Arguments = {"holes": integer, "smoothing": integer}
 
