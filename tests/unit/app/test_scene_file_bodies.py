@@ -129,15 +129,16 @@ def test_a_layer_grown_on_a_body_and_on_a_file(write, tmp_path):
 
 
 def test_a_solid_within_a_surface_repaired(write, tmp_path):
-    """Source: the block itself; a facet of its file is missing."""
+    """Source: the block itself; a facet of its file is missing, and in another one more than a quarter."""
     block = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 3), element="hex8")
     triangles = block.skin[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
-    meshio.Mesh(block.points, [("triangle", triangles[1:])]).write(tmp_path / "open.stl")
+    meshio.Mesh(block.points, [("triangle", triangles[30:])]).write(tmp_path / "open.stl")
     body = '[bodies.half]\nsolid = {{file = "open.stl", size = 0.4, element = "tet4"{}}}\nmaterial = "soft"\n'
     body += 'contact = "top"\nsupports = {{base = "xyz"}}\n'
     for name, z in (("base", 0), ("top", 1)):
         body += f"[bodies.half.boundaries.{name}]\nplane = {{{{point = [0, 0, {z}], normal = [0, 0, 1]}}}}\n"
     assert "open.stl is open" in faults(write(MATERIAL + BALL + body.format("") + PRESSED))
+    meshio.Mesh(block.points, [("triangle", triangles[1:])]).write(tmp_path / "open.stl")
     file = fc.read_scene(write(MATERIAL + BALL + body.format(", holes = 3, near = [[0.5, 0.5, 1]]") + PRESSED))
     mesh = file.bodies["half"].mesh
     assert list(mesh.kinds) == ["tet4"]
