@@ -78,6 +78,8 @@ MIN_SHARE = 1e-3
 MAX_HOLDS = 12
 #: Codes of errors of tangents that are not stable, even where closed gaps hold them.
 UNSTABLE = ("singular", "not-semidefinite", "indefinite")
+#: Codes of errors of an iteration that smaller steps may not have: singular problems, and faces it has distorted.
+SMALLER = ("singular", "not-semidefinite", "no-area")
 #: Codes of errors of bodies of which no surfaces face each other any more, and of points that cross edges to and fro.
 APART, EDGES = "not-facing", "edges"
 #: Iterations within which points that cross edges come back, and the least turn of their normals, over the change of
@@ -366,7 +368,7 @@ class _Newton:
             if found is not None and (found.residual <= TOLERANCE or self._known is not None):
                 return found
             if best is not None and (found is None or found.residual > FALLS * best.residual):
-                return best if found is None or best.residual < found.residual else found
+                return best if found is None or best.residual <= found.residual else found
             best = found
             if best is None and k + 1 >= SETTLING and self._changes[-1] > RUNS_AWAY:
                 break
@@ -410,7 +412,7 @@ class _Newton:
         except (InvertedError, np.linalg.LinAlgError) as error:
             raise SolverError(str(error), code=getattr(error, "code", "singular")) from error
         except FecontactError as error:
-            if error.code not in ("singular", "not-semidefinite"):
+            if error.code not in SMALLER:
                 raise
             raise SolverError(str(error), code="no-equilibrium") from error
 

@@ -470,3 +470,23 @@ def test_points_that_cross_an_edge_to_and_fro_are_told(degrees: float, monkeypat
         return
     one, two = (pressed(body, other, 0.05).contacts[0].total_force for other in (groove, plain))
     assert abs(one / two - 1) < 1e-9
+
+
+@pytest.mark.parametrize(("code", "parts"), [("no-area", 2), ("sliver", None)])
+def test_faces_that_an_iteration_distorts_ask_for_smaller_steps(code: str, parts: int | None, monkeypatch) -> None:
+    newton, calls = finite_strain._Newton, []
+    solved = newton._solved
+
+    def distorting(self, *given):
+        calls.append(given)
+        if len(calls) == 2:
+            raise fc.MeshError("A face is so distorted.", code=code)
+        return solved(self, *given)
+
+    monkeypatch.setattr(newton, "_solved", distorting)
+    body, plane = dome(divisions=(2, 2, 1)), fc.RigidBody(fc.Plane(), name="floor")
+    if parts is None:
+        with refused(fc.MeshError, code, "so distorted"):
+            pressed(body, plane, 0.05)
+    else:
+        assert len(pressed(body, plane, 0.05).finite_strain) == parts
