@@ -46,6 +46,7 @@ from fecontact.app.decks.sections import (
     in_section,
     state_of,
 )
+from fecontact.app.decks.springs import springs_of
 from fecontact.app.options import FINITE
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
@@ -196,6 +197,9 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
             found.remarks.note(f"{path.name}: elements of type {kind} are solved as quadrilaterals of 8 nodes.")
     try:
         conditions = _conditions(keywords[:first], names, found, state_of_cells)
+        springs = springs_of(keywords[:first], raw, _places(raw, mesh))
+        if springs and state_of_cells is not None:
+            raise InputError(f"{path.name}: springs of plane and axisymmetric parts are not done here.", code="springs")
         shape = (names.special.count, 3)
         state = StepState(np.full(shape, np.nan), np.zeros(shape), np.zeros(shape, bool))
         if found.heated:
@@ -242,6 +246,7 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
         state=state_of_cells,
         thicknesses=found.thicknesses,
         between=between,
+        springs=springs,
     )
 
 
@@ -258,6 +263,16 @@ def _with_faces(mesh: M, by_nodes: Collection[str]) -> M:
             if np.isin(nodes, facets[filled]).all():
                 found[name] = outer[filled]
     return replace(mesh, boundaries=found)
+
+
+def _places(raw: RawMesh, mesh: Mesh) -> IntArray:
+    """Points of the mesh (n,) that all nodes of the file are, -1 for those of no solid."""
+    assert raw.node_ids is not None
+    assert mesh.file_nodes is not None
+    _, own, other = np.intersect1d(raw.node_ids, mesh.file_nodes, return_indices=True)
+    out = np.full(len(raw.node_ids), -1)
+    out[own] = other
+    return out
 
 
 #: Prescribed turn of a reference node above which linear conditions are off by more than some percent of it.
@@ -338,8 +353,8 @@ def _model(
     if s.keyword in ("PART", "END PART", "INSTANCE", "END INSTANCE"):
         begins = not s.keyword.startswith("END")
         found.part = s.parameters.get("NAME" if s.keyword == "PART" else "PART", "").upper() if begins else ""
-    cyclic = s.keyword == "CYCLIC SYMMETRY MODEL" or (s.keyword == "TIE" and "CYCLIC SYMMETRY" in s.parameters)
-    if s.keyword in (*MESH, *CONDITIONS, *OF_COUPLING, "TRANSFORM") or cyclic:
+    taken = s.keyword == "TIE" and "CYCLIC SYMMETRY" in s.parameters
+    if s.keyword in (*MESH, *CONDITIONS, *OF_COUPLING, "TRANSFORM", "CYCLIC SYMMETRY MODEL", "SPRING") or taken:
         return owner
     if s.keyword in ("MATERIAL", "SURFACE INTERACTION"):
         kept = found.materials if s.keyword == "MATERIAL" else found.interactions

@@ -46,7 +46,7 @@ REFUSED = {
         "gives stiffness to elements that are no solids",
     ),
     **dict.fromkeys(
-        ("SPRING", "MASS", "DASHPOT", "GAP", "GAP UNIT", "CONNECTOR SECTION", "FRICTION CHANGE"),
+        ("MASS", "DASHPOT", "GAP", "GAP UNIT", "CONNECTOR SECTION", "FRICTION CHANGE"),
         "gives a law to elements that are no solids",
     ),
     "SOLID SECTION": "stands inside of a step",

@@ -24,6 +24,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
 from fecontact.contact.loads import KEYED
+from fecontact.contact.springs import Spring
 from fecontact.fem.laws import laws_of
 from fecontact.fem.rigid import COMPONENTS
 from fecontact.mesh.base_mesh import BaseMesh
@@ -106,7 +107,8 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     made = [_body(deck, name, cells) for name, cells in parts.items()]
     rigid = {r.name: _rigid(r) for r in deck.rigid if r.surface is not None or r.normal is not None}
     contacts, unused = _contacts(deck, made, rigid)
-    if not contacts and (unused or not any(m.body._is_tied for m in made)):
+    springs = _springs(deck, made)
+    if not contacts and not springs and (unused or not any(m.body._is_tied for m in made)):
         raise InputError(
             f"{deck.source} brings no two bodies into contact. {' '.join(unused)} A scene needs a contact between "
             "surfaces of two bodies, parts of the mesh that share no node.",
@@ -129,7 +131,7 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     return SceneFile(
         path,
         deck.title,
-        Scene(bodies, contacts, notes=notes, warnings=deck.warnings),
+        Scene(bodies, contacts, springs, notes=notes, warnings=deck.warnings),
         {b.name: b for b in bodies},
         {} if several else loads[0],
         options,
@@ -372,6 +374,30 @@ def _contacts(
             why = "are on one body" if slaves and masters else "are not both on solids"
             notes.append(f"{pair.place}: not used, as the surfaces {pair.slave!r} and {pair.master!r} {why}.")
     return out, notes
+
+
+def _springs(deck: DeckContent, made: Sequence[DeckBody]) -> list[Spring]:
+    """Springs between nodes of two bodies, or of one and the ground.
+
+    Raises
+    ------
+    InputError
+        If both ends are on one body.
+    """
+    out = []
+    for spring in deck.springs:
+        ends: list[tuple[ElasticBody | None, Any]] = []
+        for place, where in ((spring.start, spring.first), (spring.end, spring.second)):
+            own = next((m for m in made if place is not None and place in m.nodes), None)
+            at = where if own is None else own.body.mesh.points[np.flatnonzero(own.nodes == place)[0]]
+            ends.append((None if own is None else own.body, at))
+        if ends[0][0] is ends[1][0]:
+            raise InputError(
+                f"{deck.source}: the spring {spring.name!r} has both ends on one body or none, which is not done here.",
+                code="spring-ends",
+            )
+        out.append(Spring(spring.stiffness, ends[0], ends[1], kind="linear", name=spring.name))
+    return out
 
 
 def _loads(

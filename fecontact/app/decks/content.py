@@ -97,6 +97,22 @@ class DeckPair:
     clearance: float | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class DeckSpring:
+    """A linear spring between two points of the mesh, or one and the ground (None), at places (3,) in the deck.
+
+    `nodes` are the nodes of the file by their order there.
+    """
+
+    name: str
+    start: int | None
+    end: int | None
+    first: Array
+    second: Array
+    stiffness: float
+    nodes: tuple[int, ...]
+
+
 @dataclass
 class Remarks:
     """Remarks on a deck: notes, warnings of what may change its answer, and keywords that ask for output."""
@@ -172,6 +188,7 @@ class DeckContent:
     rigid : sequence of DeckRigid
     warnings : sequence of str
         The same of what may change the answer.
+    springs : sequence of DeckSpring
     finite_motion : bool, optional
         Whether poses are carried along; None where the deck leaves it open.
     conditions : (m, 3 n_all) csr_matrix, optional
@@ -198,6 +215,7 @@ class DeckContent:
     rigid: Sequence[DeckRigid] = ()
     warnings: Sequence[str] = ()
     finite_motion: bool | None = None
+    springs: Sequence[DeckSpring] = ()
     conditions: sp.csr_matrix | None = None
     axes: Mapping[int, Array] = field(default_factory=dict)
     state: str | None = None

@@ -161,6 +161,55 @@ def test_contacts_of_steps(read):
         read(deck_of(SMALL, step(off) + step(on + push), held, "*FRICTION\n.3,\n"))
 
 
+K = 3.0
+#: Springs at the four nodes of the upper block's top: to nodes above them, which are held; or along z to the ground.
+SPRINGS = {
+    "SPRINGA": (
+        "*NODE, NSET=ABOVE\n{above}*ELEMENT, TYPE=SPRINGA, ELSET=SP\n{two}*SPRING, ELSET=SP\n\n3.,\n"
+        "*BOUNDARY\nABOVE, 1, 3\n"
+    ),
+    "SPRING2": (
+        "*NODE, NSET=ABOVE\n{above}*ELEMENT, TYPE=SPRING2, ELSET=SP\n{two}*SPRING, ELSET=SP\n3, 3\n3.,\n"
+        "*BOUNDARY\nABOVE, 1, 3\n"
+    ),
+    "SPRING1": "*ELEMENT, TYPE=SPRING1, ELSET=SP\n{one}*SPRING, ELSET=SP\n3\n3.,\n",
+}
+
+
+def sprung(kind):
+    upper = SMALL[1]
+    top = upper.boundary_nodes("top")
+    x = upper.points[top]
+    text = SPRINGS[kind].format(
+        above="".join(f"{9000 + k}, {a[0]}, {a[1]}, 5.\n" for k, a in enumerate(x.tolist())),
+        two="".join(f"{9500 + k}, {9000 + k}, {5001 + n}\n" for k, n in enumerate(top.tolist())),
+        one="".join(f"{9500 + k}, {5001 + n}\n" for k, n in enumerate(top.tolist())),
+    )
+    return deck_of(SMALL, step(PRESS.format(0.1)), text + SLIDES)
+
+
+@pytest.mark.parametrize("kind", list(SPRINGS))
+def test_springs_take_a_part_of_the_load(kind, read):
+    """Columns 2 / E deep in parallel to four springs: F = P / (1 + 8 K / E)."""
+    result = read(sprung(kind)).solve()
+    force = result.contacts[0].total_force
+    assert abs(force - 0.1 / (1 + 8 * K / 100)) <= 1e-9
+    assert abs(sum(spring.tension for spring in result.springs) - (0.1 - force)) <= 1e-9
+
+
+def test_springs_that_cannot_be_used_are_refused(read):
+    for kind, change, words in (
+        ("SPRINGA", ("*BOUNDARY\nABOVE, 1, 3\n", ""), ("spring-loose", "9000")),
+        ("SPRINGA", ("*SPRING, ELSET=SP", "*SPRING, ELSET=SP, NONLINEAR"), ("spring-law", "linear")),
+        ("SPRINGA", ("*SPRING, ELSET=SP", "*SPRING, ELSET=OTHER"), ("spring-law", "no *SPRING")),
+        ("SPRING2", ("\n3, 3\n3.,", "\n1, 1\n3.,"), ("spring-axis", "SPRING2")),
+        ("SPRING1", ("\n3\n3.,", "\n4\n3.,"), ("spring-axis", "no component 4")),
+        ("SPRINGA", ("9500, 9000, ", "9500, 5002, "), ("spring-ends", "both ends")),
+    ):
+        with refused(fc.InputError, *words):
+            read(sprung(kind).replace(*change))
+
+
 def law(form, lines):
     return f"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE={form}\n{lines}"
 
