@@ -42,6 +42,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, lengths, point_array
 from fecontact.common.errors import FecontactError, InputError, MeshError, MissingPackageError
 from fecontact.mesh.build import build
+from fecontact.mesh.check import check_cells
 from fecontact.mesh.facets import components
 from fecontact.mesh.formats.raw import RawMesh, numbers_of
 from fecontact.mesh.mesh import Mesh
@@ -470,7 +471,16 @@ def _meshed(path: Path, sizes: Sizes, part: str | None) -> Mesh:
         generate(gmsh, sizes.is_quadratic)
     except Exception as error:  # gmsh raises plain Exception with its message
         raise MeshError(f"gmsh could not mesh {path.name}: {error}") from error
-    mesh = build(raw_mesh(gmsh, path.name), path.name)
+    try:
+        mesh = build(raw_mesh(gmsh, path.name), path.name)
+        check_cells(mesh)
+    except MeshError:
+        if not sizes.is_quadratic:
+            raise
+        # its curved cells fold: straight ones, whose nodes are placed as far as none does
+        gmsh.model.mesh.clear()
+        generate(gmsh, quadratic=False)
+        mesh = build(raw_mesh(gmsh, path.name), path.name).upgraded(20)
     return on_model(gmsh, divided(mesh) if sizes.is_hexahedral else mesh)
 
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +10,9 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact.app.cli import main
-from fecontact.mesh.gmsh import cad_solids
+from fecontact.fem.stiffness import moments_of_volume
+from fecontact.mesh.check import check_mesh
+from fecontact.mesh.gmsh import Sizes, _meshed, cad_solids
 
 
 @pytest.fixture(scope="module")
@@ -85,3 +88,25 @@ def test_explain_lists_the_solids(assembly, capsys, tmp_path):
     assert re.search(r"bolt_2 +1 +6 +\(3, 0, 1\) to \(4, 1, 2\)", shown)
     assert [s["faces"] for s in json.loads((tmp_path / "solids.json").read_text())["solids"]] == [6, 6, 6]
     assert main(["explain", str(tmp_path / "missing.step")]) != 0
+
+
+@pytest.mark.full
+def test_a_solid_whose_curved_cells_fold_is_placed_node_by_node(gmsh, monkeypatch):
+    """Source: the mesh of a bracket with a bore whose cells do not fold: its volume."""
+    path = Path(fc.__file__).parents[1] / "meshes" / "bracket.step"
+    sizes = Sizes.of(7.0, "tet10", None, None, 0.5)
+    meshes = [_meshed(path, sizes, None)]
+
+    def folded(mesh):
+        raise fc.MeshError("it folds")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("fecontact.mesh.gmsh.check_cells", folded)
+        meshes.append(_meshed(path, sizes, None))
+        with refused(fc.MeshError, "mesh", "it folds"):
+            _meshed(path, Sizes.of(7.0, "tet4", None, None, 0.5), None)
+    gmsh.finalize()
+    good, again = meshes
+    check_mesh(again)
+    assert list(again.kinds) == ["tet10"]
+    assert abs(moments_of_volume(again)[0] / moments_of_volume(good)[0] - 1) < 1e-3
