@@ -440,7 +440,7 @@ class ContactResult(FormerNames):
         """Gaps of the candidates before bodies at finite strain deformed and moved, along the present normals."""
         n, driven = self._condensed.problem.n, False
         gaps, closing = np.zeros(n), np.zeros(n)
-        now = np.concatenate([c.gap[c._candidates] for c in self.contacts])
+        now = np.concatenate([np.zeros(0), *(c.gap[c._candidates] for c in self.contacts)])
         gaps[: len(now)] = now
         for k, part in enumerate(self._condensed.parts):
             motion, frame = self._since_given(k, self._state.motions[k]), self._loading.frames[k]

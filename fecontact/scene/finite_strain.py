@@ -544,7 +544,7 @@ class _Newton:
         past = self._slip_since(scene, loading) if scene.has_friction else None
         hold = self._hold if turning else replace(self._hold, turns=())
         interfaces = scene.interfaces(loading)
-        if not (scene.springs or any(len(each.gap) for each in interfaces)):
+        if interfaces and not (scene.springs or any(len(each.gap) for each in interfaces)):
             raise SolverError(_not_facing(interfaces), code=APART)
         free = {frame.body for frame in loading.frames if frame.free[3:].any() and frame.body._inner_forces is None}
         self._pressing.append([_directions(*each, hold) for each in enumerate(interfaces)])

@@ -180,7 +180,7 @@ def solved(
     found = model, interfaces, chosen, loading, condensed, solution, state, timer, rounds
     if frictional is None:
         result = make_result(*found, {})
-        return certified_tie(result, tolerance) if result._only_tied else result
+        return certified_tie(result, tolerance) if result._only_tied and hold is None else result
     fields = friction_fields(friction, chosen, frictional, state)
     for each in friction:
         each.check_lay(fields[each.place].touching)

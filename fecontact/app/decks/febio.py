@@ -16,12 +16,13 @@ from fecontact.app.decks.content import DeckContent, DeckPair, DeckRigid, Remark
 from fecontact.app.decks.febio_steps import Curves, deck_steps, nodes_of, rigid_name, segments_of, wall_name, wall_of
 from fecontact.app.decks.materials import AT_REST, LAWS, REMEDY, law_of_febio, of_febio
 from fecontact.app.options import FINITE
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.fem.laws import Law
+from fecontact.fem.stiffness import moments_of_volume
 from fecontact.mesh.build import build
-from fecontact.mesh.facets import facet_integrals, places_among
+from fecontact.mesh.facets import places_among
 from fecontact.mesh.formats.febio import MESH_SECTIONS, read_febio, read_tree
 from fecontact.mesh.formats.raw import RawMesh
 from fecontact.mesh.mesh import Mesh
@@ -259,24 +260,14 @@ def _rigid(
         used, own_facets = np.unique(np.concatenate(facets), return_inverse=True)
         surface_mesh = SurfaceMesh(np.concatenate([points, raw.points])[used], own_facets.reshape(-1, 4))
     text = material.findtext("center_of_mass")
-    volume, middle = _solid_of(mesh, cells)
+    solid = replace(mesh, groups={"solid": cells})
+    volume, middle = moments_of_volume(solid.part("solid")) if len(cells) else (0.0, np.zeros(3))
     mass = None if len(shells) else float(material.findtext("density") or 1.0) * volume
     corners = raw.points[shells] if len(shells) else mesh.points[attached]
     if not len(cells) and len(corners):
         middle = corners.mean(axis=0)
     centre = middle if text is None else np.array(text.split(","), dtype=float)
     return DeckRigid(name, centre, surface_mesh, frozenset(names), attached, mass=mass)
-
-
-def _solid_of(mesh: Mesh, cells: IntArray) -> tuple[float, Array]:
-    """Volume of some cells and its centre (3,), by fluxes through their outer faces (Gauss); zero without cells."""
-    if not len(cells):
-        return 0.0, np.zeros(3)
-    solid = replace(mesh, groups={"solid": cells}).part("solid")
-    origin = solid.points.mean(axis=0)
-    _, x, dA = facet_integrals(solid.points - origin, solid.skin)
-    volume = float(np.einsum("fqi,fqi->", x, dA) / 3)
-    return volume, origin + np.einsum("fqi,fqi->i", x**2, dA) / (2 * volume)
 
 
 def _pairs(root: Element, remarks: Remarks) -> tuple[list[DeckPair], list[DeckPair]]:
