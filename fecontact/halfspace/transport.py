@@ -15,6 +15,7 @@ J. R. Barber, Proc. R. Soc. A 459 (2003) 53; G. Polya & G. Szego, Isoperimetric 
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -32,6 +33,7 @@ from fecontact.common.errors import InputError
 from fecontact.common.files import save_figure
 from fecontact.common.material import Material
 from fecontact.common.units import Units
+from fecontact.halfspace.cg import GridIterate
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.fft import Tally
 from fecontact.halfspace.grid import Grid
@@ -40,6 +42,9 @@ from fecontact.halfspace.pictures import Drawn, draw_map
 
 #: Relative gap up to which what touches is at one potential.
 TOLERANCE = 1e-8
+
+#: Waves shorter than the cells that are counted on each side, along both axes.
+ALIASES = 4
 
 
 @dataclass(frozen=True)
@@ -52,8 +57,8 @@ class Conductance:
         Of the cells that touch: of a disc 32 to 200 cells across within .5 %, mostly .2 %.
     lower, upper : float
         Bounds of the exact one: one round spot of the same area, which has the least, and discs round the parts of the
-        contact that do not see each other, or one round all. Not a number for periodic surfaces, for which neither
-        holds.
+        contact that do not see each other, or one round all. Of periodic surfaces those of the outline of cells, see
+        `periodic_bounds`; infinite in full contact.
     """
 
     value: float
@@ -71,20 +76,63 @@ def unit_stiffness(grid: Grid, touching: Mask, periodic: bool) -> float:
         return 0.0
     if periodic and touching.all():
         return math.inf
+    return grid.area / -float(_raised(grid, touching, periodic).q[0])
+
+
+def _raised(grid: Grid, touching: Mask, periodic: bool) -> GridIterate:
+    """Cells that touch as a flat punch with a unit of pressure in all, for E* = 1."""
     body = SurfaceCompliance(grid, Material(1.0, 0.0), (), None, "uniform", 2.0, periodic)
     ones = np.ones((1, *grid.shape))
     level = GridLevel(body.kernel(), periodic, np.zeros(grid.shape), touching, ones, np.ones(1), (False, False))
-    at = solve_nested(level, body.kernel, TOLERANCE, Tally(grid.n_cells))[0]
-    return grid.area / -float(at.q[0])
+    return solve_nested(level, body.kernel, TOLERANCE, Tally(grid.n_cells))[0]
+
+
+def periodic_bounds(grid: Grid, touching: Mask) -> tuple[float, float]:
+    """Bounds of the stiffness of cells that touch of a periodic surface, for E* = 1, from fields of two principles.
+
+    Any pressures p on them have the energy <p, A p> of at least the square of their sum over the stiffness (Thomson).
+    Any displacement w that is one on them has <w, S w>/(1 - mean w)^2 of at least the stiffness, S the inverse of A
+    (Dirichlet). Here p is even in each cell, and w bilinear between the cells, by a punch that is wider by one cell;
+    their energies are sums over waves, those shorter than the cells too.
+    """
+    p = np.maximum(_raised(grid, touching, True).p, 0.0)
+    lower = (float(p.sum()) * grid.area) ** 2 / _energy(grid, p, -1)
+    wider = scipy.ndimage.maximum_filter(touching, 3, mode="wrap")
+    if wider.all():
+        return lower, math.inf
+    at = _raised(grid, wider, True)
+    w = np.where(wider, 1.0, at.u / -at.q[0])
+    return lower, _energy(grid, w, 1) / (1 - float(w.mean())) ** 2
+
+
+def _energy(grid: Grid, values: Array, power: int) -> float:
+    """Integral over a period of a field times its image under (|k|/2)^power, k wave numbers.
+
+    The field is even in each cell for the power -1, bilinear between the cells for the power 1.
+    """
+    size = np.abs(np.fft.fft2(values) / values.size) ** 2
+    waves = [2 * np.pi * np.fft.fftfreq(n, d) for n, d in zip(grid.shape, grid.cell, strict=True)]
+    total = 0.0
+    for shift in itertools.product(range(-ALIASES, ALIASES + 1), repeat=2):
+        k, x = zip(*(
+            (wave + 2 * np.pi * s / d, np.sinc(wave * d / (2 * np.pi) + s) ** (3 + power))
+            for wave, s, d in zip(waves, shift, grid.cell, strict=True)
+        ), strict=True)  # fmt: skip
+        length = np.hypot(k[0][:, None], k[1]) / 2
+        factor = np.divide(1.0, length, out=np.zeros(length.shape), where=length > 0) if power < 0 else length
+        total += float((size * factor * x[0][:, None] * x[1]).sum())
+    return total * grid.size[0] * grid.size[1]
 
 
 def conductance(grid: Grid, region: IntArray, area: float, periodic: bool, conductivity: float) -> Conductance:
     """Conductance of numbered parts (nx, ny) of a contact, for the harmonic mean of both conductivities."""
     touching = region > 0
     value = conductivity * unit_stiffness(grid, touching, periodic)
-    if periodic or not touching.any():
-        none = math.nan if periodic else 0.0
-        return Conductance(value, none, none)
+    if not touching.any() or math.isinf(value):
+        return Conductance(value, value, value)
+    if periodic:
+        lower, upper = (conductivity * bound for bound in periodic_bounds(grid, touching))
+        return Conductance(max(value, lower), lower, upper)  # potentials at the middles of cells alone give less
     x, y = np.meshgrid(grid.x, grid.y, indexing="ij")
     radii = []
     for label in (region, touching.astype(np.int64)):

@@ -7,7 +7,7 @@ from refusals import refused
 import fecontact as fc
 from fecontact.halfspace.flash_temperature import flash_temperature
 from fecontact.halfspace.grid import Grid
-from fecontact.halfspace.transport import leakage, unit_stiffness
+from fecontact.halfspace.transport import conductance, leakage, periodic_bounds, unit_stiffness
 
 PLAIN = fc.Material(E=1.0, nu=0.0)
 BALL = fc.surfaces.Paraboloid(1.0)
@@ -55,6 +55,25 @@ def test_conductance_of_a_periodic_strip():
     assert unit_stiffness(grid, touching, True) == pytest.approx(exact, rel=2e-2)
     assert unit_stiffness(grid, np.ones((n, 4), bool), True) == np.inf
     assert unit_stiffness(grid, np.zeros((n, 4), bool), True) == 0.0
+
+
+@pytest.mark.parametrize("share", [8, 4, 2])
+def test_bounds_of_periodic_strips_hold_and_close(share):
+    """Westergaard's strips, whose outline is that of cells: between the bounds, which close with the cells."""
+    widths = []
+    for n in (32, 128):
+        grid, touching = Grid((1.0, 4 / n), (n, 4)), np.zeros((n, 4), bool)
+        touching[: n // share] = True
+        exact = 2.0 * np.pi / n / np.log(1 / np.sin(np.pi / (2 * share)))
+        lower, upper = periodic_bounds(grid, touching)
+        assert lower < exact < upper
+        assert lower > (1 - 1.2 / n) * exact
+        widths.append(upper / lower - 1)
+    assert widths[1] < 0.26 * widths[0] < 0.07
+    found = conductance(grid, touching.astype(int), 1.0, True, 3.0)
+    assert (found.lower, found.upper) == (3 * lower, 3 * upper)
+    assert found.lower <= found.value <= found.upper
+    assert conductance(grid, np.ones((n, 4), int), 1.0, True, 3.0).value == np.inf
 
 
 def test_leakage_of_channels():
