@@ -172,6 +172,8 @@ class ResponseErrors:
             contact = self.contacts[k]
             pull = contact.forces @ contact.normals
             size = float(np.linalg.norm(pull))
+            if size <= MIN_CHANGE * contact.total_force:  # all round a ring, whose forces cancel
+                continue
             along = np.zeros(problem.n)
             along[self._start[k] : self._start[k + 1]] = contact.normals[contact._candidates] @ pull
             y = change.by(along[closed] / size, np.zeros(len(problem.F)))

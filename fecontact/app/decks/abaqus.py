@@ -265,7 +265,7 @@ def _with_faces(mesh: M, by_nodes: Collection[str]) -> M:
     return replace(mesh, boundaries=found)
 
 
-def _places(raw: RawMesh, mesh: Mesh) -> IntArray:
+def _places(raw: RawMesh, mesh: Mesh | PlaneCells) -> IntArray:
     """Points of the mesh (n,) that all nodes of the file are, -1 for those of no solid."""
     assert raw.node_ids is not None
     assert mesh.file_nodes is not None
