@@ -25,6 +25,7 @@ from fecontact.mesh.formats.abaqus_deck import (
     listed,
     member_and_label,
     missing_files,
+    nodes_beside,
     nodes_of,
     one_spelling,
     read_deck,
@@ -83,8 +84,7 @@ def read_abaqus(path: Path, part: str | None = None) -> RawMesh:
     -------
     RawMesh
         Coincident nodes are not merged. Each of several instances is an element set of its name; a set or surface whose
-        name occurs more than once is called ``instance.set``. Instances without solid cells are left out, and so are
-        nodes of the assembly itself (reference points).
+        name occurs more than once is called ``instance.set``. Instances without solid cells are left out.
 
     Raises
     ------
@@ -152,7 +152,10 @@ def _assembled(sections: InstanceParts, source: str, part: str | None, plane: bo
         raise MeshError(f"{source} holds no solid cells in {f'its part {part!r}' if part else 'any of its parts'}.")
     blocks = [(kind, cells + i.first_point) for i in kept for kind, cells in i.deck.raw.blocks]
     kinds = np.concatenate([i.deck.kinds for i in kept])
-    node_sets, groups, faces = _of_the_assembly(sections.outside, instances, blocks, kinds, source)
+    points = np.concatenate([i.points for i in kept])
+    beside = nodes_beside(sections.outside, source)
+    own_nodes = dict(zip(beside[0].tolist(), range(len(points), len(points) + len(beside[0])), strict=True))
+    node_sets, groups, faces = _of_the_assembly(sections.outside, instances, blocks, kinds, source, own_nodes)
     own = {} if len(solid) == 1 else {i.name: i.first_cell + np.arange(len(i.deck.kinds)) for i in solid}
     taken = {name.upper() for name in (*node_sets, *groups, *faces, *own)}
     count = Counter(name for i in kept for name in {n.upper() for n in _names(i.deck.raw)})
@@ -163,7 +166,8 @@ def _assembled(sections: InstanceParts, source: str, part: str | None, plane: bo
     raw = RawMesh.joined([i.deck.raw for i in kept], lambda k, name: called(kept[k], name))
     return replace(
         raw,
-        points=np.concatenate([i.points for i in kept]),
+        points=np.concatenate([points, beside[1]]),
+        node_ids=joined_numbers([raw.node_ids, beside[0]]),
         groups={**own, **_filled({**groups, **raw.groups})},
         faces=_filled({**faces, **raw.faces}),
         node_sets=_filled({**node_sets, **raw.node_sets}),
@@ -251,10 +255,14 @@ def _of_the_assembly(
     blocks: list[tuple[str, IntArray]],
     kinds: NDArray[np.str_],
     source: str,
+    own_nodes: Mapping[int, int],
 ) -> tuple[dict[str, IntArray], dict[str, IntArray], dict[str, IntArray]]:
-    """Node sets, element sets and surfaces that the assembly defines; empty ones are left out."""
+    """Node sets, element sets and surfaces that the assembly defines; empty ones are left out.
+
+    `own_nodes` are the places of its own nodes (reference points) by their numbers.
+    """
     groups = _assembly_sets(sections, instances, "element", source)
-    node_sets = _assembly_sets(sections, instances, "node", source)
+    node_sets = _assembly_sets(sections, instances, "node", source, own_nodes)
     for s in (s for s in sections if s.keyword == "NSET" and "ELSET" in s.parameters):
         elements = _resolved(s.parameters["ELSET"], groups, instances, "element", source)
         name = s.parameters.get("NSET", "")
@@ -281,7 +289,11 @@ def _filled(sets: dict[str, IntArray]) -> dict[str, IntArray]:
 
 
 def _assembly_sets(
-    sections: list[KeywordSection], instances: list[Instance], what: str, source: str
+    sections: list[KeywordSection],
+    instances: list[Instance],
+    what: str,
+    source: str,
+    own_nodes: Mapping[int, int] | None = None,
 ) -> dict[str, IntArray]:
     """Sets of nodes or elements that name an instance, or members as ``instance.name``."""
     keyword = "NSET" if what == "node" else "ELSET"
@@ -296,8 +308,10 @@ def _assembly_sets(
             parts = [i.numbers(listed(s, sets, i.deck, what, name), what)] if i.first_point >= 0 else []
         else:
             # plain numbers refer to the assembly's own nodes, which belong to no solid
-            named = [] if "GENERATE" in s.parameters else [v for v in s.items if not v.isdigit()]
-            parts = [_resolved(v, out, instances, what, source) for v in named]
+            items = [] if "GENERATE" in s.parameters else s.items
+            parts = [_resolved(v, out, instances, what, source) for v in items if not v.isdigit()]
+            own = [own_nodes[int(v)] for v in items if v.isdigit() and int(v) in own_nodes] if own_nodes else []
+            parts.append(np.array(own, dtype=np.int64))
         out[name] = np.unique(joined_numbers([out.get(name), *parts]))
     return out
 

@@ -340,6 +340,13 @@ def _nodes(sections: list[KeywordSection], source: str) -> tuple[IntArray, Array
     return index_array("the numbers of nodes", rows[:, 0]), rows[:, 1:]
 
 
+def nodes_beside(sections: list[KeywordSection], source: str) -> tuple[IntArray, Array]:
+    """Numbers (n,) and coordinates (n, 3) of the nodes of an assembly itself, possibly none."""
+    if any(s.keyword == "NODE" and s.lines for s in sections):
+        return _nodes(sections, source)
+    return joined_numbers([]), np.zeros((0, 3))
+
+
 def _first_numbers(section: KeywordSection) -> IntArray:
     """Number at the beginning of each row, which goes on after a comma: of elements that are not read."""
     begins = [True, *(not line.endswith(",") for line in section.lines[:-1])]

@@ -106,6 +106,23 @@ def test_rings_on_each_other_are_a_thick_cylinder(kind, read):
     expected = p * (b**2 / r**2 - 1) / (b**2 / a**2 - 1)
     assert np.abs(result.contacts[0].pressure - expected).max() < 0.01 * expected
     assert isinstance(result.scene.bodies[0], fc.AxisymmetricBody)
+    assert not result.warnings  # the resultant is zero, of which no error is told
+
+
+def test_a_ring_that_is_heated_presses_the_one_round_it(read):
+    """ccx of the same deck, with a penalty of 1e7: how far the rings widen."""
+    inner = fc.sections.rectangle((0.1, 0.1), (1, 1)).translated((0.95, 0, 0))
+    outer = fc.sections.rectangle((0.1, 0.1), (1, 1)).translated((1.05, 0, 0))
+    model = "*BOUNDARY\nLOW_bottom, 2\nUP_bottom, 2\n*INITIAL CONDITIONS, TYPE=TEMPERATURE\nLOW_top, 20.\n"
+    hot = "".join(f"LOW_{side}, 120.\n" for side in ("bottom", "top", "left", "right"))
+    text = deck("CAX8", f"*TEMPERATURE\n{hot}", model, lower=inner, upper=outer, pair="left, right")
+    every = "".join(f"LOW_{side}, 20.\n" for side in ("bottom", "left", "right"))
+    text = text.replace("*DENSITY\n", "*EXPANSION\n12.E-6,\n*DENSITY\n").replace(
+        "LOW_top, 20.\n", f"LOW_top, 20.\n{every}"
+    )
+    result = read(text).solve()
+    sizes = [np.linalg.norm(result.displacement(body), axis=1).max() for body in result.scene.bodies]
+    assert np.abs(np.array(sizes) / (6.91884e-4, 6.77964e-4) - 1).max() < 3e-4
 
 
 @pytest.mark.parametrize("state", ["CPE", "CPS"])

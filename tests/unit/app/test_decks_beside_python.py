@@ -366,11 +366,31 @@ Head, 3, 3, -0.05
 """
 
 
-def test_the_form_of_abaqus_cae(read):
+#: A reference point of the assembly, with a coupling to the top of the upper cube.
+POINT = """*Node
+      1,  0.3,  0.4,  3.
+*Nset, nset=m_Set-1
+ 1,
+*Elset, elset=_Top_S2, internal, instance=Cube-2
+ 1,
+*Surface, type=ELEMENT, name=s_Surf-1
+_Top_S2, S2
+*Coupling, constraint name=Constraint-1, ref node=m_Set-1, surface=s_Surf-1
+*Kinematic
+*End Assembly
+"""
+
+
+@pytest.mark.parametrize("point", [False, True])
+def test_the_form_of_abaqus_cae(point, read):
     cube = SMALL[0]
     mesh = listed("X", cube, 1).partition("*NSET")[0].replace(", ELSET=X", "")
     sets = {side: "".join(f"{n + 1},\n" for n in cube.boundary_nodes(side).tolist()) for side in ("bottom", "top")}
-    scene = read(CAE.format(mesh=mesh, **sets))
+    text = CAE.replace("*End Assembly\n", POINT) if point else CAE
+    if point:
+        head = "Head, 1, 1\nHead, 2, 2\nHead, 3, 3, -0.05\n"
+        text = text.replace(head, "m_Set-1, 1, 2\nm_Set-1, 3, 3, -0.05\nm_Set-1, 4, 6\n")
+    scene = read(text.format(mesh=mesh, **sets))
     assert [b.name for b in scene.scene.bodies] == ["Cube-1", "Cube-2"]
     assert not scene.scene.warnings
     assert scene.options == {"finite_motion": False}
