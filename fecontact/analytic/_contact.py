@@ -8,12 +8,18 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from fecontact.common import checks
 from fecontact.common.arrays import Array
+from fecontact.common.files import save_figure
+from fecontact.common.html import cell
+from fecontact.common.units import Units
 
 
 def table(title: str, rows: Sequence[tuple[str, str, float]]) -> str:
@@ -53,6 +59,59 @@ class Tabulated:
     def __str__(self) -> str:
         named = [(*USUAL[row], row) if isinstance(row, str) else row for row in self._rows]
         return table(self._title.format(self), [(name, symbol, getattr(self, key)) for name, symbol, key in named])
+
+
+class Plotted(Tabulated):
+    """A contact of half-width or radius `a` with a picture: pressure and gap over the distance from its middle."""
+
+    if TYPE_CHECKING:
+        a: float
+        pressure: Any
+        gap: Any
+
+    def plot(self, path: str | Path | None = None, *, units: tuple[str, ...] = (), ax: Any = None) -> Figure:
+        """Draw pressure, and the gap beside the contact, over the distance from its middle or its axis.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            File to write; the suffix decides the format.
+        units : (length, force) or (length, force, stress), optional
+            Names for labels.
+        ax : matplotlib Axes, optional
+            Where to draw the pressure alone.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written, or a name is no text.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> steel = fc.Material(E=210e3, nu=0.3)
+        >>> figure = fc.hertz.spheres(radii=(10.0, 10.0), materials=(steel, steel), force=100.0).plot()
+        >>> [axes.get_ylabel() for axes in figure.axes]
+        ['pressure', 'gap']
+        """
+        names, x = Units.of(units), np.linspace(-2.0 * self.a, 2.0 * self.a, 401)
+        if ax is None:
+            upper, lower = Figure(figsize=(6.4, 5.6), layout="constrained").subplots(2, 1, sharex=True)
+        else:
+            upper = lower = ax
+        upper.plot(x, self.pressure(np.abs(x)), color="tab:red")
+        upper.set_ylabel(names.axis_label("pressure", "stress"))
+        upper.set_title(str(self).splitlines()[0], fontsize="medium")
+        if ax is None:
+            lower.plot(x, self.gap(np.abs(x)), color="tab:blue")
+            lower.set_ylabel(names.axis_label("gap", "length"))
+        lower.set_xlabel(names.axis_label("distance", "length"))
+        for axes in (upper, lower):
+            axes.grid(color="0.9")
+        return save_figure(upper.figure, path)
+
+    def _repr_html_(self) -> str:
+        return cell(self, self.plot)
 
 
 class RoundContact(Tabulated, ABC):

@@ -18,7 +18,7 @@ from scipy.optimize import brentq, minimize_scalar
 from scipy.special import elliprd, elliprf
 
 from fecontact.analytic import disc
-from fecontact.analytic._contact import PlaneContact, RoundIndentation, Tabulated
+from fecontact.analytic._contact import PlaneContact, Plotted, RoundIndentation, Tabulated
 from fecontact.analytic._functions import arctan_defect, trough_gap
 from fecontact.analytic.pair import contact_modulus, pair_modulus, poisson_ratio, relative_radius
 from fecontact.analytic.stress import AxisymmetricStress, SymmetryPlaneStress
@@ -40,7 +40,7 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-class CircularContact(RoundIndentation):
+class CircularContact(Plotted, RoundIndentation):
     """Frictionless contact of two spherical surfaces under Hertz's assumptions; made by `spheres`.
 
     Parameters
@@ -276,7 +276,7 @@ def spheres(
 
 
 @dataclass(frozen=True)
-class LineContact(PlaneContact):
+class LineContact(Plotted, PlaneContact):
     """Frictionless contact of parallel cylinders under plane strain; made by `line`.
 
     There is no approach: the displacement of a half-plane grows as the logarithm of the distance, so the approach

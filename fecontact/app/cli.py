@@ -263,6 +263,7 @@ def _solve(parser: argparse.ArgumentParser) -> None:
     _laws(parser)
     parser.add_argument("--dry-run", action="store_true", help="check the file, print a summary, and stop")
     _outputs(parser)
+    parser.add_argument("--report", metavar="FILE.html", help="write a page of tables and pictures")
     parser.add_argument("--montage", metavar="FILE", help="cases: maps of the pressure of the first contact")
     parser.add_argument("--animate", metavar="FILE", help="cases: the same as an animation, .gif or .mp4")
     parser.add_argument(

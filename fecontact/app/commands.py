@@ -150,7 +150,7 @@ def ancf(options: argparse.Namespace) -> int:
 
 def solve(options: argparse.Namespace) -> int:
     """Solve a scene file."""
-    _check_files(options.json, options.montage, options.animate)
+    _check_files(options.json, options.montage, options.animate, options.report)
     if options.beside:
         check_ccx(Path(options.scene))
     if options.animate:
@@ -166,6 +166,8 @@ def solve(options: argparse.Namespace) -> int:
     if options.dry_run:
         say(scene.describe())
         return 0
+    if options.report and (scene.cases or scene.steps):
+        raise InputError("--report is of one state; this scene has several, of which there is a table.", code="cases")
     if scene.cases and options.beside:
         raise InputError(f"--beside compares the last state; {options.scene} has cases, each of its own.", code="cases")
     if scene.cases:
@@ -180,6 +182,7 @@ def solve(options: argparse.Namespace) -> int:
     remarks = _show(*_beside(options, result, _titled(scene, result), scene.summary(result)), options.json)
     for path in scene.write(result):
         say(f"wrote {path}", remarks)
+    _write(options.report, lambda to: result.report(to, title=scene.title or "Contact of bodies"), remarks)
     return 0
 
 

@@ -24,6 +24,7 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import text
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, shown
+from fecontact.common.html import cell
 from fecontact.common.renamed import FormerNames, warn
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
@@ -219,6 +220,10 @@ class Body(FormerNames):
         named = self.name if name is None else text("the name of a body", name)
         vars(other).update(vars(self) | {"pose": pose, "name": named})
         return other
+
+    def _repr_html_(self) -> str:
+        mesh = getattr(self, "mesh", None)
+        return cell(self.describe(), None if mesh is None else mesh.plot)
 
     def _described(self, what: str) -> str:
         """One-line description with notes."""

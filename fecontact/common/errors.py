@@ -11,8 +11,10 @@ True
 """
 
 import difflib
+import importlib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 #: Characters of a value that a message repeats.
 SHOWN = 120
@@ -78,6 +80,25 @@ class MissingPackageError(FecontactError, ImportError):
     """An optional package that a feature needs is not installed; the message says how to install it."""
 
     code = "missing-package"
+
+
+def optional(package: str, use: str, extra: str = "") -> Any:
+    """An optional package, imported when it is first used.
+
+    Raises
+    ------
+    MissingPackageError
+        If it is not installed.
+
+    Examples
+    --------
+    >>> optional("math", "counting").pi > 3
+    True
+    """
+    try:
+        return importlib.import_module(package)
+    except ImportError as error:
+        raise MissingPackageError(f"{use} needs {package}: pip install {extra or package}.") from error
 
 
 @contextmanager

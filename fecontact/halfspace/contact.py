@@ -20,7 +20,7 @@ from fecontact.common.checks import among, number_array, positive, vector, whole
 from fecontact.common.checks import friction as friction_coefficient
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.error_estimate import MAX_ERROR, OF_CELLS, OF_LAYERS, ErrorEstimate, ResponseError, percent
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, optional
 from fecontact.common.material import Material
 from fecontact.common.region import Region
 from fecontact.common.renamed import RenamedKeys, redefined, renamed
@@ -354,6 +354,18 @@ class HalfSpaceContact(Drawn):
             "point_area": point_area,
         }
         return tuple(Region(**{name: values[k] for name, values in columns.items()}) for k in range(n))
+
+    def to_xarray(self) -> Any:
+        """Pressure, gap and displacement over x and y as an xarray Dataset, with the figures as its attributes.
+
+        Raises
+        ------
+        MissingPackageError
+            If xarray is not installed.
+        """
+        fields = {name: (("x", "y"), getattr(self, name)) for name in ("pressure", "gap", "displacement")}
+        places = {"x": self.grid.x, "y": self.grid.y}
+        return optional("xarray", "A Dataset").Dataset(fields, coords=places, attrs=dict(self.figures))
 
     def moment_radius(self) -> float:
         """Contact radius of a Hertz pressure from its second moment, a^2 = (5/2) sum(p r^2)/sum(p)."""

@@ -20,6 +20,7 @@ from matplotlib.patches import Patch
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among
 from fecontact.common.files import check_writable, replacing, save_figure, save_json
+from fecontact.common.html import cell
 from fecontact.common.material import von_mises
 from fecontact.common.renamed import warn
 from fecontact.common.units import Units
@@ -47,7 +48,13 @@ class Drawn:
     """Something with a picture, whose labels have names of units."""
 
     def plot(
-        self, path: str | Path | None = None, *, units: str = "", length: str = "", force: str = "", stress: str = ""
+        self,
+        path: str | Path | None = None,
+        *,
+        units: str | tuple[str, ...] = "",
+        length: str = "",
+        force: str = "",
+        stress: str = "",
     ) -> Figure:
         """Draw it, a matplotlib figure.
 
@@ -55,8 +62,10 @@ class Drawn:
         ----------
         path : str or Path, optional
             File to write; the suffix decides the format.
-        units, length, force : str
-            Names of the units of pressure, length and force, for labels.
+        units : (length, force) or (length, force, stress), or str
+            Names of the units for labels, as of a scene: ``("mm", "N", "MPa")``; a text is that of the pressure.
+        length, force : str
+            Names of the other units beside a text.
         stress : str
             Former name of `units`; it warns.
 
@@ -67,7 +76,11 @@ class Drawn:
         """
         if stress:
             warn("plot(stress=) is now plot(units=); the old name will be removed.", stacklevel=3)
-        return self._drawn(path, Units(length, force, units or stress))
+        names = Units(length, force, units or stress) if isinstance(units, str) else Units.of(units)
+        return self._drawn(path, names)
+
+    def _repr_html_(self) -> str:
+        return cell(self, self.plot)
 
     @abstractmethod
     def _drawn(self, path: str | Path | None, units: Units) -> Figure:

@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fecontact.common.arguments import label
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
 from fecontact.common.files import save_figure
@@ -441,6 +441,8 @@ PLAIN, COLOURS, LISTED = (0.87, 0.87, 0.87), "tab20", 20
 PIXELS = (1100, 820)
 #: Cosine between a boundary's mean normal and the eye from which on its number is written on it.
 FACING = 0.15
+#: Difference of colours, of which the brightest part is one, up to which they are the same in another light.
+SAME_HUE = 0.08
 
 
 def plot_faces(
@@ -454,6 +456,7 @@ def plot_faces(
     edges: bool = True,
     length: str = "",
     closed: bool = True,
+    veil: tuple[Array, IntArray] | None = None,
 ) -> Figure:
     """Draw facets, those of each named boundary in its colour.
 
@@ -474,6 +477,8 @@ def plot_faces(
         Unit of length, for the ruler.
     closed : bool
         Whether the facets enclose a body, so that those turned away need no drawing.
+    veil : (points, facets), optional
+        Surfaces drawn translucent over what is behind them.
 
     Raises
     ------
@@ -498,9 +503,10 @@ def plot_faces(
         PIXELS,
         edges,
         closed,
+        veil,
     )
     figure, axes = framed(image, camera, title, length)
-    _number_boundaries(axes, camera, points, facets, boundaries)
+    _number_boundaries(axes, camera, points, facets, boundaries, None if veil else image)
     _list_boundaries(figure, boundaries, "faces")
     return save_figure(figure, path)
 
@@ -592,19 +598,40 @@ def _colour(k: int) -> tuple[float, float, float]:
 
 
 def _number_boundaries(
-    axes: Any, camera: Camera, points: Array, facets: IntArray, boundaries: Mapping[str, IntArray]
+    axes: Any,
+    camera: Camera,
+    points: Array,
+    facets: IntArray,
+    boundaries: Mapping[str, IntArray],
+    image: Image | None = None,
 ) -> None:
-    """Write the number of each boundary on that of its facets that is nearest to its middle, if it faces the eye."""
+    """Write the number of each boundary on that of its facets which is nearest to the middle of those that are seen.
+
+    Facets are seen that face the eye and, without a veil, whose colour is where they are in the picture.
+    """
     corners = points[facets[:, :4]]
     middles = corners.mean(axis=1)
     areas = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     towards = areas @ camera.axes[2] / np.maximum(np.linalg.norm(areas, axis=1), np.finfo(float).tiny)
     for k, chosen in enumerate(boundaries.values(), start=1):
         facing = chosen[towards[chosen] > FACING]
+        if image is not None and len(facing):
+            facing = facing[_coloured(image, middles[facing] @ camera.axes[:2].T, _colour(k - 1))]
         if len(facing):
             middle = middles[facing].mean(axis=0)
             at = facing[np.argmin(((middles[facing] - middle) ** 2).sum(axis=1))]
             _write_number(axes, k, camera.axes[:2] @ middles[at])
+
+
+def _coloured(image: Image, places: Array, colour: tuple[float, float, float]) -> Mask:
+    """Whether a picture has a colour, in whatever light, at places (n, 2) along the camera's axes."""
+    left, right, bottom, top = image.extent
+    height, width = image.rgba.shape[:2]
+    share = (places - [left, bottom]) / [right - left, top - bottom]
+    column, row = (np.clip((share * [width, height]).astype(int), 0, [width - 1, height - 1])).T
+    found, wanted = image.rgba[row, column, :3].astype(float), np.array(colour)
+    brightest = np.maximum(found.max(axis=1, keepdims=True), np.finfo(float).tiny)
+    return np.asarray(np.abs(found / brightest - wanted / wanted.max()).max(axis=1) < SAME_HUE)
 
 
 def _write_number(axes: Any, number: int, place: Array) -> None:

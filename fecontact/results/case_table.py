@@ -16,7 +16,7 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import file_path, items, texts
 from fecontact.common.arrays import Array, without_rounding
 from fecontact.common.checks import among, whole
-from fecontact.common.errors import InputError, shown
+from fecontact.common.errors import InputError, optional, shown
 from fecontact.common.files import check_writable, save_json, write_atomically, write_collection
 from fecontact.common.renamed import renamed
 from fecontact.common.table import Column, Figures, Table
@@ -219,6 +219,16 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
             among("case", k, self.names)
             return self.rows[self.names.index(k)]
         return self.rows[k]
+
+    def to_pandas(self) -> Any:
+        """The figures as a pandas DataFrame, a row for each case by its name.
+
+        Raises
+        ------
+        MissingPackageError
+            If pandas is not installed.
+        """
+        return optional("pandas", "A DataFrame").DataFrame(dict(self.figures), index=list(self.names))
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -100,7 +100,7 @@ def _inside(result: ContactResult, interface: Interface, shown: IntArray) -> tup
 
 
 #: Suffixes of a result's files.
-WRITERS = (".vtu", ".json", ".csv")
+WRITERS = (".vtu", ".json", ".csv", ".npz")
 
 
 def save_result(result: ContactResult, path: str | Path) -> Path:
@@ -120,8 +120,22 @@ def save_result(result: ContactResult, path: str | Path) -> Path:
         ".vtu": save_vtu,
         ".json": lambda r, p: save_json(p, r.summary()),
         ".csv": lambda r, p: save_csv(r.contacts, p),
+        ".npz": save_arrays,
     }
     return writers[suffix](result, path)
+
+
+def save_arrays(result: ContactResult, path: Path) -> Path:
+    """The condensed problem, its solution and the points of the contacts as arrays of numpy."""
+    solution = result.friction or result.solution
+    names = ("S", "g", "B", "F", "points", "tangents", "mu")
+    found = {name: value for name in names if isinstance(value := getattr(solution.problem, name), np.ndarray)}
+    found |= {"forces": solution.forces, "q": solution.q}
+    for k, contact in enumerate(result.contacts):
+        found |= {f"{name}_{k}": getattr(contact, name) for name in ("points", "normals", "pressure", "gap")}
+    with replacing(path) as file:
+        np.savez_compressed(file, allow_pickle=False, **found)
+    return path
 
 
 def save_csv(contacts: Sequence[ContactFields], path: str | Path) -> Path:

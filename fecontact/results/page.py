@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
 from collections.abc import Iterator
 from html import escape
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +13,7 @@ from matplotlib.figure import Figure
 from fecontact.common.arguments import text
 from fecontact.common.arrays import Array, without_rounding
 from fecontact.common.files import write_atomically
+from fecontact.common.html import image, wrapped
 from fecontact.common.table import Column, Table
 from fecontact.results.pictures.draw import plot_result
 from fecontact.results.report import model_size
@@ -22,18 +21,8 @@ from fecontact.results.report import model_size
 if TYPE_CHECKING:
     from fecontact.results.result import ContactResult
 
-STYLE = """
-body, .fecontact { font: 15px/1.45 system-ui, sans-serif; color: #222; }
-body { max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
-.fecontact table { border-collapse: collapse; margin: .6rem 0; display: block; overflow-x: auto; }
-.fecontact th, .fecontact td { padding: .2rem .8rem .2rem 0; text-align: left; vertical-align: top;
-  border-bottom: 1px solid #ddd; font-variant-numeric: tabular-nums; }
-.fecontact img { max-width: 100%; display: block; margin: .8rem 0; }
-.fecontact .warning { border-left: 4px solid #c33; padding-left: .7rem; margin: .5rem 0; }
-.fecontact .note { border-left: 4px solid #bbb; padding-left: .7rem; margin: .5rem 0; }
-"""
-#: Dots per inch of pictures on a page and in a notebook.
-DPI = 110
+#: The width of a page, which a notebook keeps for itself.
+PAGE = "body { max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }"
 
 
 def write_page(
@@ -61,7 +50,7 @@ def write_page(
     parts = [
         f"<h1>{escape(title)}</h1>",
         _summary(result),
-        *(f"<h2>{name}</h2>{_image(figure)}" for name, figure in _pictures(result)),
+        *(f"<h2>{name}</h2>{image(figure)}" for name, figure in _pictures(result)),
         "<h2>Reactions</h2>",
         Table(
             ("body", Column("force", unit=result.scene.unit_names.force), "moment about its frame"),
@@ -78,24 +67,21 @@ def write_page(
         "".join(f"<div>{escape(line)}</div>" for line in model_size(result)),
         Table(("stage", Column("seconds", ".3f")), list(result.seconds.items())).html(),
     ]
-    head = f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
+    head = f'<!doctype html><html lang="en"><head><meta charset="utf-8"><style>{PAGE}</style>'
+    head += f"<title>{escape(title)}</title>"
     body = "\n".join(parts)
-    page = f'{head}<meta name="viewport" content="width=device-width"></head><body>{_wrapped(body)}</body></html>'
+    page = f'{head}<meta name="viewport" content="width=device-width"></head><body>{wrapped(body)}</body></html>'
     return write_atomically(path, page)
 
 
 def notebook_cell(result: ContactResult) -> str:
     """HTML of a result in a notebook: what it found, and its map of pressure."""
-    return _wrapped(_summary(result) + _image(plot_result(result, "pressure")))
+    return wrapped(_summary(result) + image(plot_result(result, "pressure")))
 
 
 def table_cell(table: Table) -> str:
     """HTML of a table in a notebook, with its notes below."""
-    return _wrapped(table.html() + "".join(f'<p class="note">{escape(text)}</p>' for text in table.notes))
-
-
-def _wrapped(body: str) -> str:
-    return f'<style>{STYLE}</style><div class="fecontact">{body}</div>'
+    return wrapped(table.html() + "".join(f'<p class="note">{escape(text)}</p>' for text in table.notes))
 
 
 def _summary(result: ContactResult) -> str:
@@ -142,12 +128,6 @@ def _certificate(result: ContactResult) -> str:
     """Residuals recomputed from the problem."""
     rows = list(result.residuals().as_dict().items())
     return Table(("residual, relative", Column("", ".1e")), rows).html()
-
-
-def _image(figure: Figure) -> str:
-    file = BytesIO()
-    figure.savefig(file, dpi=DPI, format="png")
-    return f'<img alt="" src="data:image/png;base64,{b64encode(file.getvalue()).decode()}">'
 
 
 def _vector(v: Array, size: float = 0.0) -> str:

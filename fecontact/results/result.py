@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, cast
 
 import numpy as np
@@ -19,7 +20,7 @@ from fecontact.common.arguments import file_path, known_options, text
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import point_array
 from fecontact.common.error_estimate import ResponseError
-from fecontact.common.errors import InputError, shown
+from fecontact.common.errors import InputError, optional, shown
 from fecontact.common.files import check_writable
 from fecontact.common.renamed import FormerNames
 from fecontact.common.stopwatch import Stopwatch
@@ -648,10 +649,28 @@ class ContactResult(FormerNames):
         return notebook_cell(self)
 
     def save(self, path: str | Path) -> Path:
-        """Write the result; the suffix decides: .vtu (ParaView), .json (summary), .csv (contact points)."""
+        """Write the result; the suffix decides: .vtu (ParaView), .json (summary), .csv (contact points), .npz (arrays).
+
+        An .npz file has the condensed problem (S where it is an array, g, B, F; with friction points, tangents, mu),
+        forces and motions q, and of each contact k points_k, normals_k, pressure_k and gap_k.
+        """
         from fecontact.results.files import save_result
 
         return save_result(self, path)
+
+    def to_pyvista(self) -> Any:
+        """The bodies with their fields as a pyvista UnstructuredGrid, as the .vtu file has them.
+
+        Raises
+        ------
+        MissingPackageError
+            If pyvista is not installed.
+        InputError
+            If no body has a mesh.
+        """
+        read = optional("pyvista", "A grid of the bodies", "'fecontact[view]'").read
+        with TemporaryDirectory() as folder:
+            return read(self.save(Path(folder) / "result.vtu"))
 
     def summary(self) -> dict[str, Any]:
         """Figures for scripts, ready for JSON."""

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NoReturn
+
+from matplotlib.figure import Figure
 
 from fecontact.common.arguments import spelled
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
+from fecontact.common.html import cell
 from fecontact.contact.model import SceneModel
+from fecontact.results.pictures.bodies import plot_scene
+from fecontact.results.pictures.solids import meshed_among
+from fecontact.scene.cost import explain
 from fecontact.scene.load_path import solve_path
 from fecontact.scene.solve import solve_scene
 from fecontact.scene.sweep import run_sweep
@@ -55,6 +62,28 @@ class Scene(SceneModel):
     solve = solve_scene
     solve_path = solve_path
     sweep = run_sweep
+    explain = explain
+
+    def plot(self, path: str | Path | None = None, **options: Any) -> Figure:
+        """Draw the bodies as they are given, see `results.pictures.bodies.plot_scene`.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            File to write; the suffix decides the format.
+        **options
+            ``view``, ``edges``, ``length`` (the scene's unit unless given).
+
+        Raises
+        ------
+        InputError
+            For an unknown option or view, a scene without meshes, or a file that cannot be written.
+        """
+        return plot_scene(self, path, **options)
+
+    def _repr_html_(self) -> str:
+        draw = self.plot if meshed_among(self.bodies) else None
+        return cell("\n".join(body.describe() for body in self.bodies), draw)
 
     def roll(self, *_: Any, **__: Any) -> NoReturn:
         """Refused: steady rolling is offered for half-spaces, see `HalfSpace.roll`.

@@ -17,7 +17,13 @@ PICTURES = (".png", ".svg", ".pdf")
 #: Fields that [outputs] can draw on the bodies; those of the contacts are 'pressure', 'gap', 'friction'.
 BODY_PICTURES = ("von_mises", "contact_pressure", "displacement")
 CONTACT_PICTURES = ("pressure", "gap", "friction")
-FILES = {"vtu": (".vtu",), "json": (".json",), "csv": (".csv",), "table": (".txt", ".md", ".log")}
+FILES = {
+    "vtu": (".vtu",),
+    "json": (".json",),
+    "csv": (".csv",),
+    "table": (".txt", ".md", ".log"),
+    "report": (".html", ".htm"),
+}
 
 
 @dataclass(frozen=True)
@@ -115,6 +121,8 @@ def write_output(output: Output, result: ContactResult, summary: Mapping[str, An
     """Write one output; `summary` is for a JSON file."""
     if output.kind == "json":
         return save_json(output.path, dict(summary))
+    if output.kind == "report":
+        return result.report(output.path, title=str(summary["title"]) or "Contact of bodies")
     if output.kind == "table":
         return write_atomically(output.path, f"{result}\n")
     if output.kind in FILES:

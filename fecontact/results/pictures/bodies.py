@@ -18,11 +18,20 @@ from matplotlib.figure import Figure
 from fecontact.common.arguments import flag, items, known_options, label, text
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, finite, vector, whole
-from fecontact.common.errors import InputError, MissingPackageError
+from fecontact.common.errors import InputError, optional
 from fecontact.common.errors import shown as shown_value
 from fecontact.common.files import check_writable, save_figure
-from fecontact.mesh.picture import PIXELS, Camera, draw_facets, framed, subdivided
-from fecontact.results.pictures.solids import COMPONENTS, Solid, chosen, rigid_patches, solids_of_result
+from fecontact.contact.model import SceneModel
+from fecontact.mesh.picture import PIXELS, Camera, draw_facets, framed, plot_faces, subdivided
+from fecontact.results.pictures.solids import (
+    COMPONENTS,
+    Solid,
+    chosen,
+    meshed_among,
+    rigid_patch,
+    rigid_patches,
+    solids_of_result,
+)
 
 if TYPE_CHECKING:
     from fecontact.results.result import ContactResult
@@ -150,6 +159,72 @@ def plot_bodies(result: ContactResult, field: str = "von_mises", path: str | Pat
     return plot_solids(solids, field, path, rigid=rigid, **{**options, "scale": factor})
 
 
+def plot_scene(
+    scene: SceneModel,
+    path: str | Path | None = None,
+    *,
+    view: str | tuple[float, float] = "iso",
+    edges: bool = True,
+    length: str = "",
+) -> Figure:
+    """Draw the bodies of a scene as given, their contact surfaces in colours, and translucent what has no mesh.
+
+    Parameters
+    ----------
+    scene : SceneModel
+    path, view, edges, length
+        As for `mesh.picture.plot_faces`.
+
+    Raises
+    ------
+    InputError
+        If no body has a mesh, for an unknown direction, or a file that cannot be written.
+    """
+    meshed = meshed_among(scene.bodies)
+    if not meshed:
+        raise InputError("No body of this scene has a mesh: there is nothing to draw.", code="nothing-to-draw")
+    points = [b.pose.to_world(b.mesh.points) for b in meshed]
+    solids = [
+        Solid(b.name, b.mesh.drawn_at(x), {"body": np.zeros(len(x))}) for b, x in zip(meshed, points, strict=True)
+    ]
+    x, facets, _ = _skin(solids, "body", 0.0)
+    first = np.cumsum([0, *(len(b.mesh.skin) for b in meshed)])
+    flat = all(b.mesh.is_flat for b in meshed)
+    surfaces = (
+        {}
+        if flat
+        else {
+            f"{b.name}.{name}": start + np.flatnonzero(np.isin(b.mesh.outer @ (6, 1), b.mesh.faces(name) @ (6, 1)))
+            for b, start in zip(meshed, first, strict=False)
+            for name in b.contact
+        }
+    )
+    title = f"{len(scene.bodies)} bodies, {len(scene.contacts)} contact{'' if len(scene.contacts) == 1 else 's'}"
+    unit = length or scene.unit_names.length
+    return plot_faces(
+        x, facets, surfaces, path, title, view="-y" if flat and view == "iso" else view, edges=edges, length=unit,
+        closed=not flat, veil=None if flat else _others(scene),
+    )  # fmt: skip
+
+
+def _others(scene: SceneModel) -> tuple[Array, IntArray] | None:
+    """Surfaces without a mesh, near the meshes that they may touch."""
+    points, quads, start = [], [], 0
+    for contact in scene.contacts:
+        for own, other in ((0, 1), (1, 0)):
+            partner, names = contact.bodies[other], contact.surfaces
+            if names is None or meshed_among([partner]):
+                continue
+            for body in meshed_among([contact.bodies[own]]):
+                nodes = body.pose.to_world(body.mesh.points[body.mesh.boundary_nodes(names[own])])
+                gap = partner.surface(names[other]).project(partner.pose.to_body(nodes)).gap
+                x, q = rigid_patch(partner, names[other], nodes[[int(np.argmin(gap))]], nodes)
+                points.append(x)
+                quads.append(q + start)
+                start += len(x)
+    return (np.concatenate(points), np.concatenate(quads)) if points else None
+
+
 def _size(pixels: tuple[int, int]) -> tuple[int, int]:
     """Width and height of a drawing, checked."""
     two = items("pixels", pixels, "two whole numbers")
@@ -245,7 +320,7 @@ def show(
     InputError
         As `plot_solids`.
     """
-    pyvista = _pyvista()
+    pyvista = optional("pyvista", "Showing bodies on the screen, unlike pictures in files,", "'fecontact[view]'")
     if path is not None:
         check_writable(path)
     shown = chosen(solids, bodies, cut)
@@ -283,14 +358,3 @@ def show_result(
 def _unit_of(result: ContactResult, field: str) -> str:
     known = result.scene.unit_names
     return known.length if field.startswith("displacement") else known.stress
-
-
-def _pyvista() -> Any:
-    try:
-        import pyvista
-    except ImportError as error:
-        raise MissingPackageError(
-            "Showing bodies on the screen needs pyvista: pip install 'fecontact[view]'. "
-            "Pictures in files (--out) need only matplotlib."
-        ) from error
-    return pyvista

@@ -10,18 +10,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, cast
 
 import numpy as np
 
 from fecontact.bodies.body import Body
+from fecontact.bodies.elastic import ElasticBody
 from fecontact.common.arguments import text, texts
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, did_you_mean
 from fecontact.fem.stress import VOIGT
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh, counter_clockwise
-from fecontact.results.contact_fields import ContactFields
 from fecontact.results.files import body_fields, window_patches
 
 if TYPE_CHECKING:
@@ -260,7 +260,8 @@ def rigid_patches(result: ContactResult, scale: float) -> tuple[Array, IntArray]
     for contact in result.contacts:
         if contact.master.is_rigid and not contact._is_curve:
             motion = result._state.motions[result.scene.bodies.index(contact.master)]
-            x, q = _patch(contact, contact.master)
+            nearest = contact.points[[np.argmin(contact.gap)]]
+            x, q = rigid_patch(contact.master, contact.surfaces[1], nearest, contact.nodes)
             begin = result._given(contact.master).pose.to_world(contact.master.pose.to_body(x))
             end = x + motion[:3] + np.cross(motion[3:], x - contact.master.pose.translation)
             points.append(begin + scale * (end - begin))
@@ -269,16 +270,23 @@ def rigid_patches(result: ContactResult, scale: float) -> tuple[Array, IntArray]
     return np.concatenate(points), np.concatenate(quads)
 
 
-def _patch(contact: ContactFields, body: Body) -> tuple[Array, IntArray]:
-    """Projection of a grid in the tangent plane at the least gap; quadrilaterals outside the surface are left out."""
-    shape = body.surface(contact.surfaces[1])
-    nearest = body.pose.to_body(contact.points[[np.argmin(contact.gap)]])
-    foot = shape.project(nearest)
+def meshed_among(bodies: Sequence[Body]) -> list[ElasticBody]:
+    """Those of some bodies that have a mesh, local ones among them."""
+    return [cast(ElasticBody, b) for b in bodies if b._at_points(np.zeros(b.n_dofs)) is not None]
+
+
+def rigid_patch(body: Body, name: str, nearest: Array, nodes: Array) -> tuple[Array, IntArray]:
+    """Points (n, 3) and quadrilaterals (m, 4) of a surface near nodes (k, 3) of another, in the world.
+
+    A grid in the tangent plane at the nearest point (1, 3) is projected; what is outside the surface is left out.
+    """
+    shape = body.surface(name)
+    foot = shape.project(body.pose.to_body(nearest))
     normal = foot.normals[0]
     along = np.eye(3)[np.argmin(np.abs(normal))]
     first = np.cross(normal, along) / np.linalg.norm(np.cross(normal, along))
     axes = np.stack([first, np.cross(normal, first)])
-    offsets = (body.pose.to_body(contact.nodes) - foot.points) @ axes.T
+    offsets = (body.pose.to_body(nodes) - foot.points) @ axes.T
     half = MARGIN * np.abs(offsets).max()
     t = half * np.linspace(-1.0, 1.0, PIECES + 1)
     grid = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2) @ axes + foot.points

@@ -1,10 +1,13 @@
 """Results in a notebook, as a page and in one line."""
 
 import re
+import sys
 import time
 from base64 import b64decode
 from html.parser import HTMLParser
+from importlib import util
 
+import numpy as np
 import pytest
 from refusals import refused
 
@@ -150,3 +153,50 @@ def test_the_total_time_is_that_of_the_whole_solution(monkeypatch):
     assert 0.5 * elapsed <= posed.seconds["total"] <= elapsed
     assert abs(sum(v for k, v in posed.seconds.items() if k != "total") / posed.seconds["total"] - 1) <= 0.05
     assert posed.seconds["before"] > 0
+
+
+def test_what_a_notebook_shows_leaves_the_notebook_alone(result):
+    """Rules of style apply in the package's own element; each kind of object has a text and a picture."""
+    half = fc.HalfSpace(CORK, size=(3.0, 3.0), cells=(16, 16))
+    shown = [
+        result,
+        result.scene,
+        result.scene.bodies[0],
+        half.press(fc.surfaces.Paraboloid(1.0), force=1.0),
+        fc.hertz.spheres((1.0, 1.0), (CORK, CORK), force=1.0),
+    ]
+    for each in shown:
+        html = each._repr_html_()
+        rules = re.findall(r"^([^{} ][^{}]*)\{", re.search(r"<style>(.*?)</style>", html, re.DOTALL)[1], re.MULTILINE)
+        assert rules
+        assert all(part.strip().startswith(".fecontact") for rule in rules for part in rule.split(","))
+        assert len(re.findall("<img", html)) == 1
+
+
+def test_arrays_of_a_result(result, tmp_path):
+    """The problem and its solution, from which the residuals can be recomputed elsewhere."""
+    found = np.load(result.save(tmp_path / "result.npz"))
+    gap = found["S"] @ found["forces"] + found["g"] + found["B"].T @ found["q"]
+    assert np.abs(gap[found["forces"] > 0]).max() < 1e-12
+    assert (found["pressure_0"] == result.contacts[0].pressure).all()
+
+
+def test_friends_are_imported_when_they_are_asked_for(result, monkeypatch):
+    """Tables, fields and bodies for pandas, xarray and pyvista; without them the package is named."""
+    table = result.scene.sweep(
+        [{"motions": {result.scene.bodies[0]: {"z": -0.01 * k}}, "name": f"{k}"} for k in (1, 2)]
+    )
+    half = fc.HalfSpace(CORK, size=(3.0, 3.0), cells=(16, 16)).press(fc.surfaces.Paraboloid(1.0), force=1.0)
+    calls = {"pandas": table.to_pandas, "xarray": half.to_xarray, "pyvista": result.to_pyvista}
+    for package, call in calls.items():
+        with monkeypatch.context() as without:
+            without.setitem(sys.modules, package, None)
+            with refused(fc.MissingPackageError, "missing-package", package):
+                call()
+    if util.find_spec("pandas"):
+        assert table.to_pandas().loc["2", "max_pressure"] == table["2"]["contacts"][0]["max_pressure"]
+    if util.find_spec("xarray"):
+        fields = half.to_xarray()
+        assert float(fields.pressure.max()) == half.max_pressure == fields.attrs["max_pressure"]
+    if util.find_spec("pyvista"):
+        assert result.to_pyvista().point_data["displacement"].shape[1] == 3
