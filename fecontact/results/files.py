@@ -128,8 +128,8 @@ def save_result(result: ContactResult, path: str | Path) -> Path:
 def save_arrays(result: ContactResult, path: Path) -> Path:
     """The condensed problem, its solution and the points of the contacts as arrays of numpy."""
     solution = result.friction or result.solution
-    names = ("S", "g", "B", "F", "points", "tangents", "mu")
-    found = {name: value for name in names if isinstance(value := getattr(solution.problem, name), np.ndarray)}
+    names = (*(("S",) if solution.problem.is_dense else ()), "g", "B", "F", "points", "tangents", "mu")
+    found = {name: np.asarray(getattr(solution.problem, name)) for name in names}
     found |= {"forces": solution.forces, "q": solution.q}
     for k, contact in enumerate(result.contacts):
         found |= {f"{name}_{k}": getattr(contact, name) for name in ("points", "normals", "pressure", "gap")}
