@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial.transform import Rotation
 
 from fecontact.app.decks.conditions import BodyConditions, of_body, with_supports_along
 from fecontact.app.decks.content import DeckContent, DeckFrame, DeckPair, DeckRigid, DeckStep
@@ -425,7 +426,7 @@ def _loads(
             )
         motion = None if m.conditions is not None else _frame_motion(m.body, held)
         if motion is None:
-            given["displacements"] |= _displacements(m, step)
+            given["displacements"] |= _displacements(m, _turned(deck, step, m))
         elif motion:
             given["motions"] |= {m.body: motion}
     for frame in step.frames:
@@ -469,6 +470,18 @@ def _patterns(step: DeckStep, m: DeckBody) -> list[bytes]:
     every = [step.held] if step.along is None else [step.held, step.along]
     used = np.unique(m.nodes if m.conditions is None else np.append(m.nodes, m.conditions.given.indices // 3))
     return [np.isfinite(held[used]).tobytes() for held in every]
+
+
+def _turned(deck: DeckContent, step: DeckStep, m: DeckBody) -> DeckStep:
+    """The step with the displacements of nodes on rigid parts that turn: finite ones for bodies of finite strain."""
+    held = step.held.copy()
+    for frame in step.frames if m.body._finite_strain is not None else ():
+        shift, turn = np.array([frame.motions.get(c, 0.0) for c in COMPONENTS]).reshape(2, 3)
+        if turn.any() and not frame.is_free:
+            part = next(r for r in deck.rigid if r.name == frame.rigid)
+            lever = deck.mesh.points[part.attached] - part.centre
+            held[part.attached] = shift + Rotation.from_rotvec(turn).apply(lever) - lever
+    return replace(step, held=held)
 
 
 def _displacements(m: DeckBody, step: DeckStep) -> dict[Any, Array]:

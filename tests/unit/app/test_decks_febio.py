@@ -227,6 +227,27 @@ def test_nodes_that_a_rigid_part_holds(axis, deck):
     assert np.abs(force(scene.solve()) - [0, 0, 0.1]).max() < ROUNDING
 
 
+def test_nodes_on_a_rigid_part_that_turns_far_go_round_its_centre(deck):
+    glue = '<bc type="rigid" node_set="Up_top"><rb>Cap</rb></bc>'
+    cap = '<Material><material id="3" name="Cap" type="rigid body"/></Material>'
+    turn = '<rigid_bc type="rigid_rotation_vector"><rb>Cap</rb><vz lc="1">0.4</vz></rigid_bc>'
+    rigid = RIGID.format(turn).replace("<rb>Gel", "<rb>Cap").replace("<Ru_dof>", "<Rz_dof>1</Rz_dof><Ru_dof>")
+    below = [("Low_bottom", c) for c in "xyz"]
+    path = deck("", kind="tied-elastic", bcs=glue, more=cap + rigid, sides=below)
+    text = path.read_text().replace("<density>2</density>", "")
+    for laws in ("finite-strain", "small-strain"):
+        path.write_text(text)
+        scene = fc.read_scene(path, laws=laws)
+        (body,) = scene.scene.bodies
+        top = body.mesh.points[:, 2] == 2.0
+        lever = body.mesh.points[top] - [0.5, 0.5, 2.0]
+        moved = scene.solve().displacement(body)[top]
+        c, s = np.cos(0.4), np.sin(0.4)
+        finite, small = np.array([[c, -s], [s, c]]) - np.eye(2), np.array([[0.0, -0.4], [0.4, 0.0]])
+        exact = lever[:, :2] @ (finite if laws == "finite-strain" else small).T
+        assert np.abs(moved - np.column_stack([exact, 0 * exact[:, 0]])).max() < 1e-9
+
+
 def test_what_is_not_used_is_a_warning_of_the_result(deck):
     more = "<Initial>\n</Initial><Boundary><bc type='zero fluid pressure' node_set='Up_top'/></Boundary>"
     result = small_strain(deck(more=more)).solve()
