@@ -1,13 +1,16 @@
 """Wheel and rail: a cone on a crowned rail against Hertz, and the Manchester contact benchmark against CONTACT."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import fecontact as fc
+from fecontact.scene import wheel_rail
 from fecontact.surfaces import Profile, read_profile
+from fecontact.surfaces.wheel_rail import WheelOnRail
 
 G, NU = 82000.0, 0.28
 STEEL = fc.Material(E=2 * G * (1 + NU), nu=NU)
@@ -220,3 +223,28 @@ def test_two_patches_of_unlike_angles_beside_contact(row):
     assert outer.place.origin[1] - inner.place.origin[1] > 10.0
     assert abs(apart.force_on_rail[2] + 10e3) < 0.2
     assert joined.force_on_rail[1] - apart.force_on_rail[1] > 0.08 * outer.contact.force
+
+
+@pytest.mark.full
+def test_weakened_pressures_of_two_patches_are_those_of_contact(row, monkeypatch):
+    """At 5 mm CONTACT's force to the side, with patches in one plane whose pressures lift each other by a quarter.
+
+    Its user guide has the factor linear between 1 at D_COMB, 4 mm, and 0 at D_SEP, 8 mm; they are 7 mm apart.
+    """
+    places, lifts = WheelOnRail.places, wheel_rail._Pressed.lifts
+
+    def in_one_plane(pair, join=0.0):
+        joined, apart = places(pair, join), places(pair)
+        if len(joined) != 1 or len(apart) != 2:
+            return joined
+        plane, found = joined[0], []
+        for place in apart:
+            y = place.origin[1] + np.multiply(place.ends, math.cos(place.angle)) - plane.origin[1]
+            found.append(replace(plane, ends=tuple(y / math.cos(plane.angle)), overlap=place.overlap))
+        return found
+
+    monkeypatch.setattr(WheelOnRail, "places", in_one_plane)
+    monkeypatch.setattr(wheel_rail._Pressed, "lifts", lambda self, points: 0.25 * lifts(self, points))
+    found = rolled("towards the flange", 10, join=8.0, cells=32)
+    row("5 mm, weakened", "to the left", 131.6, found.force_on_rail[1], 1e-2)
+    row("5 mm, weakened", "angle", 0.2905, found.patches[0].place.angle, 1e-3)
