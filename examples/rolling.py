@@ -32,15 +32,17 @@ def main(n: int = 28, out: str | Path = "out") -> dict[str, float]:
     creep = np.diff(begins.shift[:, 0]) / cell
     steady = half.roll(BALL, force=FORCE, friction=MU, tangential=PULL, rule="contact")
 
-    # on from the steady state of cells half as large, over a ridge across the way
+    # on from the steady state of cells half as large, over a ridge across the way; half steps halve the teeth of cells
+    # that the edge reaches late in a step
     cell, fine = cell / 2, 2 * n
     cells = (4 * fine + 5, fine + 5)
     half = fc.HalfSpace(BODY, (cells[0] * cell, cells[1] * cell), cells, against=BODY)
     first = half.roll(BALL, force=FORCE, friction=MU, tangential=PULL, rule="contact")
     ridge = 0.004 * np.exp(-((half.grid.x - 0.85 * WIDTH) ** 2))
     track = np.repeat(ridge[:, None], fine + 5, axis=1)
-    bumped = half.press_path(BALL, [at(k * cell) for k in range(1, 5 * fine // 4 + 1)], MU, start=first, track=track)
-    over = np.diff(bumped.shift[:, 0], prepend=0.0) / cell
+    step = cell / 2
+    bumped = half.press_path(BALL, [at(k * step) for k in range(1, 5 * fine // 2 + 1)], MU, start=first, track=track)
+    over = np.diff(bumped.shift[1::2, 0], prepend=0.0) / cell
 
     figures = {
         "shift of the drag": float(begins.shift[0, 0]),
@@ -59,7 +61,7 @@ def main(n: int = 28, out: str | Path = "out") -> dict[str, float]:
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
     draw(begins, bumped, creep / steady.creepage[0], over / first.creepage[0], folder / "rolling.png")
-    animate([*begins.steps, *bumped.steps[::2]], folder / "rolling.gif")
+    animate([*begins.steps, *bumped.steps[::4]], folder / "rolling.gif")
     return figures
 
 
@@ -84,7 +86,7 @@ def draw(begins: FrictionPath, bumped: FrictionPath, creep: np.ndarray, over: np
         axes.set_xlim(-0.7 * WIDTH, 0.7 * WIDTH)
         axes.set_xlabel("along the rolling, from the ball [mm]")
         axes.set_ylabel("traction over the modulus, thousandths")
-        axes.legend(fontsize="small")
+        axes.legend(fontsize="small", loc="lower center", bbox_to_anchor=(0.46, 0.0))
     left.set_title("dragged, then rolling")
     right.set_title("over a bump")
     middle.plot(np.linspace(0, 2 * WIDTH, len(creep) + 1)[1:], creep, label="begins to roll")
