@@ -48,7 +48,7 @@ from fecontact.halfspace.pressing import Load, press
 from fecontact.halfspace.tresca import LinearStep, TrescaIterate, TrescaProblem, solve_by_gmres
 
 #: Error of the drag, relative, over the square of that of the pressure, at least: drags on cells twice as large may be
-#: alike by chance. Chosen on 40 paraboloids, of which the largest had 4.8.
+#: alike by chance. Chosen on 40 paraboloids, of which the largest had 4.8; of 30 others it was 4.4.
 OF_DRAG = 3
 
 #: Places in a cell where the kernel is taken, which is smooth there, from its middle and over its side: those of
