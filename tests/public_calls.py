@@ -574,12 +574,13 @@ def public_calls(folder: Path) -> dict[str, Call]:
         ),
     }
     if importlib.util.find_spec("manifold3d") is not None:
+        cube = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1))
         calls["trimmed"] = of(
             fc.trimmed,
-            part=fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)),
+            part=fc.SurfaceMesh(cube.points, cube.skin),
             plane=((0.5, 0.5, 0.5), (0.0, 0.0, 1.0)),
             outside=False,
-            size=1.0,
+            size=None,
         )
     return calls
 

@@ -69,7 +69,7 @@ def trimmed(
     MissingPackageError
         Without manifold3d.
     InputError
-        Unless one of the three is given; if nothing or everything lies within it.
+        Unless one of the three is given; if nothing or everything lies within it; for a surface with `size`.
     MeshError
         If the surface is open or runs through itself; as `mesh_solid`.
 
@@ -83,6 +83,10 @@ def trimmed(
     """
     instance("the part to trim", part, (Mesh, SurfaceMesh))
     flag("outside", outside)
+    if size is not None and isinstance(part, SurfaceMesh):
+        raise InputError(
+            "size= is of a solid's new elements; the facets of a surface are only cut (fc.repair_surface)."
+        )
     surface = part if isinstance(part, SurfaceMesh) else SurfaceMesh(part.points, part.skin, part.notes)
     points, triangles = triangulated(surface)
     closed_components(points, triangles, "the surface")

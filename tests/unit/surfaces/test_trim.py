@@ -65,6 +65,8 @@ def test_what_cannot_be_trimmed_is_refused():
         fc.trimmed(SKIN, plane=((0, 0, 0), (0, 0, 0)))
     with refused(fc.InputError, "input", "corners"):
         fc.trimmed(SKIN, box=((0, 0, 0), (1, -1, 1)))
+    with refused(fc.InputError, "input", "size="):
+        fc.trimmed(SKIN, plane=plane, size=0.5)
     with refused(fc.InputError, "input", "a pair"):
         fc.trimmed(SKIN, box=3.0)
     with refused(fc.MeshError, "open-surface"):
