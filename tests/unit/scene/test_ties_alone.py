@@ -88,3 +88,14 @@ def test_a_node_set_follows_too():
     mesh = column(ties={"slave": "master"})
     by_nodes = fc.Mesh(mesh.points, mesh.cells, mesh.boundaries, node_sets={"some": mesh.boundary_nodes("slave")})
     assert (fc.tied(by_nodes, {"some": "master"}).hanging.nodes == mesh.hanging.nodes).all()
+
+
+def test_a_tied_column_of_rubber_is_its_closed_form():
+    """NeoHookean with nu = 0: a dead traction t stretches by l, mu (l - 1/l) = t, without any change across."""
+    body = fc.ElasticBody(column(element="hex8"), fc.NeoHookean(E, 0.0), supports={"foot": "xyz"})
+    t, mu = 2.0, E / 2
+    result = fc.Scene([body], []).solve(tractions={(body, "head"): (0, 0, t)})
+    stretch = (t / mu + np.sqrt((t / mu) ** 2 + 4)) / 2
+    assert np.abs(result.displacement(body) - body.mesh.points * [0, 0, stretch - 1]).max() < 1e-8
+    assert result.residuals().equilibrium < 1e-8
+    assert result.warnings == ()
