@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Protocol, TypedDict, TypeVar, Unpack, cast, overload
+from typing import ClassVar, Protocol, TypedDict, TypeVar, Unpack, cast, overload
 
 import numpy as np
 import scipy.sparse as sp
@@ -744,7 +744,10 @@ class HalfSpace(SurfaceBody):
         workers: int | None = None,
         path: str | Path | None = None,
         progress: bool | None = None,
-        **load: Any,
+        force: float | None = None,
+        approach: float | None = None,
+        towards: tuple[float, float] = (1.0, 0.0),
+        rule: str = "blended",
     ) -> CreepCurve:
         """Steady rolling at several creepages and spins: a creep curve, or a family of them.
 
@@ -762,8 +765,8 @@ class HalfSpace(SurfaceBody):
             As in `roll`.
         path, progress
             As in `press_path`: a file of points, from which an interrupted curve goes on.
-        **load
-            force or approach, towards and rule, as in `roll`.
+        force, approach, towards, rule
+            As in `roll`.
 
         Examples
         --------
@@ -786,7 +789,11 @@ class HalfSpace(SurfaceBody):
             raise InputError(
                 f"The spins of a curve must be a number or numbers (m,); found shape {turns.shape}.", code="wrong-shape"
             )
-        steps = [RollingStep(**load, creepage=(x, y), spin=spin) for spin in turns.tolist() for x, y in values.tolist()]
+        steps = [
+            RollingStep(force, approach, (x, y), spin=spin, towards=towards, rule=rule)
+            for spin in turns.tolist()
+            for x, y in values.tolist()
+        ]
         setting = self._rolling(steps[0], friction, tolerance, symmetry, workers)
         each = CreepSteps(setting, self.heights_of(surface), steps, _rolling_start(start), symmetry)
         contacts, cuts = follow(each, len(steps), path, progress, "creep curve", "point")
