@@ -378,6 +378,8 @@ def _model(
         if wrong := [p for p in OF_TIES if p in s.parameters]:
             raise InputError(f"{s.place}: *TIE, {wrong[0]} ties surfaces that are apart, which is not done here.")
         reach = s.parameters.get("POSITION TOLERANCE")
+        if s.parameters.get("ADJUST", "YES").upper() == "NO":
+            found.remarks.warn(f"{s.place}: ADJUST=NO is not used: tied nodes are moved onto their master.")
         found.ties += [_pair(line, s.place, 0.0, found, names.mesh, reach, ties=True) for line in s.lines]
     elif s.keyword in ("PLASTIC", "CREEP", "VISCOELASTIC"):
         at = f" above {values_of(s.lines[0])[0]:g}" if s.keyword == "PLASTIC" and s.lines else ""

@@ -274,6 +274,9 @@ def test_a_tie_of_single_nodes_is_a_scene_without_contact(read):
     pair = "*CONTACT PAIR, INTERACTION=I\nUP_face_bottom, LOW_face_top\n"
     scene = read(text.replace(pair, tie))
     assert scene.scene.contacts == ()
+    assert scene.scene.warnings == ()
+    apart = read(text.replace(pair, tie.replace("NAME=T\n", "NAME=T, ADJUST=NO\n")))
+    assert any("ADJUST=NO is not used" in warning for warning in apart.scene.warnings)
     result = scene.solve()
     (body,) = scene.scene.bodies
     assert len(body.mesh.hanging.nodes) == 4
