@@ -182,6 +182,8 @@ def known_names(owner: str, given: Iterable[str], known: Iterable[str]) -> None:
 def spelled(what: T) -> T:
     """A function, or a class, that answers an argument which it does not have with the one that was meant.
 
+    Names that a function hands on, as its `**load`, are left to what takes them.
+
     Examples
     --------
     >>> @spelled
@@ -198,6 +200,8 @@ def spelled(what: T) -> T:
     function: Any = what
     parameters = [p for p in inspect.signature(function).parameters.values() if p.name != "self"]
     known = {p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
+    if any(p.kind is p.VAR_KEYWORD for p in parameters):
+        return what
 
     @wraps(function)
     def called(*args: Any, **given: Any) -> Any:
