@@ -70,22 +70,26 @@ def of_figure(rows: list[Row], figure: str) -> str:
 
 
 def table(rows: list[Row], names: list[str]) -> str:
-    """The rows of some families."""
+    """A row for each family: its sizes one after the other."""
     chosen = [row for row in rows if row.name in names]
     shown = [figure for figure in FIGURES if any(figure in row.figures for row in chosen)]
-    head = f"| problem | size | unknowns | {' | '.join(shown)} |\n{'|---' * (3 + len(shown))}|\n"
-    return head + "\n".join(
-        f"| {row.name} | {row.size} | {row.dofs or 'none'} | {' | '.join(cell(row, figure) for figure in shown)} |"
-        for row in chosen
-    )
+    head = f"| problem | sizes | unknowns | {' | '.join(shown)} |\n{'|---' * (3 + len(shown))}|\n"
+    lines = []
+    for name in dict.fromkeys(row.name for row in chosen):
+        family = [row for row in chosen if row.name == name]
+        unknowns = "-".join(dict.fromkeys(str(row.dofs or "none") for row in (family[0], family[-1])))
+        cells = ["/".join(cell(row, figure) for row in family) for figure in shown]
+        cells = [c if c.strip("-/") else "" for c in cells]
+        lines.append(f"| {name} | {'/'.join(str(row.size) for row in family)} | {unknowns} | {' | '.join(cells)} |")
+    return head + "\n".join(lines)
 
 
 def cell(row: Row, figure: str) -> str:
-    """Ratio and true error of a figure."""
+    """Ratio of a figure, of pressures with the true error; a dash where there is none."""
     if figure not in row.figures:
-        return ""
+        return "-"
     error, told = row.figures[figure]
-    return f"{short(told / max(error, 1e-12))} ({100 * error:.2g}%)"
+    return short(told / max(error, 1e-12)) + (f" ({100 * error:.2g}%)" if figure == "mean" else "")
 
 
 def short(ratio: float) -> str:
@@ -143,7 +147,7 @@ there. An estimate of the contact is that at the force found: for bodies of all 
 too, the root of the summed squares of both estimates counts.
 
 The size is that of the faces at a contact of radius 0.5, the level of a ring mesh, or a number of faces or cells. Each
-column shows the estimate over the true error, and that error.
+column shows the estimate over the true error for each size, of pressures with that error.
 
 {tables}
 """
