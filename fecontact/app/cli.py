@@ -259,6 +259,7 @@ def _solve(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--max-seconds", type=float, metavar="S", help="limit of the way there; the best is then kept")
     parser.add_argument("--engine", metavar="petsc", help="solve by PETSc on several processes under MPI")
     parser.add_argument("--beside", choices=("ccx",), help="a deck: solve it by CalculiX too, and compare")
+    parser.add_argument("--beside-plot", metavar="FILE", help="with --beside: a picture of both")
     parser.add_argument("-n", "--ranks", type=int, metavar="N", help="number of processes of the engine petsc")
     _laws(parser)
     parser.add_argument("--dry-run", action="store_true", help="check the file, print a summary, and stop")

@@ -150,9 +150,11 @@ def ancf(options: argparse.Namespace) -> int:
 
 def solve(options: argparse.Namespace) -> int:
     """Solve a scene file."""
-    _check_files(options.json, options.montage, options.animate, options.report)
+    _check_files(options.json, options.montage, options.animate, options.report, options.beside_plot)
     if options.beside:
         check_ccx(Path(options.scene))
+    elif options.beside_plot:
+        raise InputError("--beside-plot is the picture of --beside ccx; give both.", code="belongs-to-beside")
     if options.animate:
         among("suffix of an animation", Path(options.animate).suffix.lower(), ANIMATIONS)
     out = None if options.out is None else make_folder(options.out)
@@ -203,6 +205,9 @@ def _beside(
     if not options.beside:
         return text, figures
     beside = beside_ccx(Path(options.scene), result)
+    if options.beside_plot:
+        beside.plot(options.beside_plot)
+        text = f"{text}\nwrote {options.beside_plot}"
     return f"{text}\n{beside}", {**figures, "beside_ccx": beside.as_dict()}
 
 

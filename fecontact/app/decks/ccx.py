@@ -19,7 +19,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -31,8 +31,12 @@ from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, MissingPackageError, SolverError
+from fecontact.common.files import save_figure
 from fecontact.mesh.formats.abaqus_deck import KeywordSection, read_sections
 from fecontact.results.result import ContactResult
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Requests for results, in every step.
 REQUESTS = "*NODE FILE\nU, RF\n*CONTACT FILE\nCSTR\n"
@@ -110,11 +114,48 @@ class BesideCcx:
         Largest difference of the displacements of each body, over the largest of ccx.
     stiffer : mapping of str to float
         The figures of ccx with its penalties `STIFFER` times as stiff; empty where the deck states none, or means them.
+    moved : mapping of str to (2, n) array
+        Size of the displacement of each node of a body: ours and that of ccx.
     """
 
     rows: Sequence[tuple[str, float, float]]
     apart: Mapping[str, float]
     stiffer: Mapping[str, float] = field(default_factory=dict)
+    moved: Mapping[str, Array] = field(default_factory=dict)
+
+    def plot(self, path: str | Path | None = None) -> Figure:
+        """Displacements of all nodes by both, and by how much the figures of ccx differ.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            File to write.
+        """
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(11.0, 4.5), layout="constrained")
+        left, right = figure.subplots(1, 2, width_ratios=(1, 1.3))
+        end = max((float(sizes.max(initial=0.0)) for sizes in self.moved.values()), default=0.0)
+        left.plot([0, end], [0, end], color="0.6", linewidth=0.8)
+        for name, sizes in self.moved.items():
+            left.plot(*sizes, ".", markersize=3, label=name)
+        left.set(xlabel="displacement of a node, fecontact", ylabel="ccx")
+        left.legend(frameon=False)
+        compared = [(name, ours, theirs) for name, ours, theirs in self.rows if ours and name != "seconds"]
+        sets = {"ccx": {name: theirs for name, _, theirs in compared}}
+        if self.stiffer:
+            sets[f"ccx, penalty x {STIFFER:g}"] = dict(self.stiffer)
+        for k, (label, figures) in enumerate(sets.items()):
+            off = [100 * (figures[name] / ours - 1) for name, ours, _ in compared]
+            bars = right.barh(np.arange(len(compared)) + 0.4 * k, off, height=0.4, label=label)
+            right.bar_label(bars, fmt="%.2g", padding=3)
+        right.margins(x=0.15)
+        right.set_yticks(np.arange(len(compared)) + 0.2 * (len(sets) - 1), [name for name, _, _ in compared])
+        right.invert_yaxis()
+        right.axvline(0.0, color="0.3", linewidth=0.8)
+        right.set_xlabel("figure of ccx over that of fecontact, less 1 [%]")
+        right.legend(frameon=False)
+        return save_figure(figure, path)
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -231,7 +272,7 @@ def _in_axes_of(body: ElasticBody, values: Array) -> Array:
 
 def compared(result: ContactResult, whole: Mapping[str, FrdField], seconds: float) -> BesideCcx:
     """Figures of a result and of the fields of ccx: motions and forces of each body, the largest pressure, time."""
-    rows, apart = [], {}
+    rows, apart, moved = [], {}, {}
     for body in elastic_among(result.scene.bodies):
         fields = {name: replace(field, values=_in_axes_of(body, field.values)) for name, field in whole.items()}
         given = fields[DISPLACEMENTS]
@@ -239,6 +280,7 @@ def compared(result: ContactResult, whole: Mapping[str, FrdField], seconds: floa
         assert numbers is not None
         _, own, other = np.intersect1d(numbers, given.nodes, return_indices=True)
         ours, theirs = result.displacement(body)[own], given.values[other, :3]
+        moved[body.name] = np.linalg.norm([ours, theirs], axis=2)
         sizes = [float(np.linalg.norm(u, axis=1).max(initial=0.0)) for u in (ours, theirs, ours - theirs)]
         rows.append((f"largest displacement of {body.name}", sizes[0], sizes[1]))
         apart[body.name] = sizes[2] / sizes[1] if sizes[1] else sizes[0]
@@ -254,7 +296,7 @@ def compared(result: ContactResult, whole: Mapping[str, FrdField], seconds: floa
     if CONTACT in whole and result.contacts:
         peak = float(whole[CONTACT].values[:, 3].max(initial=0.0))
         rows.append(("largest pressure", max(c.max_pressure for c in result.contacts), peak))
-    return BesideCcx([*rows, ("seconds", result.seconds["total"], seconds)], apart)
+    return BesideCcx([*rows, ("seconds", result.seconds["total"], seconds)], apart, moved=moved)
 
 
 def _held_forces(body: ElasticBody, result: ContactResult, given: FrdField) -> tuple[float, float]:

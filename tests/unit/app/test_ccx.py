@@ -119,7 +119,11 @@ def test_a_deck_with_an_included_file_beside_ccx(friction, tmp_path, capsys) -> 
     (tmp_path / "held.inc").write_text(HELD)
     path = tmp_path / "blocks.inp"
     path.write_text(text.replace(HELD, "*INCLUDE, INPUT=held.inc\n"))
-    assert main(["solve", str(path), "--beside", "ccx", "--json", str(tmp_path / "figures.json")]) == 0
+    picture = tmp_path / "both.png"
+    asked = ["--beside", "ccx", "--beside-plot", str(picture), "--json", str(tmp_path / "figures.json")]
+    assert main(["solve", str(path), *asked]) == 0
+    assert picture.stat().st_size > 10_000
+    assert main(["solve", str(path), "--beside-plot", str(picture)]) == 2
     assert "Beside CalculiX" in capsys.readouterr().out
     figures = json.loads((tmp_path / "figures.json").read_text())["beside_ccx"]
     force = figures["contact force on LOW"]
