@@ -942,7 +942,7 @@ class HalfSpace(SurfaceBody):
         The largest pressure under a ball grows with the cube root of the force, and with E^(2/3):
 
         >>> import fecontact as fc
-        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), cells=(64, 64))
+        >>> half = fc.HalfSpace(fc.Material(E=1.0, nu=0.0), size=(3.0, 3.0), cells=(32, 32))
         >>> ball = half.press(fc.surfaces.Paraboloid(1.0), force=4 / 3)
         >>> slope = half.gradient(ball)
         >>> round(slope.load * ball.force / slope.value, 2), round(slope.E / slope.value, 2)

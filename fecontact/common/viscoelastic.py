@@ -134,7 +134,7 @@ def beside(given: Any) -> tuple[Any, Array]:
     Examples
     --------
     >>> beside(Viscoelastic(Material(E=2.0, nu=0.3), prony=[(0.5, 1.0)]))
-    (Material(E=1.0, nu=0.3, density=None), array([[1., 1.]]))
+    (Material(E=1.0, nu=0.3, density=None, expansion=None), array([[1., 1.]]))
     """
     sets = given if isinstance(given, Mapping) else {"": given}
     series = {m.prony if isinstance(m, Viscoelastic) else () for m in sets.values()}

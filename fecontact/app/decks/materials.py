@@ -75,7 +75,7 @@ def hyperelastic(form: str, order: int, c: Sequence[float], density: float | Non
     Neo-Hooke with C10 = 0.5 and D1 = 1.2: mu = 1, K = 5/3.
 
     >>> hyperelastic("NEO HOOKE", 1, [0.5, 1.2], None)
-    Material(E=2.5, nu=0.25, density=None)
+    Material(E=2.5, nu=0.25, density=None, expansion=None)
     """
     D = compressibility(form, order, c)
     bulk = 2 / D if D else None
@@ -198,7 +198,7 @@ def of_febio(kind: str, values: Mapping[str, float]) -> Material | None:
     Examples
     --------
     >>> of_febio("neo-Hookean", {"E": 2.5, "v": 0.25})
-    Material(E=2.5, nu=0.25, density=None)
+    Material(E=2.5, nu=0.25, density=None, expansion=None)
     >>> of_febio("Mooney-Rivlin", {"c1": 0.4, "c2": 0.1, "k": 5 / 3}).E
     2.5
     """
