@@ -324,7 +324,7 @@ class Moment:
     def forces(self, space: Any, q: Array) -> Array:
         """Generalised forces (n_dofs,)."""
         B = space.gradient_weights(self.at)
-        if np.linalg.matrix_rank(B) == 1:
+        if B.any(axis=1).sum() == 1:
             return self._on_line(B, q)[0]
         R, T = _rotation(q.reshape(-1, 3).T @ B)
         g = np.linalg.solve(T, R.T @ np.asarray(self.moment, dtype=float))
@@ -333,7 +333,7 @@ class Moment:
     def tangent(self, space: Any, q: Array) -> sp.csr_matrix:
         """Their derivative (n_dofs, n_dofs); symmetric if everything turns in one plane."""
         B = space.gradient_weights(self.at)
-        if np.linalg.matrix_rank(B) == 1:
+        if B.any(axis=1).sum() == 1:
             return self._on_line(B, q)[1]
         R, T = _rotation(q.reshape(-1, 3).T @ B)
         m = R.T @ np.asarray(self.moment, dtype=float)

@@ -369,7 +369,7 @@ class Structure(Nodal):
         InputError
             For unknown nodes.
         """
-        rows = self.place_rows(node if np.ndim(node) == 0 else None)[1:]
+        rows = super().place_rows(node)[1:]
         rows = rows[:2] if self.n_along == 2 else rows[len(rows) > 1 :]
         axes = np.concatenate([r @ self.q0.reshape(-1, 3) for r in rows])
         return np.asarray(sp.vstack(rows).T @ np.linalg.pinv(axes).T)
