@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from compare.picture import draw
-from compare.table import Row, conditions, save_csv
+from compare.table import Row, conditions, save_csv, save_shown
 from fecontact.common.files import check_writable, make_folder, save_json, write_atomically
 
-#: Kinds of files; 'rows' are JSON lines of finished runs, which a repeated command does not run again.
+#: Kinds of files; 'rows' are JSON lines of finished runs, which a repeated command does not run again. 'shown', the
+#: table of a page, lies beside it.
 SUFFIXES = {"rows": ".jsonl", "json": ".json", "csv": ".csv", "picture": ".png", "page": ".md"}
 
 
@@ -31,6 +32,8 @@ def places(name: str, folder: str | Path | None = None, **own: str | Path | None
         root = make_folder(folder)
         chosen = {kind: root / f"compare_{name}{suffix}" for kind, suffix in SUFFIXES.items()}
     chosen |= {kind: Path(path) for kind, path in own.items() if path is not None}
+    if "page" in chosen:
+        chosen["shown"] = chosen["page"].with_name(f"{chosen['page'].stem}_runs.csv")
     for path in chosen.values():
         check_writable(path)
     return chosen
@@ -65,4 +68,5 @@ def write(
         draw(rows if drawn is None else drawn, title, paths["picture"], note=conditions(rows))
     if "page" in paths:
         write_atomically(paths["page"], page)
+        save_shown(rows, paths["shown"])
     return [f"wrote {path}" for path in paths.values()]

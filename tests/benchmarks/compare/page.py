@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from compare.precision import against_peers, sentence
-from compare.table import Row, conditions, curves, markdown, orders
+from compare.table import Row, conditions, curves, orders
 
 
 def page(
@@ -18,7 +18,7 @@ def page(
     absent: Sequence[str] = (),
     published: Sequence[Row] = (),
 ) -> str:
-    """The text, with a link to the picture relative to the page's own place, if both are written."""
+    """The text, with links to the picture and to the table of runs, where they are written beside it."""
     shown = ""
     if {"picture", "page"} <= set(files):
         relative = Path(os.path.relpath(files["picture"], files["page"].parent)).as_posix()
@@ -29,6 +29,7 @@ def page(
     if published:
         sources = ", ".join(dict.fromkeys(f"{row['method']} ({row['source']})" for row in published))
         elsewhere = f"Grey points were measured elsewhere, on another machine: {sources}.\n\n"
+    listed = files["shown"].name if "shown" in files else "runs.csv"
     fitted = "\n".join(f"| {name} | {' | '.join(orders(runs))} |" for name, runs in curves(rows).items())
     return f"""# Speed against error
 
@@ -48,7 +49,12 @@ Degrees of freedom of a half-space are the cells of its grid.
 
 {missing}{elsewhere}## All runs
 
-{markdown(rows)}
+In [{listed}]({listed}):
+
+```{{csv-table}}
+:file: {listed}
+:header-rows: 1
+```
 
 ## Fitted orders
 

@@ -91,12 +91,11 @@ def table(rows: Sequence[Row]) -> str:
     return "\n".join(lines)
 
 
-def markdown(rows: Sequence[Row]) -> str:
-    """Markdown table of runs, without the orders."""
-    head, *cells = _cells(rows)
-    filled = [[*line, *[""] * (len(head) - len(line))] for line in cells]
-    lines = [f"| {' | '.join(line)} |" for line in (head, *filled)]
-    return "\n".join([lines[0], "|---" * len(head) + "|", *lines[1:]])
+def save_shown(rows: Sequence[Row], path: str | Path) -> Path:
+    """The table as it is shown, without the orders."""
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows(_cells(rows))
+    return write_atomically(path, out.getvalue())
 
 
 def _cells(rows: Sequence[Row]) -> list[list[str]]:
