@@ -116,14 +116,10 @@ pressure. So about half of these estimates are 0.8 to 3 times the error; none is
 nodes makes up for part of their stiffness. Bricks with gradients, local bodies and own models have no estimate of
 forces and approaches, and results say so.
 
-`contact.error_estimate` is printed with every result. It compares the pressure that was found with two others made from
-it: the root of the interpolated squares of the nodal pressures, and squares recovered from the nodes around each face.
-Kinks between faces and the elements below the contact have terms of their own (`fecontact.results.error_estimate`). On
-half-spaces it is made from the last two pressures of each row at the edge and from the next coarser grid
-(`fecontact.halfspace.grid_error`). `result.response_error` is that of forces and motions
-(`fecontact.results.response_error`). Estimates know the mesh only: not whether the model, its loads, its material or
-its shape are right. A pressure applied to a boundary that does not end where the load does is a different load. Their
-factors were chosen with most of these runs in view.
+`contact.error_estimate` is printed with every result ([how it is made](theory/contact.md#error-estimate); on
+[half-spaces](theory/half-space.md#errors)), `result.response_error` is that of forces and motions. Estimates know the
+mesh only: not whether the model, its loads, its material or its shape are right. Their factors were chosen with most of
+these runs in view.
 
 The pressure alone, by groups:
 
