@@ -12,14 +12,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from fecontact.common import checks
 from fecontact.common.arrays import Array
-from fecontact.common.files import save_figure
+from fecontact.common.files import new_figure, save_figure
 from fecontact.common.html import cell
 from fecontact.common.units import Units
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def table(title: str, rows: Sequence[tuple[str, str, float]]) -> str:
@@ -96,7 +98,7 @@ class Plotted(Tabulated):
         """
         names, x = Units.of(units), np.linspace(-2.0 * self.a, 2.0 * self.a, 401)
         if ax is None:
-            upper, lower = Figure(figsize=(6.4, 5.6), layout="constrained").subplots(2, 1, sharex=True)
+            upper, lower = new_figure((6.4, 5.6)).subplots(2, 1, sharex=True)
         else:
             upper = lower = ax
         upper.plot(x, self.pressure(np.abs(x)), color="tab:red")

@@ -13,15 +13,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fecontact.common.arguments import file_path
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _WRITTEN: ContextVar[dict[Path, int] | None] = ContextVar("files written", default=None)
 
@@ -215,6 +217,13 @@ def write_collection(path: Path, files: Sequence[Path], times: Sequence[float]) 
     lines = [f'    <DataSet timestep="{time!r}" file={quoteattr(file)}/>' for file, time in pairs]
     head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
     return write_atomically(path, head + "\n".join(lines) + "\n  </Collection>\n</VTKFile>\n")
+
+
+def new_figure(size: tuple[float, float], layout: Literal["constrained", "compressed"] = "constrained") -> Figure:
+    """An empty figure, its size in inches; matplotlib is imported here, as half a second is much for a solve alone."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=size, layout=layout)
 
 
 def save_figure(figure: Figure, path: str | Path | None) -> Figure:

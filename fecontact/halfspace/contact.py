@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.ndimage
+import scipy
 import scipy.sparse
 import scipy.sparse.csgraph
 from numpy.typing import ArrayLike

@@ -25,10 +25,9 @@ from typing import Any
 import numpy as np
 import scipy.fft
 import scipy.special
-from matplotlib.figure import Figure
 
 from fecontact.common.arrays import Array
-from fecontact.common.files import save_figure
+from fecontact.common.files import new_figure, save_figure
 from fecontact.common.units import Units
 from fecontact.halfspace.fft import Convolution, kernel_spectrum, padded
 from fecontact.halfspace.grid import Grid
@@ -72,7 +71,7 @@ class FlashTemperature(Drawn):
         return float(self.temperature[heated].mean()) if heated.any() else 0.0
 
     def _drawn(self, path: str | Path | None, units: Units) -> Any:
-        figure = Figure(figsize=(11.0, 5.0), layout="constrained")
+        figure = new_figure((11.0, 5.0))
         left, right = figure.subplots(1, 2)
         draw_map(left, self.grid, self.heat, "YlOrRd", "heat per area and time", units)
         draw_map(right, self.grid, self.temperature, "inferno", "temperature above that of the body", units)

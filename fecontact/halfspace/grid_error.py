@@ -29,7 +29,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-import scipy.ndimage
+import scipy
 from numpy.typing import NDArray
 
 from fecontact.common.arrays import Array, IntArray, Mask

@@ -14,9 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.interpolate
-import scipy.signal
-import scipy.special
+import scipy
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 

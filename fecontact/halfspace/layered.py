@@ -24,7 +24,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.interpolate
+import scipy
 import scipy.special
 
 from fecontact.common.arguments import instance

@@ -9,17 +9,14 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.interpolate
-from matplotlib.colors import ListedColormap
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
+import scipy
 
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among
-from fecontact.common.files import check_writable, replacing, save_figure, save_json
+from fecontact.common.files import check_writable, new_figure, replacing, save_figure, save_json
 from fecontact.common.html import cell
 from fecontact.common.material import von_mises
 from fecontact.common.renamed import warn
@@ -27,6 +24,9 @@ from fecontact.common.units import Units
 from fecontact.halfspace import inside
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.layered import STRESSED, thin_layers
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Cells per side of a free half-space, beyond which they are joined for the section.
 SECTION_CELLS = 512
@@ -105,7 +105,7 @@ def plot_pressed(
         Name of the counter-surface, for the title.
     """
     names = units or Units()
-    figure = Figure(figsize=(11.6, 8.6), layout="compressed")
+    figure = new_figure((11.6, 8.6), "compressed")
     (first, second), (third, fourth) = figure.subplots(2, 2)
     gap = np.where(np.isfinite(contact.gap), contact.gap, np.nan)
     # limit the scale: the gap of a round shape is large far from the contact
@@ -147,7 +147,7 @@ def plot_over_force(
         Whether the order of the loads counts, as where a surface yields: lines follow it, not the force.
     """
     rows = (len(panels) + 1) // 2
-    figure = Figure(figsize=(10.0, 3.8 * rows), layout="constrained")
+    figure = new_figure((10.0, 3.8 * rows))
     order = np.arange(len(force)) if in_order else np.argsort(force, kind="stable")
     places = figure.subplots(rows, 2).ravel()
     for axes in places[len(panels) :]:
@@ -169,7 +169,7 @@ def plot_over_force(
 
 def plot_creep(creepage: Array, spin: Array, panels: Mapping[str, Array], path: str | Path | None = None) -> Figure:
     """Draw values (n,) over creepages (n,), a panel for each quantity and a curve for each spin (n,)."""
-    figure = Figure(figsize=(4.8 * len(panels), 4.4), layout="constrained")
+    figure = new_figure((4.8 * len(panels), 4.4))
     for axes, (label, values) in zip(figure.subplots(1, len(panels)), panels.items(), strict=True):
         for value in np.unique(spin):
             at = np.flatnonzero(spin == value)
@@ -310,6 +310,9 @@ def draw_section(axes: Any, contact: Pressed, names: Units) -> None:
 
 def draw_stick_slip(axes: Any, contact: Dragged, names: Units) -> None:
     """Draw what sticks, slips and is open, with arrows along the tractions."""
+    from matplotlib.colors import ListedColormap
+    from matplotlib.patches import Patch
+
     grid = contact.grid
     state = np.where(contact.slipping, 2, np.where(contact.active, 1, 0))
     shades = ListedColormap(list(COLOURS.values()))
@@ -342,7 +345,7 @@ def plot_dragged(contact: Dragged, path: str | Path | None = None, units: Units 
     shown, what = (size, "tangential traction") if size.any() else (contact.pressure, "pressure")
     maps = [(shown, "magma_r", names.axis_label(what, "stress"))]
     maps += [] if worn is None else [(worn, "YlOrBr", names.axis_label("worn depth", "length"))]
-    figure = Figure(figsize=(5.5 * (1 + len(maps)), 5.0), layout="constrained")
+    figure = new_figure((5.5 * (1 + len(maps)), 5.0))
     left, *others = figure.subplots(1, 1 + len(maps))
     draw_stick_slip(left, contact, names)
     for axes, (values, colours, label) in zip(others, maps, strict=True):
@@ -355,7 +358,7 @@ def plot_moving(contact: Pressed, path: str | Path | None, units: Units) -> Figu
 
     In the section the surface moves from the right to the left; behind the contact it comes back.
     """
-    figure = Figure(figsize=(12.0, 5.0), layout="constrained")
+    figure = new_figure((12.0, 5.0))
     left, right = figure.subplots(1, 2)
     draw_map(left, contact.grid, contact.pressure, "magma_r", units.axis_label("pressure", "stress"), units)
     ahead = np.divide(contact.velocity, np.hypot(*contact.velocity))
@@ -419,7 +422,7 @@ def save_fields(path: str | Path, grid: Grid, fields: Mapping[str, Array], summa
 
 def plot_adhesion(curve: Any, path: str | Path | None, units: Units) -> Figure:
     """Force over approach of an `AdhesionCurve`: coming on, off, jumps between, and the pull-off."""
-    figure = Figure(figsize=(8.0, 5.6), layout="constrained")
+    figure = new_figure((8.0, 5.6))
     axes = figure.subplots()
     jumps = [(jump.approach, jump.before) for jump in curve.jumps]
     x, f = curve.approach, curve.force

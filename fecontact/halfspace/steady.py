@@ -29,7 +29,6 @@ from typing import Any
 
 import numpy as np
 import scipy.fft
-import scipy.signal
 import scipy.special
 
 from fecontact.common.arrays import Array, Mask

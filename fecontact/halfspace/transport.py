@@ -19,18 +19,17 @@ import itertools
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.ndimage
+import scipy
 import scipy.sparse as sp
-from matplotlib.figure import Figure
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
-from fecontact.common.files import save_figure
+from fecontact.common.files import new_figure, save_figure
 from fecontact.common.material import Material
 from fecontact.common.units import Units
 from fecontact.halfspace.cg import GridIterate
@@ -39,6 +38,9 @@ from fecontact.halfspace.fft import Tally
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.nested import GridLevel, solve_nested
 from fecontact.halfspace.pictures import Drawn, draw_map
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Relative gap up to which what touches is at one potential.
 TOLERANCE = 1e-8
@@ -170,7 +172,7 @@ class Leakage(Drawn):
     imbalance: float
 
     def _drawn(self, path: str | Path | None, units: Units) -> Figure:
-        figure = Figure(figsize=(11.0, 5.0), layout="constrained")
+        figure = new_figure((11.0, 5.0))
         left, right = figure.subplots(1, 2)
         draw_map(left, self.grid, self.pressure, "viridis", units.axis_label("pressure of the fluid", "stress"), units)
         shown = np.where(np.isnan(self.pressure), np.nan, self.flux)
@@ -261,7 +263,7 @@ class Distribution(Drawn):
         return cls(name, edges, density)
 
     def _drawn(self, path: str | Path | None, units: Units) -> Any:
-        figure = Figure(figsize=(6.4, 4.4), layout="constrained")
+        figure = new_figure((6.4, 4.4))
         axes = figure.subplots()
         axes.stairs(self.density, self.edges, fill=True, alpha=0.6)
         axes.set_xlabel(units.axis_label(self.name, "stress" if self.name == "pressure" else "length"))

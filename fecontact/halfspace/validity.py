@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-import scipy.ndimage
+import scipy
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.surfaces.between_nodes import FALL, ROUNDING, overlap_outline, smallest_gaps, star_area

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-import meshio
 import numpy as np
-from scipy.interpolate import RegularGridInterpolator
+import scipy
 
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import ElasticBody
@@ -95,7 +94,7 @@ def _inside(result: ContactResult, interface: Interface, shown: IntArray) -> tup
     found = result.fields_at(interface.slave, surface.points[number.ravel()])
     values = np.concatenate(found, axis=1).reshape(*number.shape, -1)
     cells = np.stack(np.divmod(shown - first, shape[1]), axis=1)
-    between = RegularGridInterpolator(tuple(map(np.asarray, lines)), values)(cells)
+    between = scipy.interpolate.RegularGridInterpolator(tuple(map(np.asarray, lines)), values)(cells)
     return between[:, :3], between[:, 3:]
 
 
@@ -170,6 +169,8 @@ def save_vtu(result: ContactResult, path: str | Path) -> Path:
     written as such. Mid-face nodes, which the file's elements do not have, are left out. The cells of the windows
     of local bodies follow as quadrilaterals, with the gap; elsewhere it is NaN.
     """
+    import meshio
+
     path = check_writable(path)
     teach_meshio()
     points: list[Array] = []

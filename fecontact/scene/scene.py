@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from fecontact.common.arguments import spelled
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.html import cell
 from fecontact.contact.model import SceneModel
-from fecontact.results.pictures.bodies import plot_scene
-from fecontact.results.pictures.solids import meshed_among
 from fecontact.scene.cost import explain
 from fecontact.scene.load_path import solve_path
 from fecontact.scene.solve import solve_scene
 from fecontact.scene.sweep import run_sweep
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @spelled
@@ -79,9 +78,13 @@ class Scene(SceneModel):
         InputError
             For an unknown option or view, a scene without meshes, or a file that cannot be written.
         """
+        from fecontact.results.pictures.bodies import plot_scene
+
         return plot_scene(self, path, **options)
 
     def _repr_html_(self) -> str:
+        from fecontact.results.pictures.solids import meshed_among
+
         draw = self.plot if meshed_among(self.bodies) else None
         return cell("\n".join(body.describe() for body in self.bodies), draw)
 

@@ -13,7 +13,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import BSpline, CubicHermiteSpline, splprep
+import scipy
 
 from fecontact.common.arguments import file_path
 from fecontact.common.arrays import Array
@@ -94,12 +94,12 @@ class Profile:
         return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self.points, axis=0).T))])
 
     @cached_property
-    def _spline(self) -> BSpline:
+    def _spline(self) -> scipy.interpolate.BSpline:
         scale = np.abs(self.points).max()
-        (t, c, k), _ = splprep(
+        (t, c, k), _ = scipy.interpolate.splprep(
             self.points.T / scale, u=self._chords, s=len(self.points) * (self.smoothing / scale) ** 2, k=3
         )
-        return BSpline(t, scale * np.transpose(c), k)
+        return scipy.interpolate.BSpline(t, scale * np.transpose(c), k)
 
     @property
     def deviation(self) -> float:
@@ -147,7 +147,7 @@ class Profile:
         first = np.flatnonzero(z[: top + 1] <= z[top] - below)[-1]
         return float(np.interp(z[top] - below, z[first : first + 2], y[first : first + 2]))
 
-    def graph(self, y: float, angle: float) -> CubicHermiteSpline:
+    def graph(self, y: float, angle: float) -> scipy.interpolate.CubicHermiteSpline:
         """The curve near a y over axes turned by an angle: -y sin + z cos over y cos + z sin, in radians."""
         points, tangents = self.samples
         axes = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
@@ -158,7 +158,7 @@ class Profile:
         at = int(np.searchsorted(steep, middle))
         part = slice(steep[at - 1] + 1, steep[at])
         u, v = (points[part] @ axes.T).T
-        return CubicHermiteSpline(u, v, (tangents[part] @ axes[1]) / leaning[part], extrapolate=False)
+        return scipy.interpolate.CubicHermiteSpline(u, v, (tangents[part] @ axes[1]) / leaning[part], extrapolate=False)
 
     def turned(self, angle: float) -> Profile:
         """The profile turned about its origin, counter-clockwise with y to the right and z upwards, in radians."""

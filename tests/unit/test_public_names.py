@@ -43,6 +43,20 @@ def test_what_is_used_is_imported() -> None:
     assert {"numpy", "fecontact.mesh.shapes"} <= imported_by("import fecontact; fecontact.shapes")
 
 
+SOLVED = """
+import fecontact as fc
+block = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
+body = fc.ElasticBody(block, fc.Material(E=1.0, nu=0.0), contact="bottom", supports={"top": "xyz"})
+floor = fc.RigidBody(fc.Plane())
+print(fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}}))
+"""
+
+
+def test_a_solve_and_its_text_import_nothing_for_pictures_and_files() -> None:
+    heavy = {"matplotlib", "meshio", "scipy.interpolate", "scipy.ndimage", "scipy.signal", "scipy.stats"}
+    assert not imported_by(SOLVED) & heavy  # a second of 2.3 before the first answer
+
+
 def test_a_name_of_a_room_is_pointed_to() -> None:
     with pytest.raises(AttributeError, match=r"no attribute 'Cylinder'; did you mean fecontact\.surfaces\.Cylinder\?"):
         fecontact.Cylinder  # noqa: B018

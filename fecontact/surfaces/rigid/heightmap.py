@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import RectBivariateSpline
+import scipy
 
 from fecontact.common.arrays import Array
 from fecontact.common.checks import check_magnitude, heights_on, number_array, positive, positives
@@ -68,9 +68,9 @@ class HeightMap:
         return x, y
 
     @cached_property
-    def _spline(self) -> RectBivariateSpline:
+    def _spline(self) -> scipy.interpolate.RectBivariateSpline:
         orders = [min(3, n - 1) for n in self.z.shape]
-        return RectBivariateSpline(*self._axes, self.z, kx=orders[0], ky=orders[1])
+        return scipy.interpolate.RectBivariateSpline(*self._axes, self.z, kx=orders[0], ky=orders[1])
 
     def heights(self, x: Array, y: Array) -> Array:
         """Heights at coordinates that broadcast together; infinite beyond the outermost cells."""

@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.common.arguments import items
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, number_array, one_of, positive, positives, share, whole
 from fecontact.common.errors import InputError, shown
-from fecontact.common.files import save_figure
+from fecontact.common.files import new_figure, save_figure
 
 #: Points along one side.
 MAX_POINTS = 10**5
@@ -201,7 +200,7 @@ class PowerSpectrum:
 
     def plot(self, path: str | Path | None = None) -> Any:
         """Draw it over the wave number, both logarithmic; a matplotlib figure."""
-        figure = Figure(figsize=(6.4, 4.6), layout="constrained")
+        figure = new_figure((6.4, 4.6))
         axes = figure.subplots()
         shown = self.density > ROUNDING * self.density.max()
         axes.loglog(self.wave_number[shown], self.density[shown], marker=".")
