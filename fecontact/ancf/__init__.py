@@ -35,6 +35,7 @@ equations in it.
 `pressure_forces(space, q)`    pressure that follows the surface, with `pressure_tangent`
 `FollowerPressure, Moment`     loads that change with the deformation, for `Stage(assembly, follow=[..])`
 `InvertedError`                is raised where a law, ``fc.NeoHookean(E=, nu=)`` as the material, meets det F <= 0
+`Plastic`                      von Mises' yield with linear hardening, as the material of bricks or a layered `line`
 `Viscosity`                    Kelvin-Voigt and a Prony series beside the law, for motion in time
 `sides_by_label, released_at`  neighbours that do not share all gradients; `reentrant_points` finds such edges
 =============================  =======================================================================================
@@ -94,6 +95,7 @@ from fecontact.ancf.system.statics import Path, State, equilibrium
 from fecontact.common.renamed import renamed_names
 from fecontact.fem import laws
 from fecontact.fem.laws import InvertedError
+from fecontact.fem.plastic import Plastic
 
 __all__ = [
     "AncfSolid",
@@ -109,6 +111,7 @@ __all__ = [
     "Moment",
     "Motion",
     "Path",
+    "Plastic",
     "Stage",
     "State",
     "Supports",

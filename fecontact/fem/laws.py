@@ -117,11 +117,14 @@ class Law:
         Kappa of the part kappa/2 (ln J)^2 of the energy that may be integrated apart; 0 where there is none.
     caution : str
         What a result should warn of, with these constants; empty where there is nothing.
+    n_memory : int
+        Numbers that it remembers at a point, see `fem.plastic`.
     """
 
     density: float | None
     bulk: float
     caution: str = ""
+    n_memory: int = 0
 
     @property
     @abstractmethod
@@ -174,6 +177,10 @@ class Law:
 
     def at(self, places: Array, in_section: bool = False) -> Law:
         """The law at points (..., 3) of the initial shape, or of a section y = 0: another one if it has directions."""
+        return self
+
+    def remembering(self, memory: Array) -> Law:
+        """The law after a memory (..., n_memory) of its points."""
         return self
 
     def response(self, F: Array) -> Response:

@@ -24,10 +24,11 @@ lambda P(v_0 + v_1)/2 (v_1 - v_0), as P is self-adjoint; the derivative of v is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import copy
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import Any, Literal
+from functools import cached_property, partial
+from typing import Any, Literal, cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -37,15 +38,9 @@ from fecontact.ancf.bricks.faces import Faces
 from fecontact.ancf.bricks.hexahedron import gauss
 from fecontact.ancf.bricks.space import AncfSpace, GradientBatch, deformation_gradients
 from fecontact.ancf.bricks.tangents import PAIRS, Pattern, element_tangents
-from fecontact.ancf.bricks.viscosity import (
-    Viscosity,
-    ViscousStep,
-    relaxed,
-    relaxing,
-    viscous_response,
-    viscous_step,
-)
+from fecontact.ancf.bricks.viscosity import Viscosity, relaxing, viscous_response
 from fecontact.ancf.system.member import Drawing
+from fecontact.ancf.system.memory import Remembering, Strained
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -54,6 +49,7 @@ from fecontact.common.viscoelastic import Viscoelastic
 from fecontact.fem.element_stiffness import determinant_3x3, element_stiffness
 from fecontact.fem.laws import InvertedError, Law, Response, StVenantKirchhoff, at_rest, law_of, laws_of
 from fecontact.fem.model import materials_of_cells
+from fecontact.fem.plastic import Plastic, PlasticLaw, flowing
 from fecontact.mesh.element import CORNERS, EDGES
 
 #: Change of strain, relative to the largest strain, below which the second term of S* is rounding.
@@ -115,15 +111,16 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
-class AncfSolid:
+class AncfSolid(Remembering):
     """A solid of bricks with an elastic law.
 
     Parameters
     ----------
     space : AncfSpace
-    material : Material, Law or Viscoelastic, or mapping of element set to one
+    material : Material, Law, Viscoelastic or Plastic, or mapping of element set to one
         A law of finite strain, such as ``fc.NeoHookean(E=, nu=)``; that of St. Venant and Kirchhoff for a Material.
-        Visco-elastic ones relax in motion; statics has their moduli after a long time.
+        Visco-elastic ones relax in motion; statics has their moduli after a long time. Plastic ones keep their volume
+        as they flow: take ``volumetric="linear"``.
     law : optional
         Former way to choose the law of Materials; it warns.
     points : {2, 3, 4, 5}
@@ -147,7 +144,7 @@ class AncfSolid:
     """
 
     space: AncfSpace
-    material: Material | Law | Viscoelastic | Mapping[str, Material | Law | Viscoelastic]
+    material: Material | Law | Viscoelastic | Plastic | Mapping[str, Material | Law | Viscoelastic | Plastic]
     law: type[Law] | None = None
     points: int = 4
     volumetric: int | Literal["linear"] | None = None
@@ -168,7 +165,7 @@ class AncfSolid:
             warn("AncfSolid(law=) is now the material, as fecontact.NeoHookean(E=, nu=); law= will be removed.", 4)
             object.__setattr__(self, "material", material)
             object.__setattr__(self, "law", None)
-        object.__setattr__(self, "_relaxing", relaxing(self.material, self.viscosity))
+        object.__setattr__(self, "_relaxing", relaxing(flowing(self.material), self.viscosity))
         for law, rest in zip(self._laws, self.materials, strict=True):
             if self.volumetric is not None and rest.lame and not law.volumetric:
                 raise InputError(
@@ -176,6 +173,11 @@ class AncfSolid:
                     "Ogden, or volumetric=None.",
                     code="needs-dilatation",
                 )
+        if self.n_flowing and self.viscous is not None and len(self.viscous.branches):
+            raise InputError(
+                "A solid that flows plastically takes a damper, Viscosity(retardation=), but no Prony series.",
+                code="prony-series",
+            )
 
     @cached_property
     def _materials(self) -> tuple[IntArray, list[Material]]:
@@ -265,11 +267,22 @@ class AncfSolid:
         return [(self._batches(self.points), 0.0, 1.0), (self._batches(self.volumetric), 1.0, 0.0)]
 
     def parts(self) -> Iterator[Part]:
-        """The cells of each law in the batches of all rules."""
+        """The cells of each law in the batches of all rules, which follow the memory."""
+        start = 0
         for batches, volume, rest in self.rules():
             for k, batch in enumerate(batches):
                 for own, some, law in self._of_laws(batch):
+                    if law.n_memory and rest:
+                        stop = start + law.n_memory * some.dV.size
+                        law = law.remembering(self.memory[start:stop].reshape(*some.dV.shape, -1))
+                        start = stop
                     yield Part(k, own, some, law, volume, rest)
+
+    def _flowing(self) -> Iterator[tuple[GradientBatch, PlasticLaw]]:
+        """Cells that may flow, and their laws."""
+        for part in self.parts() if self.n_flowing else ():
+            if part.law.n_memory and part.rest:
+                yield part.batch, cast(PlasticLaw, part.law)
 
     def _of_laws(self, batch: GradientBatch) -> list[tuple[Mask, GradientBatch, Law]]:
         """Cells of a batch by their laws, kept if its shape functions are."""
@@ -477,7 +490,9 @@ class AncfSolid:
             pressure = self.bulk[cells] * (linear_functions(X) * fitted[cells]).sum(axis=1)
         for k, law in enumerate(self._laws):
             if (own := self._materials[0][cells] == k).any():
-                S[own] = law.at(places[own]).pulled(F[own], 0.0 if projected else 1.0).stress
+                there = law.at(places[own])
+                there = there.remembering(self._memory_at(cells[own], X[own])) if there.n_memory else there
+                S[own] = there.pulled(F[own], 0.0 if projected else 1.0).stress
                 if projected:
                     S[own] += pressure[own, None, None] * law.dilated(F[own]).rate
         sigma = F @ S @ F.swapaxes(1, 2) / determinant_3x3(F)[:, None, None]
@@ -496,13 +511,70 @@ class AncfSolid:
         """Derivative (n_dofs, n_dofs) of the elastic forces at coordinates q, symmetric."""
         return self._tangent(q, self._respond, self.volumetric == "linear")
 
-    def relaxed(self, q: Array) -> Array:
-        """Internal strains (n,) of a state in which all branches are relaxed."""
-        return relaxed(self, q)
+    @cached_property
+    def n_flowing(self) -> int:
+        """Numbers that plastic flow remembers."""
+        each = np.bincount(self._materials[0], minlength=len(self._laws)) * self.points**3
+        return int((each * [law.n_memory for law in self._laws]).sum())
 
-    def viscous_step(self, q0: Array, q1: Array, h: float, memory: Array) -> ViscousStep:
-        """Forces, memory and energies of a step of length h, see `viscosity`."""
-        return viscous_step(self, q0, q1, h, memory)
+    def _share(self) -> None:
+        _ = self._kept, self._by_law, self._fits, self._pattern
+
+    def flowed(self, q: Array) -> Array:
+        """The memory of plastic flow (n,) after a step to coordinates q."""
+        e = self.space.spread(q)
+        each = [law.returned(deformation_gradients(e, batch)).memory.ravel() for batch, law in self._flowing()]
+        return np.concatenate([np.zeros(0), *each])
+
+    @property
+    def dissipated(self) -> float:
+        """Energy lost to plastic flow up to its memory."""
+        return sum(law.dissipated(batch.dV) for batch, law in self._flowing())
+
+    @property
+    def plastic_strain(self) -> Array:
+        """Accumulated plastic strain (n_cells, n_q) at the Gauss points, up to its memory; zero in elastic cells."""
+        out = np.zeros((len(self.space.corners), self.points**3))
+        for batch, law in self._flowing():
+            out[batch.cells] = law.memory[..., -1]
+        return out
+
+    def _memory_at(self, cells: IntArray, X: Array) -> Array:
+        """The memory of plastic flow (n, 10), fitted linearly in each cell, at material points."""
+        fitted = np.zeros((len(self.space.corners), 4, 10))
+        for batch, law in self._flowing():
+            fitted[batch.cells] = self._fit(batch) @ law.memory
+        found = (linear_functions(X)[:, None] @ fitted[cells])[:, 0]
+        found[:, -1] = np.maximum(found[:, -1], 0.0)
+        return found
+
+    def plastic_strain_at(self, cells: IntArray, X: Array) -> Array:
+        """The same (n,) at material points, cell (n,) and reference coordinates X (n, 3), linear in each cell."""
+        return self._memory_at(cells, X)[:, -1]
+
+    def strained(self) -> list[Strained]:
+        """Green-Lagrange strains (n_cells, n_q, 9) of its parts."""
+
+        def strain(part: Part, q: Array) -> Array:
+            F = deformation_gradients(self.space.spread(q), part.batch)
+            E = (np.swapaxes(F, -1, -2) @ F - np.eye(3)) / 2
+            return E.reshape(*E.shape[:-2], 9)
+
+        def stress(part: Part, E: Array) -> Array:
+            lame, shear = self.moduli(part.batch.cells[:, None], part.volume, part.rest)
+            trace = lame * E[..., ::4].sum(axis=-1)
+            return np.asarray(trace[..., None] * np.eye(3).ravel() + 2 * shear[..., None] * E)
+
+        return [Strained(partial(strain, part), partial(stress, part), part.batch.dV) for part in self.parts()]
+
+    def step_forces(self, q0: Array, q1: Array, stresses: Sequence[Array]) -> Array:
+        """Forces (n_dofs,) whose work from q0 to q1 is that of stresses of the parts by the change of their strains."""
+        e = self.space.spread((q0 + q1) / 2)
+        total = np.zeros_like(e)
+        for part, stress in zip(self.parts(), stresses, strict=True):
+            F = deformation_gradients(e, part.batch)
+            part.batch.add_forces(total, F @ stress.reshape(F.shape))
+        return self.space.gather(total)
 
     def viscous_tangent(self, q: Array, h: float) -> sp.csr_matrix:
         """Derivative (n_dofs, n_dofs) of the viscous forces of a step of length h by its end, at its middle q.

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.ancf.slender import shapes
+from fecontact.ancf.slender.layers import layers_of
 from fecontact.ancf.slender.laminate import Lamina, Laminate, plane_stress, sheet
 from fecontact.ancf.slender.shapes import Shape
 from fecontact.ancf.slender.strains import (
@@ -29,8 +30,8 @@ from fecontact.ancf.slender.strains import (
     Measure,
     Products,
     Stretch,
-    StretchAndCurvature,
     SurfaceCurvature,
+    Together,
     green_lagrange,
 )
 from fecontact.ancf.slender.structure import Part, Structure, axes_of, axis_of
@@ -38,6 +39,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, lengths
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
+from fecontact.fem.plastic import Plastic
 
 X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
 XX, YY, XY, XZ, YZ = (2, 0, 0), (0, 2, 0), (1, 1, 0), (1, 0, 1), (0, 1, 1)
@@ -82,6 +84,7 @@ def line(
     mass: float = 0.0,
     tangents: ArrayLike | None = None,
     measure: str = "turn",
+    plastic: Plastic | None = None,
 ) -> Structure:
     """A cable or Bernoulli beam along nodes in order, bending alike in all directions, without twist.
 
@@ -100,6 +103,9 @@ def line(
         'turn': strain |r'| - 1 and turn of the tangent per initial length. 'geometric': Green-Lagrange strain and the
         curvature of the present axis (Shabana's book). They differ where the axis stretches. 'chord': linear in the
         frame of each element's chord, the model of 1999, for comparison; in the plane x, y.
+    plastic : Plastic, optional
+        Of a section that flows by layers: the rectangle of these rigidities, bent in the plane x, y only. Its stretch
+        and bending count at the ends and the middle of each element.
 
     Examples
     --------
@@ -113,13 +119,20 @@ def line(
     nodes, t, cells, size = axes_of(points, tangents)
     box = np.column_stack([size, np.ones((len(size), 2))])
     four = _rule(4)
-    if tangents is not None and np.ptp(nodes[:, 2]) + np.abs(t[:, 2]).max() > 1e-12 * size.sum():
-        raise InputError("A curved line must lie in the plane x, y; take `beam` for a curve in space.", code="in-space")
-    bent = EI * (np.eye(3) if tangents is None else np.diag([0.0, 0.0, 1.0]))
+    kind = "curved" if tangents is not None else "plastic" if plastic is not None else "'chord'"
+    flat = kind != "'chord'" or measure == "chord"
+    if flat and np.ptp(nodes[:, 2]) + np.abs(t[:, 2]).max() > 1e-12 * size.sum():
+        raise InputError(f"A {kind} line must lie in the plane x, y; take `beam` for one in space.", code="in-space")
+    bent = EI * np.diag([float(not flat), float(not flat), 1.0])
     inertia = (four[0], mass * four[1], size)
+    if plastic is not None:
+        if measure != "turn":
+            raise InputError(f"A plastic line has the measure 'turn'; found {measure!r}.", code="measure")
+        both = Together(Stretch(), 1, LineCurvature(2))
+        rigidity = np.diag([EA, *np.diag(bent)])
+        parts = [Part((X, XX), both, rigidity, *ENDS_AND_MIDDLE, size, layers_of(plastic, EA, EI))]
+        return Structure(shapes.LINE, np.stack([nodes, t], axis=1), cells, box, parts, inertia)
     if measure == "chord":
-        if np.ptp(nodes[:, 2]) + np.abs(t[:, 2]).max() > 1e-12 * size.sum():
-            raise InputError("The measure 'chord' is of lines in the plane x, y.", code="in-space")
         parts = [Part((X, XX, shapes.CHORD), ChordFrame(), np.diag([EA, EI]), *four, size)]
         return Structure(shapes.LINE, np.stack([nodes, t], axis=1), cells, box, parts, inertia)
     stretch: Measure = Stretch() if measure == "turn" else green_lagrange((0,))
@@ -457,7 +470,7 @@ def _thin(made: Laminate, rule: tuple[Array, Array], area: Array) -> list[Part]:
     if made.coupling.any():
         # along the normal fibres shorten where the curvature r_xx . n is positive
         both = np.block([[made.membrane, -made.coupling], [-made.coupling, made.bending]])
-        return [Part(orders, StretchAndCurvature(), both, *rule, area)]
+        return [Part(orders, Together(green_lagrange((0, 1)), 2, SurfaceCurvature()), both, *rule, area)]
     return [
         Part((X, Y), green_lagrange((0, 1)), made.membrane, *rule, area),
         Part(orders, SurfaceCurvature(), made.bending, *rule, area),

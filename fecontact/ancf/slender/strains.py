@@ -241,28 +241,38 @@ class SurfaceCurvature:
         return out
 
 
-class StretchAndCurvature:
-    """Green-Lagrange strains of a middle surface and its curvatures, for sheets whose layers couple them.
+@dataclass(frozen=True)
+class Together:
+    """Strains of a measure of the first derivatives, then those of another one of all, for sections that couple them.
 
-    Derivatives in the order r_x, r_y, r_xx, r_yy, r_xy.
+    Attributes
+    ----------
+    one : Measure
+    n : int
+        Derivatives that it takes.
+    other : Measure
     """
 
-    _within, _bent = green_lagrange((0, 1)), SurfaceCurvature()
+    one: Measure
+    n: int
+    other: Measure
 
     def strain(self, g: Array) -> Array:
-        """(..., 6)."""
-        return np.concatenate([self._within.strain(g[..., :2, :]), self._bent.strain(g)], axis=-1)
+        """(..., m)."""
+        return np.concatenate([self.one.strain(g[..., : self.n, :]), self.other.strain(g)], axis=-1)
 
     def first(self, g: Array) -> Array:
-        """(..., 6, 5, 3)."""
-        within = np.zeros((*g.shape[:-2], 3, 5, 3))
-        within[..., :2, :] = self._within.first(g[..., :2, :])
-        return np.concatenate([within, self._bent.first(g)], axis=-3)
+        """(..., m, n_g, 3)."""
+        all_of, some = self.other.first(g), self.one.first(g[..., : self.n, :])
+        padded = np.zeros((*some.shape[:-2], *all_of.shape[-2:]))
+        padded[..., : self.n, :] = some
+        return np.concatenate([padded, all_of], axis=-3)
 
     def second(self, g: Array, s: Array) -> Array:
-        """Of both, weighted by s (..., 6)."""
-        out = self._bent.second(g, s[..., 3:])
-        out[..., :2, :, :2, :] += self._within.second(g[..., :2, :], s[..., :3])
+        """Of both, weighted by s (..., m)."""
+        m = s.shape[-1] - self.other.strain(g).shape[-1]
+        out = self.other.second(g, s[..., m:])
+        out[..., : self.n, :, : self.n, :] += self.one.second(g[..., : self.n, :], s[..., :m])
         return out
 
 

@@ -11,21 +11,24 @@ Axes of slender members: nodes in order, their tangents, elements and lengths.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Protocol, Self
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from fecontact.ancf.bricks.viscosity import Viscosity, ViscousStep, stiffening
+from fecontact.ancf.bricks.viscosity import Viscosity, stiffening
 from fecontact.ancf.slender.closest import Middle
 from fecontact.ancf.slender.contact import Skin
+from fecontact.ancf.slender.layers import Layers
 from fecontact.ancf.slender.shapes import Order, Shape
 from fecontact.ancf.slender.strains import Measure
 from fecontact.ancf.system.member import Drawing
+from fecontact.ancf.system.memory import Remembering, Strained
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError
@@ -100,6 +103,8 @@ class Part:
         Quadrature on the unit box.
     size : (n_elements,) array
         Length, area or volume of each element.
+    layers : Layers, optional
+        That flow plastically; the rigidity is that of elastic ones.
     """
 
     orders: tuple[Order, ...]
@@ -108,10 +113,15 @@ class Part:
     points: Array
     weights: Array
     size: Array
+    layers: Layers | None = None
+
+    def elastic(self, strains: Array) -> Array:
+        """Stress resultants (..., m) of strains (..., m)."""
+        return strains @ self.rigidity
 
 
 @dataclass(frozen=True, eq=False)
-class Structure(Nodal):
+class Structure(Nodal, Remembering):
     """Elements of one shape, joined at their nodes.
 
     Parameters
@@ -283,8 +293,7 @@ class Structure(Nodal):
         """Strain energy."""
         total = 0.0
         for k, part in enumerate(self.parts):
-            e = self.strains(q, k)
-            total += float((self._weights(part) * (e @ part.rigidity * e).sum(axis=2)).sum()) / 2
+            total += float((self._weights(part) * self._responses(k, self.strains(q, k))[0]).sum())
         return total
 
     def angles(self, q: Array) -> Array:
@@ -398,41 +407,76 @@ class Structure(Nodal):
         for k, (part, derivatives) in enumerate(zip(self.parts, self._derivatives, strict=True)):
             g = (derivatives @ vectors).reshape(m, n, len(part.points), len(part.orders), 3)
             weights = shares[:, None, None, None] * self._weights(part)[..., None]
-            elastic = (part.measure.strain(g) - self._initial[k]) @ part.rigidity if stresses is None else stresses[k]
-            stress = elastic * weights
+            each = stresses[k] if stresses else self._responses(k, part.measure.strain(g) - self._initial[k])[1]
+            stress = each * weights
             J = part.measure.first(g)
             along = (stress[..., None, :] @ J.reshape(*J.shape[:4], -1)).reshape(m, n, -1, 3)
             total += (np.swapaxes(derivatives, 1, 2) @ along).sum(axis=0)
         return self._gathered(total)
 
-    def relaxed(self, q: Array) -> Array:
-        """Internal strains (n,) of a state in which all branches are relaxed."""
-        assert self.viscous is not None
-        n = len(self.viscous.branches)
-        each = [np.repeat(self.strains(q, k)[None], n, axis=0).ravel() for k in range(len(self.parts))]
+    @property
+    def n_flowing(self) -> int:
+        """Numbers that plastic flow remembers."""
+        return sum(map(math.prod, self._memories))
+
+    @cached_property
+    def _memories(self) -> list[tuple[int, ...]]:
+        """Shape of what plastic flow remembers in each part."""
+        n = len(self.cells)
+        return [(0,) if p.layers is None else (n, len(p.points), len(p.layers.areas), 2) for p in self.parts]
+
+    def _share(self) -> None:
+        _ = self._derivatives, self._initial, self._by_component, self._pattern
+
+    def _remembered(self, k: int) -> Array:
+        """What plastic flow remembers in part k."""
+        start = sum(map(math.prod, self._memories[:k]))
+        return self.memory[start : start + math.prod(self._memories[k])].reshape(self._memories[k])
+
+    def _flowing(self) -> Iterator[tuple[int, Part, Layers]]:
+        """Parts whose layers may flow, by number."""
+        for k, part in enumerate(self.parts):
+            if part.layers is not None:
+                yield k, part, part.layers
+
+    def flowed(self, q: Array) -> Array:
+        """The memory of plastic flow (n,) after a step to coordinates q."""
+        each = [
+            layers.returned(self.strains(q, k), self._remembered(k)).memory.ravel() for k, _, layers in self._flowing()
+        ]
         return np.concatenate([np.zeros(0), *each])
 
-    def viscous_step(self, q0: Array, q1: Array, h: float, memory: Array) -> ViscousStep:
-        """Forces, memory and energies of a step of length h, as of bricks (`bricks.viscosity`), see `BETWEEN`."""
-        assert self.viscous is not None
-        branches, kept, stresses, lost, stored, start = self.viscous.branches, [np.zeros(0)], [], 0.0, 0.0, 0
-        g, t = (c[:, None, None, None] for c in branches.T)
-        for k, part in enumerate(self.parts):
-            E0, E1, w = self.strains(q0, k), self.strains(q1, k), self._weights(part)
-            size = len(branches) * E0.size
-            A0 = memory[start : start + size].reshape(len(branches), *E0.shape)
-            start += size
-            away = ((E0 + E1) / 2 - A0) / (1 + h / (2 * t))
-            A1 = A0 + h / t * away
-            rate = self.viscous.retardation / h * (E1 - E0)
-            stresses.append((rate + (g * away).sum(axis=0)) @ part.rigidity)
-            lost += float(((rate @ part.rigidity * (E1 - E0)).sum(axis=-1) * w).sum())
-            lost += float(((g * h / t * (away @ part.rigidity) * away).sum(axis=-1) * w).sum())
-            stored += float(((g / 2 * ((E1 - A1) @ part.rigidity) * (E1 - A1)).sum(axis=-1) * w).sum())
-            kept.append(A1.ravel())
+    @property
+    def dissipated(self) -> float:
+        """Energy lost to plastic flow up to its memory."""
+        return sum(
+            layers.dissipated(self._remembered(k)[..., -1], self._weights(part)) for k, part, layers in self._flowing()
+        )
+
+    @property
+    def plastic_strain(self) -> Array:
+        """Accumulated plastic strain (n_elements, n_q, n_layers) of layers at the points of an element."""
+        return np.concatenate([np.zeros((len(self.cells), 0, 1)), *(self._remembered(k)[..., -1] for k, *_ in self._flowing())])
+
+    def _responses(self, k: int, e: Array) -> tuple[Array, Array, Array]:
+        """Energy (...), stress resultants (..., m) and moduli (.., m, m) of strains (..., m) of part k."""
+        part = self.parts[k]
+        if part.layers is not None:
+            return part.layers.respond(e, self._remembered(k))
+        stress = e @ part.rigidity
+        return (stress * e).sum(axis=-1) / 2, stress, part.rigidity
+
+    def strained(self) -> list[Strained]:
+        """Strains of its parts."""
+        return [
+            Strained(partial(self.strains, k=k), part.elastic, self._weights(part))
+            for k, part in enumerate(self.parts)
+        ]
+
+    def step_forces(self, q0: Array, q1: Array, stresses: Sequence[Array]) -> Array:
+        """Forces (n_dofs,) whose work from q0 to q1 is that of stresses by the change of strains, see `BETWEEN`."""
         x, shares = np.array(BETWEEN).T
-        forces = self._forces(q0 + x[:, None] * (q1 - q0), shares, stresses)
-        return ViscousStep(forces, np.concatenate(kept), lost, stored)
+        return self._forces(q0 + x[:, None] * (q1 - q0), shares, stresses)
 
     def viscous_tangent(self, q: Array, h: float) -> sp.csr_matrix:
         """Derivative (n_dofs, n_dofs) of the forces of a step of length h by its end, without that of the stress."""
@@ -450,11 +494,13 @@ class Structure(Nodal):
         for k, part in enumerate(self.parts):
             g = self._fields(q, k)
             w = self._weights(part)[..., None]
-            stress = (part.measure.strain(g) - self._initial[k]) @ part.rigidity * w
+            _, stress, moduli = self._responses(k, part.measure.strain(g) - self._initial[k])
             J = part.measure.first(g).reshape(n, len(part.points), len(part.rigidity), -1)
-            inner = share * (np.swapaxes(J, 2, 3) @ (part.rigidity @ J * w[..., None]))
+            if not stressed:
+                moduli = share * part.rigidity
+            inner = np.swapaxes(J, 2, 3) @ (moduli @ J * w[..., None])
             if stressed:
-                inner += part.measure.second(g, stress).reshape(inner.shape)
+                inner += part.measure.second(g, stress * w).reshape(inner.shape)
             B = self._by_component[k]
             total += np.swapaxes(B.reshape(n, -1, width), 1, 2) @ (inner @ B).reshape(n, -1, width)
         return self._summed(total)

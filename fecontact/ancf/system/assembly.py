@@ -14,9 +14,9 @@ import scipy.sparse.linalg as spla
 
 from fecontact.ancf.bricks.solid import AncfSolid
 from fecontact.ancf.bricks.tangents import Places, has_pattern, with_data
-from fecontact.ancf.bricks.viscosity import ViscousStep
 from fecontact.ancf.system.joints import Hubs, Joints, affine_modes, free_directions
 from fecontact.ancf.system.member import Member
+from fecontact.ancf.system.memory import Lapse
 from fecontact.ancf.system.moving_contact import ContactConstraints, ContactGaps, MovingSide, RigidMaster
 from fecontact.ancf.system.newton import DEPENDENT
 from fecontact.ancf.system.tangent import Reduction, Tangent
@@ -361,31 +361,61 @@ class Assembly:
         blocks = [s.tangent(self.part(q, k)) for k, s in enumerate(self.solids)]
         return blocks[0] if len(blocks) == 1 else sp.csr_matrix(sp.block_diag(blocks))
 
-    @cached_property
-    def _viscous(self) -> list[tuple[int, Any]]:
-        """Numbers and solids that are viscous."""
-        return [(k, s) for k, s in enumerate(self.solids) if getattr(s, "viscous", None) is not None]
+    @property
+    def _remembering(self) -> list[tuple[int, Any]]:
+        """Numbers and solids that remember."""
+        return [(k, s) for k, s in enumerate(self.solids) if getattr(s, "remembers", False)]
+
+    @property
+    def memory(self) -> Array:
+        """What all members remember (n,)."""
+        return np.concatenate([np.zeros(0), *(s.memory for _, s in self._remembering)])
+
+    def remembering(self, memory: Array) -> Assembly:
+        """The same assembly after a memory (n,) of its members.
+
+        Raises
+        ------
+        InputError
+            If it is not one of these members.
+        """
+        found, start, solids = self._remembering, 0, list(self.solids)
+        sizes = [len(s.memory) for _, s in found]
+        if sum(sizes) != len(memory):
+            raise InputError(
+                f"The members of the assembly remember {sum(sizes)} numbers, the state {len(memory)}: go on from a "
+                "state of the same members.",
+                code="memory",
+            )
+        if not len(memory):
+            return self
+        for (k, solid), size in zip(found, sizes, strict=True):
+            solids[k], start = solid.remembering(memory[start : start + size]), start + size
+        _ = self.constants
+        other = copy.copy(self)
+        other.__dict__["solids"] = tuple(solids)
+        return other
 
     def relaxed(self, q: Array) -> Array:
-        """Internal strains (n,) of all viscous solids, relaxed at coordinates q."""
-        return np.concatenate([np.zeros(0), *(s.relaxed(self.part(q, k)) for k, s in self._viscous)])
+        """The memory (n,) of all members, at rest at coordinates q."""
+        return np.concatenate([np.zeros(0), *(s.relaxed(self.part(q, k)) for k, s in self._remembering)])
 
-    def viscous_step(self, q0: Array, q1: Array, h: float, memory: Array) -> ViscousStep:
-        """Viscous forces of a step of length h, see `viscosity`; nothing where no solid is viscous."""
-        forces, kept, lost, stored, start = np.zeros(self.n_dofs), [np.zeros(0)], 0.0, 0.0, 0
-        for k, solid in self._viscous:
-            own = solid.viscous_step(self.part(q0, k), self.part(q1, k), h, memory[start:])
+    def lapse(self, q0: Array, q1: Array, h: float) -> Lapse:
+        """What the memory of all members does in a step of length h."""
+        forces, kept, lost, stored = np.zeros(self.n_dofs), [np.zeros(0)], 0.0, 0.0
+        for k, solid in self._remembering:
+            own = solid.lapse(self.part(q0, k), self.part(q1, k), h)
             forces[self.starts[k] : self.starts[k + 1]] = own.forces
             kept.append(own.memory)
-            lost, stored, start = lost + own.viscous_work, stored + own.stored, start + len(own.memory)
-        return ViscousStep(forces, np.concatenate(kept), lost, stored)
+            lost, stored = lost + own.lost, stored + own.stored
+        return Lapse(forces, np.concatenate(kept), lost, stored)
 
     def step_tangent(self, q: Array, h: float, share: float) -> sp.csr_matrix:
         """A share of the elastic tangent (n_dofs, n_dofs), and that of viscosity by the end of a step of length h."""
         K = self.tangent(q)
-        if not self._viscous:
+        numbers = {k: s for k, s in self._remembering if s.viscous is not None}
+        if not numbers:
             return share * K
-        numbers = dict(self._viscous)
         empty = ((k, sp.csr_matrix((s.n_dofs, s.n_dofs))) for k, s in enumerate(self.solids))
         blocks = [numbers[k].viscous_tangent(self.part(q, k), h) if k in numbers else none for k, none in empty]
         return sp.csr_matrix(share * K + sp.block_diag(blocks))

@@ -55,8 +55,8 @@ class Motion(WithContacts):
     kinetic, strain, potential : (n,) arrays
         Energies; the potential of dead loads is zero at the initial coordinates.
     work, viscous_work, friction_work : (n,) arrays
-        Work of loads that follow, as moments, and of what varies in time, energy lost to viscosity, and work of
-        friction, from the start.
+        Work of loads that follow, as moments, and of what varies in time, energy lost to viscosity and plastic flow,
+        and work of friction, from the start.
     momentum : (n, 3) array
     contact_force : (n, n_contacts, 3) array
         Resultant on each slave, with friction.
@@ -309,6 +309,8 @@ def _approach(begin: Stage, end: Stage, then: Instant, now: Instant) -> float:
 def _begun(at: StageAt, stage: Stage, start: Start | None, velocity: ArrayLike | None, step: float) -> Instant:
     """The first instant, with its acceleration (without contact)."""
     time = 0.0 if start is None else start.time
+    if start is not None and start.memory is not None:
+        stage = stage.remembering(start.memory)
     a = stage.assembly
     q = a.q0 + stage.jump(a.q0) if start is None else start.q
     forces = np.zeros(a.n_multipliers)
@@ -406,7 +408,7 @@ class _Record:
 
     def add(self, stage: Stage, now: Instant, load: Array, frame: bool) -> None:
         """Append a state; `load` are the constant ones, which have a potential."""
-        a = stage.assembly
+        a = stage.assembly.remembering(now.memory)
         conditions = a.conditions(now.q)
         finite = conditions.gap[np.isfinite(conditions.gap)]
         resultants, depths = [], []

@@ -29,8 +29,8 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.ancf.bricks.viscosity import ViscousStep
 from fecontact.ancf.system.assembly import Assembly
+from fecontact.ancf.system.memory import Lapse
 from fecontact.ancf.system.newton import Ties, newton_step
 from fecontact.ancf.system.slip import Slips, SlipStart, slips, stopped
 from fecontact.ancf.system.stage import Stage, StageAt, Start, rate
@@ -143,13 +143,13 @@ class Instant:
     work : float
         Work from the start of all loads, of supports that move, and of rigid bodies that move.
     memory : (n,) array
-        Internal strains of visco-elastic solids.
+        Of the members, see `system.memory`.
     tangential, residual_slip, slip : (n_multipliers, 3) arrays
         Forces of friction, slip that is left to the next step, see `slip`, and slip in this one.
     friction_work : float
         Work of friction from the start.
     viscous_work, stored : float
-        Energy lost to viscosity from the start, and that of its branches.
+        Energy lost to viscosity and plastic flow from the start, and that of branches.
     nit : int
         Number of iterations of the step.
     residuals : (7,) array
@@ -180,13 +180,13 @@ class Instant:
         return Start(self.q, self.v, self.forces, self.time, self.memory, self.stored)
 
     def after(
-        self, h: float, viscous: ViscousStep, q: Array, v: Array, a: Array, b: Array, forces: Array, applied: Array,
+        self, h: float, lapse: Lapse, q: Array, v: Array, a: Array, b: Array, forces: Array, applied: Array,
         work: float, nit: int,
     ) -> Instant:  # fmt: skip
         """The state at the end of a step of length h, without what friction adds."""
         return Instant(
-            self.time + h, q, v, a, b, forces, applied, viscous.memory, self.tangential, self.residual_slip,
-            self.slip, work, self.viscous_work + viscous.viscous_work, viscous.stored, self.friction_work, nit,
+            self.time + h, q, v, a, b, forces, applied, lapse.memory, self.tangential, self.residual_slip,
+            self.slip, work, self.viscous_work + lapse.lost, lapse.stored, self.friction_work, nit,
         )  # fmt: skip
 
 
@@ -224,7 +224,7 @@ class GeneralisedAlpha:
 
     def step(self, at: StageAt, begin: Stage, now: Instant, h: float, tolerance: float) -> tuple[Instant, Stage]:
         """One step; the prescribed motion of supports is integrated like any other coordinate."""
-        end = at(now.time + h)
+        end = at(now.time + h).remembering(now.memory)
         a = end.assembly
         if not _same_supports(begin.assembly, a):  # accelerations jump
             anew = a.accelerated(end.load(now.q) - a.forces(now.q), now.q, now.v)
@@ -242,8 +242,8 @@ class GeneralisedAlpha:
             b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
             acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
             conditions = a.conditions(q)
-            viscous = a.viscous_step(now.q, q, h, now.memory)
-            balance = end.load(q), a.forces(q) + viscous.forces, a.mass @ acceleration
+            lapse = a.lapse(now.q, q, h)
+            balance = end.load(q), a.forces(q) + lapse.forces, a.mass @ acceleration
             rest = balance[0] - balance[1] - balance[2] - share * (a.mass @ c)
             near = np.flatnonzero(conditions.gap < REACH * a.widths)
             if not kept.reusable(near):
@@ -262,9 +262,9 @@ class GeneralisedAlpha:
                 b = (q - now.q - h * now.v - h**2 / 2 * c) / (beta * h**2) - (0.5 / beta - 1) * now.b
                 acceleration = ((1 - am) * b + am * now.b - af * now.a) / (1 - af)
                 v = now.v + h * ((1 - gamma) * now.b + gamma * b) + h * c
-                applied = acting(end, q, acceleration, viscous.forces - kept.by_hubs(ties))
+                applied = acting(end, q, acceleration, lapse.forces - kept.by_hubs(ties))
                 work = now.work + float((now.applied + applied) @ (q - now.q)) / 2 + _by_tools(begin, end, q, forces)
-                after = now.after(h, viscous, q, v, acceleration, b, forces, applied, work, nit)
+                after = now.after(h, lapse, q, v, acceleration, b, forces, applied, work, nit)
                 gap = conditions.gap + conditions.G @ change
                 unbalanced = kept.unbalanced(a, change, *balance)
                 return _judged(a, now, after, gap, slip.moved(change), t, unbalanced, h), end
@@ -281,7 +281,7 @@ class EnergyMomentum:
 
     def step(self, at: StageAt, begin: Stage, now: Instant, h: float, tolerance: float) -> tuple[Instant, Stage]:
         """One step, with loads of its middle; supported coordinates have the velocity of their prescribed motion."""
-        half, end = at(now.time + h / 2), at(now.time + h)
+        half, end = (at(now.time + x).remembering(now.memory) for x in (h / 2, h))
         a = end.assembly
         q = now.q + h * now.v
         q, driven = q + end.jump(q), rate(at, end, now.time + h, RATE * h)
@@ -293,8 +293,8 @@ class EnergyMomentum:
             internal = np.concatenate(
                 [s.forces_between(a.part(now.q, k), a.part(q, k)) for k, s in enumerate(half.assembly.solids)]
             )
-            viscous = a.viscous_step(now.q, q, h, now.memory)
-            internal = internal + viscous.forces
+            lapse = a.lapse(now.q, q, h)
+            internal = internal + lapse.forces
             load, v = half.load(middle), 2 / h * (q - now.q) - now.v
             v = v - a.held(v) + driven
             inertia = a.mass @ ((v - now.v) / h)
@@ -330,7 +330,7 @@ class EnergyMomentum:
                 applied = load + supports[0] + supports[1]
                 acceleration = (v - now.v) / h
                 end_of_step = now.after(
-                    h, viscous, q, v, acceleration, acceleration, forces, applied, now.work + float(work), nit
+                    h, lapse, q, v, acceleration, acceleration, forces, applied, now.work + float(work), nit
                 )
                 gap = np.where(np.isin(np.arange(len(closing)), pressing), closing + G @ change, np.inf)
                 unbalanced = kept.unbalanced(a, change, load, internal, inertia)

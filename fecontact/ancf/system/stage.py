@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -84,6 +84,11 @@ class Stage:
             out.append((load, carrier, slice(a.starts[load.solid], a.starts[load.solid + 1])))
         return out
 
+    def remembering(self, memory: Array) -> Stage:
+        """The same stage after a memory (n,) of the members."""
+        after = self.assembly.remembering(memory)
+        return self if after is self.assembly else replace(self, assembly=after)
+
     def acts_as(self, other: Stage) -> bool:
         """Whether the same loads and motions act on the same assembly; loads that follow are not compared."""
         pairs = (self.forces, other.forces), (self.motion, other.motion)
@@ -132,7 +137,7 @@ class Start:
         Contact forces of all contacts.
     time : float
     memory : (n,) array or None
-        Internal strains of visco-elastic solids; None where they are relaxed.
+        Of the members, see `system.memory`; None for virgin ones whose branches are relaxed.
     stored : float
         Energy of their branches.
     """

@@ -170,7 +170,7 @@ class State(WithContacts):
     reactions : (n_dofs,) array
         Generalised forces of the supports.
     energy : float
-        Strain energy.
+        Strain energy, with what hardening stores.
     nit : int
         Newton iterations of this level; 0 where the loads of the last one left nothing to do.
     friction : FrictionEnd
@@ -180,6 +180,7 @@ class State(WithContacts):
     overlaps : tuple of float
         Of each contact that carries nothing, as its mean gaps are open: how deep points of it overlap.
     assembly : Assembly
+        After its memory: ``state.assembly.solids[k].plastic_strain``.
 
     Examples
     --------
@@ -240,7 +241,7 @@ class State(WithContacts):
     @property
     def begin(self) -> Start:
         """A motion from here, at rest."""
-        return Start(self.q, None, np.concatenate([np.zeros(0), *self.forces]), 0.0)
+        return Start(self.q, None, np.concatenate([np.zeros(0), *self.forces]), 0.0, self.assembly.memory)
 
 
 @compact_repr
@@ -357,7 +358,8 @@ def equilibrium(
             try:
                 same = balanced is not None and now.acts_as(balanced)
                 still = _unmoved(now, goal, states[-1], tolerance) if same else None
-                state = still or _balanced(Iterate(now, q, friction, forces, no_stresses), goal, tolerance)
+                after = now if not states else now.remembering(states[-1].assembly.memory)
+                state = still or _balanced(Iterate(after, q, friction, forces, no_stresses), goal, tolerance)
             except (UnstableError, InvertedError, SolverError) as error:
                 tried, step, trouble = tried + 1, step / 2, str(error)
                 if step < MIN_STEP:
@@ -433,7 +435,7 @@ class Iterate:
                 code="start-differs",
             )
         a.check_inverted(state.q)
-        return cls(stage, state.q, state.friction, _joined(state.forces), state.stresses)
+        return cls(stage.remembering(state.assembly.memory), state.q, state.friction, _joined(state.forces), state.stresses)
 
     @property
     def a(self) -> Assembly:
@@ -514,7 +516,7 @@ class Iterate:
 
     def state(self, level: float, nit: int, tolerance: float) -> State:
         """The equilibrium that it is."""
-        a, conditions = self.a, self.conditions
+        a, conditions = self.a.remembering(self.a.relaxed(self.q)), self.conditions
         each = tuple(a.split(self.forces))
         depths = [t.overlap(self.q, part, f) for t, part, f in zip(a.constraints, conditions.parts, each, strict=True)]
         return State(

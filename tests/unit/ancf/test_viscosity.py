@@ -17,7 +17,6 @@ from fecontact.ancf import (
     move,
     traction,
 )
-from fecontact.ancf.bricks.viscosity import relaxed, viscous_step
 
 SMALL, E = 1e-4, 10.0
 #: Shares beside the modulus after a long time, and what they are of that at t = 0.
@@ -84,19 +83,20 @@ def test_rigid_motions_are_not_resisted_and_forces_are_derivatives(volumetric):
     q = space.q0 + 0.05 * rng.standard_normal(space.n_dofs)
     turn = fc.rotation_about((1, 2, 3), 1.1)
     turned = (q.reshape(-1, 3) @ turn.T).ravel()
-    memory = relaxed(solid, q)
-    step = viscous_step(solid, q, turned, h, memory)
+    memory = solid.relaxed(q)
+    solid = solid.remembering(memory)
+    step = solid.lapse(q, turned, h)
     assert np.abs(step.forces).max() < 1e-12 * E
-    assert step.viscous_work < 1e-24
+    assert step.lost < 1e-24
     assert step.stored < 1e-24
-    assert np.abs(relaxed(solid, turned) - memory).max() < 1e-13
+    assert np.abs(solid.relaxed(turned) - memory).max() < 1e-13
     # work = stored + dissipated, from any state to any other
     other = q + 0.05 * rng.standard_normal(space.n_dofs)
-    step = viscous_step(solid, q, other, h, memory)
+    step = solid.lapse(q, other, h)
     work = step.forces @ (other - q)
-    assert abs(work - step.stored - step.viscous_work) < 1e-12 * work
+    assert abs(work - step.stored - step.lost) < 1e-12 * work
     d = rng.standard_normal(space.n_dofs)
-    ahead, behind = (viscous_step(solid, q, q + s * 1e-6 * d, h, memory).forces for s in (1, -1))
+    ahead, behind = (solid.lapse(q, q + s * 1e-6 * d, h).forces for s in (1, -1))
     change = (ahead - behind) / 2e-6
     # at the beginning of a step there is no viscous stress, so that the tangent is exact
     assert np.abs(solid.viscous_tangent(q, h) @ d - change).max() < 1e-7 * np.abs(change).max()
