@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import meshio
 import numpy as np
@@ -23,6 +23,7 @@ from fecontact.ancf.bricks.hexahedron import face_points
 from fecontact.ancf.bricks.solid import AncfSolid
 from fecontact.ancf.bricks.space import AncfSpace
 from fecontact.ancf.system.assembly import Assembly
+from fecontact.ancf.system.statics import State
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, replacing, write_collection
@@ -193,7 +194,7 @@ def _patches(solid: AncfSolid, q: Array, boundary: str, n: int = PATCHES) -> tup
     return quads, von_mises(sigma)
 
 
-def save_motion(assembly: Assembly, frames: Sequence[Array], path: str | Path, times: Sequence[float]) -> Path:
+def save_motion(assembly: Assembly, frames: Sequence[Array | State], path: str | Path, times: Sequence[float]) -> Path:
     """Write coordinates at several times as a series.
 
     Every cell is written separately with twenty nodes, to show its curved edges.
@@ -201,8 +202,8 @@ def save_motion(assembly: Assembly, frames: Sequence[Array], path: str | Path, t
     Parameters
     ----------
     assembly : Assembly
-    frames : sequence of (n_dofs,) arrays
-        Such as `Motion.frames`, or the q of the states of a `Path`.
+    frames : sequence of (n_dofs,) arrays or States
+        Such as `Motion.frames`, or a `Path`, whose states remember plastic flow.
     path : str or Path
         Ends in ``.pvd``.
     times : sequence of float
@@ -219,10 +220,10 @@ def save_motion(assembly: Assembly, frames: Sequence[Array], path: str | Path, t
     if not len(frames) or len(frames) != len(times):
         raise InputError(f"A series needs frames and one time for each; found {len(frames)} and {len(times)}.")
     files = []
-    for k, q in enumerate(frames):
+    for k, q in enumerate(cast(Sequence[Any], frames)):
         files.append(path.with_name(f"{path.stem}_{k:04d}.vtu"))
         with replacing(files[-1]) as partial:
-            _mesh(assembly, q).write(partial, file_format="vtu")
+            _mesh(getattr(q, "assembly", assembly), np.asarray(getattr(q, "q", q))).write(partial, file_format="vtu")
     return write_collection(path, files, [float(t) for t in times])
 
 

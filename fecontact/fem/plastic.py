@@ -1,15 +1,15 @@
 """Plastic flow with linear hardening, in one dimension as in three: von Mises' condition, by an incremental energy.
 
-With strains x (deviators in space, the fibre's strain in a bar), plastic strains p and the accumulated plastic strain a,
+With strains x (deviators in space, a fibre's strain in a bar), plastic strains p and their accumulated size a,
 
     stored  c/2 |x - p|^2 + k/2 |p|^2 + K/2 a^2,    yield  |c (x - p) - k p| <= r (Y + K a),    da = r |dp|,
 
-where c is 2 mu and E, r is sqrt(2/3) and 1, and k is r^2 times the kinematic modulus H. A step from (p0, a0) is implicit
-(radial return): p moves along n, the direction of the trial stress, by d = f / (c + k + r^2 K), where f is what the trial
-state is beyond yield. That minimises stored + Y (a - a0), which is so an energy of the step: its gradient is the stress
-c (x - p), its second derivative the consistent tangent c - c^2 [n n / (c + k + r^2 K) + d / |xi| (1 - n n)] (M. L.
-Wilkins 1964; J. C. Simo & R. L. Taylor, Comput. Methods Appl. Mech. Engrg. 48, 1985; M. Ortiz & L. Stainier, Comput.
-Methods Appl. Mech. Engrg. 171, 1999).
+where c is 2 mu and E, r is sqrt(2/3) and 1, and k is r^2 times the kinematic modulus H. A step from (p0, a0) is
+implicit (radial return): p moves along n, the direction of the trial stress xi, by d = f / (c + k + r^2 K), where f is
+what the trial state is beyond yield. That minimises stored + Y (a - a0), which is so an energy of the step: its
+gradient is the stress c (x - p), its second derivative the consistent tangent c - c^2 [n n / (c + k + r^2 K) + d / |xi|
+(1 - n n)] (M. L. Wilkins 1964; J. C. Simo & R. L. Taylor, Comput. Methods Appl. Mech. Engrg. 48, 1985; M. Ortiz & L.
+Stainier, Comput. Methods Appl. Mech. Engrg. 171, 1999).
 """
 
 from __future__ import annotations

@@ -24,7 +24,6 @@ lambda P(v_0 + v_1)/2 (v_1 - v_0), as P is self-adjoint; the derivative of v is 
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -479,7 +478,18 @@ class AncfSolid(Remembering):
         """Cauchy stress F S F^T / det F (n, 6) at material points, cell (n,) and reference coordinates X (n, 3).
 
         Components xx, yy, zz, xy, yz, xz, in world axes.
+
+        Raises
+        ------
+        InputError
+            If it would flow to q but does not remember how.
         """
+        if self.n_flowing and not self.memory.any() and self.flowed(q).any():
+            raise InputError(
+                "The stress of a solid that has flowed depends on how: ask the solid of a state, which remembers, "
+                "state.assembly.solids[k].",
+                code="memory",
+            )
         F, S = self.space.gradient_at(q, cells, X), np.zeros((len(cells), 3, 3))
         places, projected = self.space.points_at(self.space.q0, cells, X), self.volumetric == "linear"
         if projected:

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.ancf.bricks.space import deformation_gradients
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.renamed import warn

@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.ancf.slender import shapes
-from fecontact.ancf.slender.layers import layers_of
 from fecontact.ancf.slender.laminate import Lamina, Laminate, plane_stress, sheet
+from fecontact.ancf.slender.layers import layers_of
 from fecontact.ancf.slender.shapes import Shape
 from fecontact.ancf.slender.strains import (
     ChordFrame,

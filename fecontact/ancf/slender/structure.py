@@ -456,7 +456,8 @@ class Structure(Nodal, Remembering):
     @property
     def plastic_strain(self) -> Array:
         """Accumulated plastic strain (n_elements, n_q, n_layers) of layers at the points of an element."""
-        return np.concatenate([np.zeros((len(self.cells), 0, 1)), *(self._remembered(k)[..., -1] for k, *_ in self._flowing())])
+        each = [self._remembered(k)[..., -1] for k, *_ in self._flowing()]
+        return np.concatenate(each, axis=1) if each else np.zeros((len(self.cells), 0, 0))
 
     def _responses(self, k: int, e: Array) -> tuple[Array, Array, Array]:
         """Energy (...), stress resultants (..., m) and moduli (.., m, m) of strains (..., m) of part k."""
@@ -469,8 +470,7 @@ class Structure(Nodal, Remembering):
     def strained(self) -> list[Strained]:
         """Strains of its parts."""
         return [
-            Strained(partial(self.strains, k=k), part.elastic, self._weights(part))
-            for k, part in enumerate(self.parts)
+            Strained(partial(self.strains, k=k), part.elastic, self._weights(part)) for k, part in enumerate(self.parts)
         ]
 
     def step_forces(self, q0: Array, q1: Array, stresses: Sequence[Array]) -> Array:

@@ -73,6 +73,8 @@ class Motion(WithContacts):
         The last state.
     constraints : tuple of ContactConstraints
         The contacts at its end.
+    warnings : tuple of str
+        See `Assembly.warnings`; also printed.
     """
 
     success: bool
@@ -94,6 +96,7 @@ class Motion(WithContacts):
     frame_times: Array
     now: Instant
     constraints: tuple[ContactConstraints, ...] = field(default=(), repr=False)
+    warnings: tuple[str, ...] = ()
 
     dissipated, rubbed = renamed("dissipated", "viscous_work"), renamed("rubbed", "friction_work")
 
@@ -135,6 +138,7 @@ class Motion(WithContacts):
             f"  energy drift {self.drift:.2e} of the largest kinetic energy\n"
             f"  penetration  {self.penetration.max():.3g}\n"
             f"  residuals    largest {self.residuals.worst:.1e}"
+            + "".join(f"\n{each}" for each in self.warnings)
             + "".join(
                 f"\nContact {k} never carries, but its sides overlap by up to {depth:.4g}: elements or faces, whose "
                 "mean gaps count, are longer than the contact. Divide them there."
@@ -451,6 +455,7 @@ class _Record:
         return Motion(
             success, message, **self._columns(), frames=np.array(self.frames), frame_times=np.array(self.frame_times),
             now=self.now, constraints=self.stage.assembly.constraints,
+            warnings=self.stage.assembly.remembering(self.now.memory).warnings,
         )  # fmt: skip
 
     def write(self, file: Path) -> None:

@@ -4,8 +4,8 @@ A member's `memory` is a row of numbers, those of plastic flow at its points fir
 branches. `remembering` gives the member with another one; its energy, forces and tangent are those of a step from it,
 which `relaxed` ends at rest and `lapse` in time. A virgin member has zeros.
 
-Kelvin and Voigt's damper t_r D dE/dt and Maxwell's branches g_i D (E - A_i), dA_i/dt = (E - A_i) / t_i, stand beside the
-elastic stresses of strains E and moduli D. A step of length h is integrated by the mid-point rule,
+Kelvin and Voigt's damper t_r D dE/dt and Maxwell's branches g_i D (E - A_i), dA_i/dt = (E - A_i) / t_i, stand beside
+the elastic stresses of strains E and moduli D. A step of length h is integrated by the mid-point rule,
 
     E_m - A_m = (E_m - A_0) / (1 + h/2t_i),    A_1 - A_0 = h/t_i (E_m - A_m),
 
@@ -76,8 +76,14 @@ class Remembering:
     """What members with plastic flow and viscosity have in common."""
 
     if TYPE_CHECKING:
-        n_dofs: int
-        viscous: Viscosity | None
+
+        @property
+        def n_dofs(self) -> int:
+            """Coordinates."""
+
+        @property
+        def viscous(self) -> Viscosity | None:
+            """Damper and branches."""
 
     @property
     @abstractmethod

@@ -276,6 +276,11 @@ class Path(BasePath[State]):
             raise SolverError(f"No equilibrium was found, so there is no last one. {self.message}", code="no-last")
         return self.steps[-1]
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Of the last equilibrium, see `Assembly.warnings`; also printed."""
+        return self.steps[-1].assembly.warnings if self.steps else ()
+
     def rows(self) -> list[dict[str, float]]:
         """Level, iterations, strain energy and residuals of each equilibrium."""
         return [
@@ -283,7 +288,7 @@ class Path(BasePath[State]):
         ]
 
     def __str__(self) -> str:
-        notes = [
+        notes = [*self.warnings] + [
             f"Contact {k} carries nothing, but its sides overlap by {depth:.4g}: elements or faces, whose mean gaps "
             "count, are longer than the contact. Divide them there."
             for k, depth in enumerate(self.steps[-1].overlaps if self.steps else ())
@@ -435,7 +440,9 @@ class Iterate:
                 code="start-differs",
             )
         a.check_inverted(state.q)
-        return cls(stage.remembering(state.assembly.memory), state.q, state.friction, _joined(state.forces), state.stresses)
+        return cls(
+            stage.remembering(state.assembly.memory), state.q, state.friction, _joined(state.forces), state.stresses
+        )
 
     @property
     def a(self) -> Assembly:
