@@ -41,6 +41,7 @@ if TYPE_CHECKING:
         WindowedBody,
         rotation_about,
     )
+    from fecontact.common.anisotropic import AnisotropicMaterial, CylindricalAxes, OrthotropicMaterial
     from fecontact.common.error_estimate import ErrorEstimate
     from fecontact.common.errors import (
         FecontactError,
@@ -101,6 +102,7 @@ __all__ = [
     "AdhesionCurve",
     "AdhesiveContact",
     "AncfBody",
+    "AnisotropicMaterial",
     "AssembledBody",
     "AxisymmetricBody",
     "Body",
@@ -111,6 +113,7 @@ __all__ = [
     "Convergence",
     "CreepCoefficients",
     "CreepCurve",
+    "CylindricalAxes",
     "DividingPlane",
     "Dugdale",
     "ElasticBody",
@@ -144,6 +147,7 @@ __all__ = [
     "NeoHookean",
     "Ogden",
     "OpenSimModel",
+    "OrthotropicMaterial",
     "Plane",
     "PlaneBody",
     "Pose",
@@ -204,6 +208,7 @@ _MODULES = {
     "app.scene_file.scene_file": "read_scene",
     "bodies": "AssembledBody AxisymmetricBody Body ElasticBody ElasticLayer HalfSpace LocalBody Plane PlaneBody Pose "
     "RigidBody Sphere WindowedBody rotation_about",
+    "common.anisotropic": "AnisotropicMaterial CylindricalAxes OrthotropicMaterial",
     "common.error_estimate": "ErrorEstimate",
     "common.errors": "FecontactError InputError MeshError MissingPackageError SolverError SolverNotFoundError "
     "SupportError",

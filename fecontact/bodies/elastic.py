@@ -29,7 +29,7 @@ from fecontact.fem.expansion import Heated
 from fecontact.fem.factor import DIRECT
 from fecontact.fem.finite_strain import AtState, FiniteStrain, State, at_state
 from fecontact.fem.laws import Law, at_rest, laws_of
-from fecontact.fem.model import Model
+from fecontact.fem.model import AnyMaterial, Model
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import Support, is_plane, symmetry_planes
 from fecontact.mesh.check import check_skin
@@ -56,7 +56,8 @@ class ElasticBody(Body):
     ----------
     mesh : Mesh
     material : Material, or mapping of element set to Material
-        Or a law of finite strain, such as `NeoHookean`, or a mapping to laws; see docs/how-to/soft-bodies.md.
+        Or `OrthotropicMaterial`, `AnisotropicMaterial`; or a law of finite strain, such as `NeoHookean`, or a mapping
+        to laws, see docs/how-to/soft-bodies.md.
     contact : str or sequence of str
         Boundaries that may come into contact.
     supports : mapping of boundary name to components or directions, optional
@@ -107,7 +108,7 @@ class ElasticBody(Body):
     meshes: ClassVar[type] = Mesh
 
     mesh: Mesh
-    material: Material | Law | Mapping[str, Material] | Mapping[str, Law]
+    material: AnyMaterial | Law | Mapping[str, AnyMaterial] | Mapping[str, Law]
     contact: str | Sequence[str] = ()
     supports: Mapping[str, Support] = field(default_factory=dict)
     pressure: str = "midface"
@@ -244,8 +245,11 @@ class ElasticBody(Body):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Corrections made when its mesh was read."""
-        return self.mesh.notes
+        """Corrections made when its mesh was read, and what takes a material for isotropic."""
+        directed = [m.average for m in self.model.given if m.directed]
+        means = ", ".join(f"E = {m.E:.4g}, nu = {m.nu:.4g}" for m in directed)
+        note = f"growth of pressures at edges, and scales, are those of its mean over all directions: {means}."
+        return (*self.mesh.notes, *[note] * bool(directed))
 
     @property
     def size(self) -> float:
@@ -262,7 +266,7 @@ class ElasticBody(Body):
         """That of a body of one linear material."""
         materials = set(self.model.materials)
         found = materials.pop() if len(materials) == 1 else None
-        return found.E if isinstance(found, Material) else None
+        return found.E if isinstance(found, Material) and not self.model.is_directed else None
 
     @property
     def contact_modulus(self) -> float:

@@ -76,8 +76,7 @@ class InnerFields:
         stress, model = self.model.nodal_stress(self.u, cells), self.model
         if self.heated is None:
             return stress
-        free = hooke(self.heated.strain, model.lame[:, None], model.shear[:, None])
-        return stress - to_nodes(model.elements, free, cells)
+        return stress - to_nodes(model.elements, model.stress(self.heated.strain), cells)
 
     def _moduli(self, cells: IntArray | None = None) -> tuple[Array, Array]:
         """Lame constants (n_points,) at the nodes, averaged as the stresses of the elements are."""

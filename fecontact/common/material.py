@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -10,6 +11,13 @@ from fecontact.common.arguments import spelled
 from fecontact.common.arrays import Array
 from fecontact.common.checks import check_magnitude, finite, number, positive
 from fecontact.common.errors import InputError, shown
+
+#: Order of the six components of symmetric tensors, as in VTK files.
+VOIGT = ("xx", "yy", "zz", "xy", "yz", "xz")
+#: Components at the places of a tensor.
+SYMMETRIC = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
+#: Their places in a tensor.
+FIRST, SECOND = np.array(["xyz".index(k) for v in VOIGT for k in v]).reshape(6, 2).T
 
 
 @spelled
@@ -44,6 +52,9 @@ class Material:
     nu: float
     density: float | None = None
     expansion: float | None = None
+    #: Whether the stiffness depends on the direction, and whether that is another at other points.
+    directed: ClassVar[bool] = False
+    varies: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         check_magnitude("Young's modulus E", positive("Young's modulus E", self.E))
@@ -57,6 +68,16 @@ class Material:
             check_magnitude("the density", positive("the density", self.density))
         if self.expansion is not None:
             check_magnitude("the coefficient of expansion", finite("the coefficient of expansion", self.expansion))
+
+    @property
+    def average(self) -> Material:
+        """Itself: its mean over all directions."""
+        return self
+
+    def at(self, points: Array) -> Array:
+        """Stiffness C (1, 6, 6), the same at all points, components as in `VOIGT`, shears doubled in the strain."""
+        mu = self.shear_modulus * np.array([2.0, 2.0, 2.0, 1.0, 1.0, 1.0])
+        return np.asarray(self.lame * np.outer(FIRST == SECOND, FIRST == SECOND) + np.diag(mu))[None]
 
     @property
     def lame(self) -> float:

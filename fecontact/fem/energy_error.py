@@ -25,9 +25,10 @@ import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
+from fecontact.common.material import SYMMETRIC
 from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3, jacobians
 from fecontact.fem.stiffness import Cells, SolidElement
-from fecontact.fem.stress import components, gauss_strain, hooke, hooke_inverse, to_nodes
+from fecontact.fem.stress import DOUBLED, components, gauss_strain, hooke, hooke_inverse, stress_of, to_nodes
 from fecontact.mesh.element import hex_shapes
 from fecontact.mesh.facets import places_among
 from fecontact.mesh.mesh import Mesh
@@ -39,8 +40,6 @@ MAX_MATERIALS = 12
 FLAT = 0.15
 #: A regular hexahedron of 8 nodes.
 HEXAHEDRON = SolidElement(8, tuple(range(8)), ())
-#: Components of a symmetric tensor at its places, in the order of `fem.stress.VOIGT`.
-SYMMETRIC = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
 
 
 @compact_repr
@@ -80,6 +79,7 @@ def energy_error(
     free: tuple[IntArray, Array] | None = None,
     across: Array | None = None,
     held: bool = False,
+    moduli: Array | None = None,
 ) -> EnergyError:
     """Error of displacements by their recovered strains.
 
@@ -102,6 +102,8 @@ def energy_error(
         See `fem.stress.gauss_strain`.
     held : bool
         See `without_traction`.
+    moduli : (n_cells, n_q or 1, 6, 6) array, optional
+        In place of Lame constants, see `fem.stiffness.moduli_stiffness`.
 
     Examples
     --------
@@ -117,22 +119,25 @@ def energy_error(
     every = Cells.of(mesh)
     error, energy = np.zeros(every.count), np.zeros(every.count)
     largest = 0.0
-    for part in by_material(lame, shear, cells):
+    for part in by_material(lame, shear, cells, moduli):
         some, yy = every.some(part), None if across is None else across[part]
+        own_moduli = lame[part], shear[part], None if moduli is None else moduli[part]
         fields = [each for each in (u, other) if each is not None]
         strains = [f[part] if f.ndim == 3 else gauss_strain(some, f, selective, yy)[0] for f in fields]
         largest = max(largest, float(np.nanmax(np.abs(strains[0]))))
-        smooth = [to_nodes(some, _completed(some, e, lame[part], shear[part]), complete=True) for e in strains]
+        smooth = [to_nodes(some, _completed(some, e, *own_moduli), complete=True) for e in strains]
         for each, (skin, along) in product(smooth, [] if free is None else [free]):
-            each[skin] = without_traction(each[skin], along, lame[part[0]], shear[part[0]], held)
+            there = None if moduli is None else _at_nodes(some, moduli[part], strains[0].shape[1])[skin]
+            each[skin] = without_traction(each[skin], along, lame[part[0]], shear[part[0]], held, there)
         for group in some.groups:
             N, dV = group.element.rule()[0], group.element.volumes(some.points[group.nodes])
             own = [e[group.cells, : len(N)] for e in strains]
             missed = [N @ s[group.nodes] - e for s, e in zip(smooth, own, strict=True)]
             at = part[group.cells]
-            moduli = lame[at, None], shear[at, None]
-            error[at] = (dV * energy_density(missed[0], *moduli, missed[-1])).sum(axis=1)
-            energy[at] = (dV * energy_density(own[0], *moduli)).sum(axis=1)
+            by = lame[at, None], shear[at, None]
+            C = None if moduli is None else moduli[at, : len(N)]
+            error[at] = (dV * energy_density(missed[0], *by, missed[-1], C)).sum(axis=1)
+            energy[at] = (dV * energy_density(own[0], *by, moduli=C)).sum(axis=1)
     return EnergyError(cells, error[cells], energy[cells], largest)
 
 
@@ -159,11 +164,27 @@ def free_points(faces: IntArray, normals: Array, free: Mask) -> tuple[IntArray, 
     return skin, np.einsum("nik,nk,njk->nij", axes, tangential, axes)
 
 
-def without_traction(strain: Array, along: Array, lame: float, shear: float, held: bool = False) -> Array:
+def _at_nodes(some: Cells, moduli: Array, n_q: int) -> Array:
+    """Mean moduli (n_points, 6, 6) at the nodes."""
+    flat = np.broadcast_to(moduli, (len(moduli), n_q, 6, 6)).reshape(len(moduli), n_q, 36)
+    return to_nodes(some, flat).reshape(-1, 6, 6)
+
+
+def without_traction(
+    strain: Array, along: Array, lame: float, shear: float, held: bool = False, moduli: Array | None = None
+) -> Array:
     """Strains (n, 6) whose stresses are those given but for the tractions across projections (n, 3, 3).
 
-    With `held` the strain yy, out of a section, stays as it is.
+    With `held` the strain yy, out of a section, stays as it is. `moduli` (n, 6, 6) take the place of Lame constants; at
+    points of no cell they are zero, and strains stay as they are.
     """
+    if moduli is not None:
+        there = moduli.any(axis=(1, 2))
+        out, C = strain.copy(), moduli[there]
+        stress = (C @ (DOUBLED * strain[there])[..., None])[..., 0]
+        stress = components(along[there] @ stress[:, SYMMETRIC] @ along[there])
+        out[there] = np.linalg.solve(C, stress[..., None])[..., 0] / DOUBLED
+        return out
     stress = components(along @ hooke(strain, np.array(lame), np.array(shear))[:, SYMMETRIC] @ along)
     nu = lame / (2 * (lame + shear))
     if held:
@@ -171,12 +192,13 @@ def without_traction(strain: Array, along: Array, lame: float, shear: float, hel
     return hooke_inverse(stress, np.array(lame), np.array(shear))
 
 
-def _completed(every: Cells, strain: Array, lame: Array, shear: Array) -> Array:
+def _completed(every: Cells, strain: Array, lame: Array, shear: Array, moduli: Array | None = None) -> Array:
     """Strains (n_cells, n_q, 6), those of 8-node hexahedra with the displacements inside that lower the energy most.
 
     These are a_k (1 - X_k^2) / 2 for each direction k, X from -1 to 1, with gradients c_k g_k: g_k is that of X_k in
     the middle of the cell, and c_k = -X_k det J(0) / det J. Coupling of different k, by the skewness of a cell, is left
-    out, so that a_k solves (lambda + mu) g (g . a) + mu |g|^2 a = -sum_q dV c_k sigma g / sum_q dV c_k^2.
+    out, so that a_k solves (lambda + mu) g (g . a) + mu |g|^2 a = -sum_q dV c_k sigma g / sum_q dV c_k^2, or with other
+    moduli C_ipjq g_p g_q in place of the matrix on the left (at the first point).
     """
     out = strain
     for group in every.groups:
@@ -188,35 +210,44 @@ def _completed(every: Cells, strain: Array, lame: Array, shear: Array) -> Array:
         det = determinant_3x3(jacobians(x, dN))
         inverse, middle = inverse_3x3(jacobians(x, hex_shapes(8, np.full((1, 3), 0.5))[1])[:, 0])
         g, c = inverse / 2, (1 - 2 * HEXAHEDRON.points) * (middle[:, None] / det)[..., None]
-        stress = hooke(strain[cells, : len(W)], lame[cells, None], shear[cells, None])
+        C = None if moduli is None else moduli[cells, : len(W)]
+        stress = stress_of(strain[cells, : len(W)], lame[cells], shear[cells], C)
         moments = (np.swapaxes(c * (det * W)[..., None], 1, 2) @ stress)[..., SYMMETRIC]
         pull = (moments @ g[..., None])[..., 0] / (c**2 * (det * W)[..., None]).sum(axis=1)[..., None]
         square = (g**2).sum(axis=2, keepdims=True)
         ratio = ((lame + shear) / (lame + 2 * shear))[cells, None, None]
         a = (ratio * g * (g * pull).sum(axis=2, keepdims=True) / square - pull) / (shear[cells, None, None] * square)
+        if C is not None:
+            whole = C[:, 0][:, SYMMETRIC][..., SYMMETRIC]
+            a = -np.linalg.solve(np.einsum("cipjq,ckp,ckq->ckij", whole, g, g), pull[..., None])[..., 0]
         slopes = components((a[..., :, None] * g[..., None, :] + a[..., None, :] * g[..., :, None]) / 2)
         out[cells, : len(W)] += c @ slopes
     return out
 
 
-def by_material(lame: Array, shear: Array, cells: IntArray) -> list[IntArray]:
-    """Cells (n,) parted by their Lame constants (n_cells,); nothing of none."""
+def by_material(lame: Array, shear: Array, cells: IntArray, moduli: Array | None = None) -> list[IntArray]:
+    """Cells (n,) parted by their Lame constants (n_cells,), or moduli; nothing of none."""
     if not len(cells):
         return []
-    if (lame == lame[0]).all() and (shear == shear[0]).all():
+    constants = np.stack([lame, shear], axis=1) if moduli is None else moduli[:, 0].reshape(-1, 36)
+    if (constants == constants[0]).all():
         return [cells]
-    kinds, kind = np.unique(np.stack([lame, shear], axis=1)[cells], axis=0, return_inverse=True)
+    kinds, kind = np.unique(constants[cells], axis=0, return_inverse=True)
     if len(kinds) > MAX_MATERIALS:
         return [cells]
     return [cells[kind.ravel() == k] for k in range(len(kinds))]
 
 
-def energy_density(strain: Array, lame: Array, shear: Array, other: Array | None = None) -> Array:
+def energy_density(
+    strain: Array, lame: Array, shear: Array, other: Array | None = None, moduli: Array | None = None
+) -> Array:
     """Twice the energy (...) of strains (..., 6), or their product with others.
 
-    Components are in the order of `fem.stress.VOIGT`, shears not doubled.
+    Components are in the order of `common.material.VOIGT`, shears not doubled.
     """
     second = strain if other is None else other
+    if moduli is not None:
+        return np.asarray(((moduli @ (DOUBLED * strain)[..., None])[..., 0] * DOUBLED * second).sum(axis=-1))
     both = strain * second
     product = both[..., :3].sum(axis=-1) + 2 * both[..., 3:].sum(axis=-1)
     return np.asarray(lame * strain[..., :3].sum(axis=-1) * second[..., :3].sum(axis=-1) + 2 * shear * product)

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fecontact.common.arrays import Array
-from fecontact.fem.stiffness import Batch, Cells, batches
+from fecontact.common.material import SYMMETRIC
+from fecontact.fem.stiffness import Batch, Cells, batches, nodal_forces
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +55,15 @@ def free_strain(elements: Cells, expansion: Array, change: Array, across: Array 
     if across is not None:
         out[..., 1] = 2 * across[:, None] * out[..., 0]
     return out
+
+
+def stress_forces(elements: Cells, stress: Array) -> Array:
+    """Nodal forces (n_dofs,) of stresses (n_cells, n_q, 6)."""
+    out = np.zeros((len(elements.points), 3))
+    for batch in batches(elements):
+        own = stress[batch.cells, : len(batch.N)]
+        np.add.at(out, batch.nodes, nodal_forces(batch, own[..., SYMMETRIC]))
+    return out.ravel()
 
 
 def expansion_forces(

@@ -27,10 +27,18 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.fem.element_stiffness import inverse_3x3, pair_stiffness, upper_pairs
 from fecontact.fem.energy_error import EnergyError
-from fecontact.fem.laws import FIRST, SECOND, Law, determinants, isotropic
+from fecontact.fem.laws import Law, determinants, isotropic
 from fecontact.fem.model import Model
 from fecontact.fem.section_model import SectionModel
-from fecontact.fem.stiffness import ENTRIES, Batch, Cells, batches, sum_of_blocks
+from fecontact.fem.stiffness import (
+    ENTRIES,
+    Batch,
+    Cells,
+    batches,
+    moduli_stiffness,
+    nodal_forces,
+    sum_of_blocks,
+)
 from fecontact.fem.stress import components, hooke_inverse, to_nodes
 from fecontact.fem.support import support_directions
 from fecontact.mesh.mesh import Mesh
@@ -54,15 +62,6 @@ def deformed(batch: Batch, F: Array) -> Batch:
     return replace(batch, gradients=batch.gradients @ inverse, hoop=hoop)
 
 
-def nodal_forces(batch: Batch, stress: Array) -> Array:
-    """Nodal forces (n_cells, n_functions, 3) of stresses (n_cells, n_q, 3, 3) per volume."""
-    weighted = stress * batch.dV[..., None, None]
-    f = (batch.gradients @ weighted).sum(axis=1)
-    if batch.hoop is not None:
-        f[..., 0] += np.einsum("cqa,cq->ca", batch.hoop, weighted[..., 1, 1])
-    return f
-
-
 def tangent_blocks(batch: Batch, stress: Array, lame: Array, shear: Array, moduli: Array | None) -> Array:
     """Stiffness (n_cells, n_pairs, 9) of stresses and spatial moduli, pairs as in `upper_pairs`."""
     n, _, m, _ = batch.gradients.shape
@@ -70,7 +69,7 @@ def tangent_blocks(batch: Batch, stress: Array, lame: Array, shear: Array, modul
         one, weighted = np.ones(n), replace(batch, dV=batch.dV * shear)
         K = pair_stiffness(weighted, one, one, replace(batch, dV=batch.dV * lame))
     else:
-        K = _by_moduli(batch, isotropic(lame, shear) + (0.0 if moduli is None else moduli))
+        K = moduli_stiffness(batch, isotropic(lame, shear) + (0.0 if moduli is None else moduli))
     first, second = upper_pairs(m)
     g = batch.gradients.transpose(0, 1, 3, 2).reshape(n, -1, m)
     pulled = (stress * batch.dV[..., None, None]) @ np.swapaxes(batch.gradients, 2, 3)
@@ -81,23 +80,6 @@ def tangent_blocks(batch: Batch, stress: Array, lame: Array, shear: Array, modul
         weighted_hoop = batch.hoop * (stress[..., 1, 1] * batch.dV)[..., None]
         K[..., 0] += (np.swapaxes(weighted_hoop, 1, 2) @ batch.hoop)[:, first, second]
     return K
-
-
-def _by_moduli(batch: Batch, c: Array) -> Array:
-    """Blocks of B^T c B dV of moduli c (n_cells, n_q, 6, 6)."""
-    n, q, m, _ = batch.gradients.shape
-    rows = np.zeros((n, q, 6, m, 3))
-    for k, (i, j) in enumerate(zip(FIRST, SECOND, strict=True)):
-        rows[:, :, k, :, i] += batch.gradients[..., j]
-        if i != j:
-            rows[:, :, k, :, j] += batch.gradients[..., i]
-    if batch.hoop is not None:
-        rows[:, :, 1, :, 0] += batch.hoop
-    B = rows.reshape(n, q, 6, 3 * m)
-    weighted = (c * batch.dV[..., None, None]) @ B
-    K = np.swapaxes(B.reshape(n, -1, 3 * m), 1, 2) @ weighted.reshape(n, -1, 3 * m)
-    first, second = upper_pairs(m)
-    return K.reshape(n, m, 3, m, 3).transpose(0, 1, 3, 2, 4)[:, first, second].reshape(n, -1, 9)
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,12 +24,9 @@ from fecontact.common.arguments import instance
 from fecontact.common.arrays import Array
 from fecontact.common.checks import array_of, number, point_array, positive
 from fecontact.common.errors import FecontactError, InputError, shown
-from fecontact.common.material import Material
+from fecontact.common.material import FIRST, SECOND, Material
 from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3
-from fecontact.fem.stress import VOIGT
 
-#: Components of symmetric tensors in the order of `VOIGT`.
-FIRST, SECOND = np.array(["xyz".index(k) for v in VOIGT for k in v]).reshape(6, 2).T
 #: Unit tensor and symmetric unit tensor of fourth order, as (6,) and (6, 6).
 UNIT = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
 SYMMETRIC_UNIT = np.diag([1.0, 1.0, 1.0, 0.5, 0.5, 0.5])

@@ -6,14 +6,15 @@ factorisation.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
+from fecontact.common.anisotropic import DirectedMaterial
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, MeshError, shown
 from fecontact.common.material import Material
@@ -33,12 +34,12 @@ from fecontact.fem.condensation import (
 )
 from fecontact.fem.coordinates import Coordinates, restricted
 from fecontact.fem.energy_error import EnergyError, energy_error, free_points
-from fecontact.fem.expansion import Heated, expansion_forces, free_strain
+from fecontact.fem.expansion import Heated, expansion_forces, free_strain, stress_forces
 from fecontact.fem.factor import Factor, bordered, condense, factorise, has_bordered
 from fecontact.fem.multigrid import Multigrid
 from fecontact.fem.rigid import null_space, rigid_modes
 from fecontact.fem.stiffness import Cells, assemble_stiffness, body_force, moments_of_volume, surface_traction
-from fecontact.fem.stress import gauss_strain, hooke, to_nodes
+from fecontact.fem.stress import gauss_strain, stress_of, to_nodes
 from fecontact.fem.support import (
     Support,
     fix_null_space,
@@ -56,6 +57,10 @@ from fecontact.mesh.section_mesh import SectionMesh
 NEARLY_INCOMPRESSIBLE = 0.48
 
 
+#: Materials of solids.
+AnyMaterial: TypeAlias = Material | DirectedMaterial
+
+
 class Model:
     """Mesh, materials and supports; derived quantities are computed on first use.
 
@@ -65,6 +70,7 @@ class Model:
         With hanging nodes, vectors and rows are over all nodes (n_dofs) and the stiffness is solved in fewer
         coordinates, see `fem.coordinates`.
     materials : Material or mapping of element set to Material
+        Or `OrthotropicMaterial` and the like, of which `materials` has the isotropic averages.
     supports : mapping of boundary name to components or directions, see `fem.support.nodal_coordinates`
     backend : str
         Factorisation back-end, see `fem.factor.condense`; or 'amg', see `fem.multigrid`.
@@ -84,6 +90,8 @@ class Model:
     #: its ratio to the sum of those in the plane.
     across_held = False
     across: Array | None = None
+    #: Materials as they were given, of which `materials` has the averages; () where they are these.
+    given: Sequence[AnyMaterial] = ()
     #: Coordinates of the solve, and those (n_held,) that supports hold.
     coordinates: Coordinates
     held: IntArray
@@ -91,7 +99,7 @@ class Model:
     def __init__(
         self,
         mesh: Mesh,
-        materials: Material | Mapping[str, Material],
+        materials: AnyMaterial | Mapping[str, AnyMaterial],
         supports: Mapping[str, Support],
         backend: str = "auto",
         integration: str = "auto",
@@ -99,13 +107,26 @@ class Model:
         conditions: sp.csr_matrix | None = None,
     ) -> None:
         self.coordinates, self.held = linked(*nodal_coordinates(mesh, supports), conditions, 3 * len(mesh.points))
-        self.material_of_cell, self.materials = materials_of_cells(mesh, materials)
+        self.material_of_cell, self.given = materials_of_cells(mesh, materials, (Material, DirectedMaterial))
+        self.materials = [m.average for m in self.given]
         check_mesh(mesh, None if conditions is None else np.unique(conditions.indices // 3))
         self.mesh, self.supports, self.backend, self.way = mesh, dict(supports), backend, condensation
         self.selective = integration == "selective" or (
             integration == "auto" and max(m.nu for m in self.materials) > NEARLY_INCOMPRESSIBLE
         )
+        if self.selective and self.is_directed:
+            raise InputError(
+                "Selective integration is offered for isotropic materials only, and the mean Poisson's ratio of this "
+                f"body is {max(m.nu for m in self.materials):.4g}: integration='full' solves it, too stiff by some "
+                "percent.",
+                code="selective-anisotropic",
+            )
         self._check_connected(conditions)
+
+    @property
+    def is_directed(self) -> bool:
+        """Whether a material is not isotropic."""
+        return any(m.directed for m in self.given)
 
     @property
     def n_dofs(self) -> int:
@@ -190,6 +211,26 @@ class Model:
         return self._per_cell("shear_modulus")
 
     @cached_property
+    def moduli(self) -> Array | None:
+        """Moduli (n_cells, n_q or 1, 6, 6) in the body's axes, see `fem.stiffness`; None where all are isotropic."""
+        if not self.is_directed:
+            return None
+        places = gauss_strain(self.elements, np.zeros_like(self.mesh.points))[1]
+        places = np.where(np.isnan(places), places[:, :1], places)
+        if not any(m.varies for m in self.given):
+            places = places[:, :1]
+        out = np.empty((*places.shape[:2], 6, 6))
+        for k, material in enumerate(self.given):
+            own = self.material_of_cell == k
+            C = material.at(places[own].reshape(-1, 3))
+            out[own] = C if len(C) == 1 else C.reshape(out[own].shape)
+        return out
+
+    def stress(self, strain: Array) -> Array:
+        """Stresses (n_cells, n_q, 6) of strains at the Gauss points."""
+        return stress_of(strain, self.lame, self.shear, self.moduli)
+
+    @cached_property
     def density(self) -> Array:
         """Density of each cell; one everywhere if no material has any, so that mass is volume."""
         given = [m.density for m in self.materials]
@@ -267,7 +308,8 @@ class Model:
     @property
     def by_cells(self) -> bool:
         """Whether the stiffness is the sum of isotropic solid cells over the nodes of the mesh."""
-        return type(self).stiffness is Model.stiffness and self.n_dofs == 3 * len(self.mesh.points)
+        whole = type(self).stiffness is Model.stiffness and self.n_dofs == 3 * len(self.mesh.points)
+        return whole and not self.is_directed
 
     def unstressed(self) -> Model:
         """The model without strain: itself, unless it is at a state of finite strain."""
@@ -276,7 +318,7 @@ class Model:
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
         """Upper triangle of the stiffness (n_dofs, n_dofs) of the elements, before hanging nodes are eliminated."""
-        return assemble_stiffness(self.mesh, self.lame, self.shear, self.selective)
+        return assemble_stiffness(self.mesh, self.lame, self.shear, self.selective, self.moduli)
 
     def body_force(self, field: Callable[[Array], Array]) -> Array:
         """Nodal forces (n_dofs,) of a force per mass ``field(points (n, 3)) -> (n, 3)``."""
@@ -286,6 +328,8 @@ class Model:
         """Forces and free strains of a change of temperature (n_points,)."""
         expansion = self._per_cell("expansion")
         strain = free_strain(self.elements, expansion, change, self.across)
+        if self.moduli is not None:
+            return Heated(stress_forces(self.elements, self.stress(strain)), strain)
         return Heated(
             expansion_forces(self.elements, expansion, change, self._lame_sum, self.shear, self.selective), strain
         )
@@ -313,7 +357,7 @@ class Model:
 
     def nodal_stress(self, u: Array, cells: IntArray | None = None) -> Array:
         """Stresses (n_points, 6) at the nodes, averaged over all cells, or some (NaN at nodes without such a cell)."""
-        return to_nodes(self.elements, hooke(self.gauss_strain(u), self.lame[:, None], self.shear[:, None]), cells)
+        return to_nodes(self.elements, self.stress(self.gauss_strain(u)), cells)
 
     def strain_energy(self, u: Array) -> float:
         """Energy of displacements (n_dofs,)."""
@@ -335,7 +379,7 @@ class Model:
         skin = None if free is None else free_points(*self._skin(), self.without_supports(free))
         constants = self.lame, self.shear, cells, self.selective
         first = u if u.ndim == 3 else u.reshape(-1, 3)
-        return energy_error(self.elements, first, *constants, second, skin, self.across, self.across_held)
+        return energy_error(self.elements, first, *constants, second, skin, self.across, self.across_held, self.moduli)
 
     def _skin(self) -> tuple[IntArray, Array]:
         """Outer faces (n, k) and their normals (n, 3), of any length."""
@@ -544,10 +588,16 @@ class Model:
 
 
 def materials_of_cells(
-    mesh: Mesh | SectionMesh, given: Material | Mapping[str, Material]
-) -> tuple[IntArray, list[Material]]:
-    """Index of each cell's material and the list of materials."""
-    if isinstance(given, Material):
+    mesh: Mesh | SectionMesh, given: Any, kinds: tuple[type, ...] = (Material,)
+) -> tuple[IntArray, list[Any]]:
+    """Index of each cell's material and the list of materials, which are of these kinds.
+
+    Raises
+    ------
+    InputError
+        If they are of another kind, or leave cells without, or give some two.
+    """
+    if isinstance(given, kinds):
         return np.zeros(len(mesh.cells), dtype=np.int64), [given]
     if any(isinstance(m, Viscoelastic) for m in (given.values() if isinstance(given, Mapping) else [given])):
         raise InputError(
@@ -555,7 +605,15 @@ def materials_of_cells(
             "elastic: take its Material at once (`.material`) or after a long time (`.relaxed`).",
             code="viscoelastic",
         )
-    if not isinstance(given, Mapping) or not all(isinstance(m, Material) for m in given.values()):
+    if any(isinstance(m, DirectedMaterial) for m in (given.values() if isinstance(given, Mapping) else [given])) and (
+        DirectedMaterial not in kinds
+    ):
+        raise InputError(
+            "Orthotropic and anisotropic materials are for solids, ElasticBody; this body is isotropic: give it a "
+            "Material, such as their `.average`.",
+            code="anisotropic",
+        )
+    if not isinstance(given, Mapping) or not all(isinstance(m, kinds) for m in given.values()):
         raise InputError(f"A body takes one Material or a mapping of element sets to Materials; found {shown(given)}.")
     index = np.full(len(mesh.cells), -1, dtype=np.int64)
     for k, name in enumerate(given):

@@ -21,6 +21,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.common.arrays import Array, IntArray
+from fecontact.common.material import FIRST, SECOND
 from fecontact.fem.element_stiffness import (
     determinant_3x3,
     jacobians,
@@ -324,6 +325,39 @@ def batches(mesh: Mesh | SectionMesh | Cells, size: int = BATCH, reduced: bool =
             yield Batch(group.cells[part], nodes, rule[0], gradients, dV, hoop)
 
 
+def nodal_forces(batch: Batch, stress: Array) -> Array:
+    """Nodal forces (n_cells, n_functions, 3) of stresses (n_cells, n_q, 3, 3) per volume."""
+    weighted = stress * batch.dV[..., None, None]
+    f = (batch.gradients @ weighted).sum(axis=1)
+    if batch.hoop is not None:
+        f[..., 0] += np.einsum("cqa,cq->ca", batch.hoop, weighted[..., 1, 1])
+    return f
+
+
+def moduli_stiffness(batch: Batch, c: Array) -> Array:
+    """Blocks (n_cells, n_pairs, 9) of the integrals of B^T c B, for the pairs of `upper_pairs`.
+
+    Parameters
+    ----------
+    batch : Batch
+    c : (n_cells, n_q or 1, 6, 6) array
+        Moduli, components in the order of `common.material.VOIGT`, shears doubled in the strain.
+    """
+    n, q, m, _ = batch.gradients.shape
+    rows = np.zeros((n, q, 6, m, 3))
+    for k, (i, j) in enumerate(zip(FIRST, SECOND, strict=True)):
+        rows[:, :, k, :, i] += batch.gradients[..., j]
+        if i != j:
+            rows[:, :, k, :, j] += batch.gradients[..., i]
+    if batch.hoop is not None:
+        rows[:, :, 1, :, 0] += batch.hoop
+    B = rows.reshape(n, q, 6, 3 * m)
+    weighted = (c * batch.dV[..., None, None]) @ B
+    K = np.swapaxes(B.reshape(n, -1, 3 * m), 1, 2) @ weighted.reshape(n, -1, 3 * m)
+    first, second = upper_pairs(m)
+    return K.reshape(n, m, 3, m, 3).transpose(0, 1, 3, 2, 4)[:, first, second].reshape(n, -1, 9)
+
+
 def volume_elements(mesh: Mesh | SectionMesh | Cells) -> Iterator[tuple[IntArray, Array, Array]]:
     """Cells (n_cells,), quadrature points (n_cells, n_q, 3) and volumes (n_cells, n_q), without the gradients."""
     cells = Cells.of(mesh)
@@ -332,7 +366,9 @@ def volume_elements(mesh: Mesh | SectionMesh | Cells) -> Iterator[tuple[IntArray
         yield group.cells, group.element.rule()[0] @ x, group.element.volumes(x)
 
 
-def assemble_stiffness(mesh: Mesh, lame: Array, shear: Array, selective: bool = False) -> sp.csr_matrix:
+def assemble_stiffness(
+    mesh: Mesh, lame: Array, shear: Array, selective: bool = False, moduli: Array | None = None
+) -> sp.csr_matrix:
     """Global stiffness, upper triangle only (its diagonal included), degrees of freedom 3 * node + component.
 
     The sparsity pattern is found for pairs of nodes, with nine values each.
@@ -344,6 +380,8 @@ def assemble_stiffness(mesh: Mesh, lame: Array, shear: Array, selective: bool = 
         Lame constants of each cell.
     selective : bool
         Whether the volumetric part is integrated at reduced points.
+    moduli : (n_cells, n_q or 1, 6, 6) array, optional
+        In place of Lame constants, see `moduli_stiffness`.
 
     Returns
     -------
@@ -357,7 +395,10 @@ def assemble_stiffness(mesh: Mesh, lame: Array, shear: Array, selective: bool = 
     reduced = batches(mesh, size, reduced=True) if selective else itertools.repeat(None)
     start = 0
     for batch, volumetric in zip(batches(mesh, size), reduced, strict=False):
-        K = pair_stiffness(batch, lame[batch.cells], shear[batch.cells], volumetric).reshape(-1, 9)
+        if moduli is None:
+            K = pair_stiffness(batch, lame[batch.cells], shear[batch.cells], volumetric).reshape(-1, 9)
+        else:
+            K = moduli_stiffness(batch, moduli[batch.cells, : len(batch.N)]).reshape(-1, 9)
         blocks[start : start + len(K)] = K
         start += len(K)
     first, second = (np.concatenate([nodes[:, pair[k]].ravel() for nodes, *pair in groups]) for k in (0, 1))

@@ -10,14 +10,13 @@ from __future__ import annotations
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.material import Material
+from fecontact.common.material import FIRST, SECOND, Material
 from fecontact.fem.stiffness import Cells, batches
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 
-#: Order of the six components of symmetric tensors, as in VTK files.
-VOIGT = ("xx", "yy", "zz", "xy", "yz", "xz")
-_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+#: Of shears in sums over the components of two symmetric tensors.
+DOUBLED = np.where(FIRST == SECOND, 1.0, 2.0)
 
 
 def gauss_strain(
@@ -48,7 +47,7 @@ def gauss_strain(
     points = np.full((cells.count, n_q, 3), np.nan)
     for batch in batches(cells):
         gradient = batch.displacement_gradients(u)
-        for k, (i, j) in enumerate(_PAIRS):
+        for k, (i, j) in enumerate(zip(FIRST, SECOND, strict=True)):
             strain[batch.cells, : len(batch.N), k] = (gradient[..., i, j] + gradient[..., j, i]) / 2
         points[batch.cells, : len(batch.N)] = batch.N @ cells.points[batch.nodes]
     if selective:
@@ -75,6 +74,13 @@ def hooke(strain: Array, lame: Array, shear: Array) -> Array:
     stress = 2 * shear[..., None] * strain
     stress[..., :3] += (lame * strain[..., :3].sum(axis=-1))[..., None]
     return stress
+
+
+def stress_of(strain: Array, lame: Array, shear: Array, moduli: Array | None = None) -> Array:
+    """Stresses (n_cells, n_q, 6) of strains: isotropic by (n_cells,), or by moduli (n_cells, n_q or 1, 6, 6)."""
+    if moduli is None:
+        return hooke(strain, lame[:, None], shear[:, None])
+    return np.asarray((moduli @ (DOUBLED * strain)[..., None])[..., 0])
 
 
 def hooke_inverse(stress: Array, lame: Array, shear: Array) -> Array:
@@ -125,4 +131,4 @@ def to_nodes(
 
 def components(tensors: Array) -> Array:
     """Components (..., 6), in the order of `VOIGT`, of symmetric tensors (..., 3, 3)."""
-    return np.stack([tensors[..., i, j] for i, j in _PAIRS], axis=-1)
+    return np.stack([tensors[..., i, j] for i, j in zip(FIRST, SECOND, strict=True)], axis=-1)

@@ -239,7 +239,7 @@ class ContactResult(FormerNames):
         return own + self._moved_with_pose(k, points) if self._originals else own
 
     def strain(self, body: Body) -> Array:
-        """Strain (n_points, 6) at the nodes, components as in `fem.stress.VOIGT`, in the body's own axes."""
+        """Strain (n_points, 6) at the nodes, components as in `common.material.VOIGT`, in the body's own axes."""
         return self._inner(body).strain()
 
     def stress(self, body: Body, group: str | None = None) -> Array:

@@ -227,9 +227,11 @@ def _rough_exponent(
 
 
 def _shear_stiffness(body: Body) -> tuple[float, float] | None:
-    """Kolosov's constant and shear modulus of an elastic body's softest material; None for other bodies."""
+    """Kolosov's constant and shear modulus of an elastic body's softest material; None for others."""
     for elastic in elastic_among([body]):
         modulus = elastic.contact_modulus
+        if elastic.model.is_directed:
+            return None
         softest = min(elastic.model.materials, key=lambda m: m.plane_strain_modulus)
         return 8 * softest.shear_modulus / modulus - 1, softest.shear_modulus
     return None

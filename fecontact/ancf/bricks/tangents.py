@@ -18,7 +18,7 @@ from fecontact.fem.laws import Response
 #: Pairs (i, j) of components, i <= j, that tell a symmetric tangent, and the place of every (i, j) among them.
 PAIRS = np.array([0, 0, 0, 1, 1, 2]), np.array([0, 1, 2, 1, 2, 2])
 PAIR_OF = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
-#: Place of every (i, j) in the order of `fem.stress.VOIGT`.
+#: Place of every (i, j) in the order of `common.material.VOIGT`.
 VOIGT_OF = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
 
 

@@ -35,6 +35,7 @@ from fecontact.app.decks.conditions import (
 )
 from fecontact.app.decks.content import DeckContent, DeckPair, DeckStep, Remarks, look_up
 from fecontact.app.decks.cyclic import sector, sector_conditions, sectors_of
+from fecontact.app.decks.elastic import linear_elastic, orientation
 from fecontact.app.decks.heat import expansion_of, temperatures_of
 from fecontact.app.decks.materials import compressibility, hyperelastic, hyperfoam
 from fecontact.app.decks.sections import (
@@ -50,9 +51,9 @@ from fecontact.app.decks.springs import springs_of
 from fecontact.app.options import FINITE
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 from fecontact.contact.overclosure import SoftContact
 from fecontact.fem.laws import Law, at_rest, laws_of
+from fecontact.fem.model import AnyMaterial
 from fecontact.fem.stiffness import surface_traction
 from fecontact.mesh.base_mesh import BaseMesh
 from fecontact.mesh.build import build
@@ -103,6 +104,8 @@ class Found:
     pairs: list[tuple[KeywordSection, str]] = field(default_factory=list)
     ties: list[DeckPair] = field(default_factory=list)
     clearances: dict[tuple[str, str], float] = field(default_factory=dict)
+    orientations: dict[str, KeywordSection] = field(default_factory=dict)
+    oriented: dict[str, KeywordSection] = field(default_factory=dict)
     heated: bool = False
     remarks: Remarks = field(default_factory=Remarks)
 
@@ -214,9 +217,7 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
             steps = [in_section(each, moving, path.name) for each in steps]
             conditions, axes = conditions_in_section(conditions, moving), axes_in_section(axes)
         _tell_of_conditions(keywords[:first], steps, names, found.remarks)
-        used = {name for _, name in found.sections}
-        own = {name: parts for name, parts in found.materials.items() if name in used}
-        materials = {name: _material(name, parts, laws, found.remarks, found.heated) for name, parts in own.items()}
+        materials = _materials(found, laws)
         contacts, tied = _pairs(found, mesh, materials)
     except (ValueError, IndexError, OverflowError) as error:
         if isinstance(error, InputError):
@@ -362,11 +363,15 @@ def _model(
     if s.keyword in OF_MATERIAL | OF_INTERACTION:
         owner.append(s)
     elif s.keyword == "SOLID SECTION":
-        found.sections.append((found.cells(s, names.mesh), s.parameters.get("MATERIAL", "").upper()))
+        name = s.parameters.get("MATERIAL", "").upper()
+        if "ORIENTATION" in s.parameters:
+            name = f"{name} in {s.parameters['ORIENTATION'].upper()}"
+            found.oriented[name] = s
+        found.sections.append((found.cells(s, names.mesh), name))
         given = values_of(s.lines[0]) if s.lines and s.lines[0].strip(", ") else [1.0]
         found.thicknesses.append(given[0] or 1.0)
-        if "ORIENTATION" in s.parameters:
-            found.remarks.note(f"{s.place}: the orientation is not used; materials are isotropic.")
+    elif s.keyword == "ORIENTATION":
+        found.orientations[s.parameters.get("NAME", "").upper()] = s
     elif s.keyword == "CONTACT PAIR":
         found.pairs += [(s, line) for line in s.lines]
     elif s.keyword == "CLEARANCE" and "VALUE" in s.parameters:
@@ -402,11 +407,13 @@ def _pair(
     return DeckPair(slave, master, friction, place, None if reach is None else values_of(reach)[0])
 
 
-def _pairs(found: Found, mesh: BaseMesh, materials: dict[str, Material | Law]) -> tuple[list[DeckPair], list[DeckPair]]:
+def _pairs(
+    found: Found, mesh: BaseMesh, materials: dict[str, AnyMaterial | Law]
+) -> tuple[list[DeckPair], list[DeckPair]]:
     """Contacts, and pairs that are tied; what is solved differently is noted or warned of."""
     contacts: list[DeckPair] = []
     tied: list[DeckPair] = []
-    stiffest = max((m.E for m in at_rest(materials).values()), default=0.0) / float(
+    stiffest = max((m.average.E for m in at_rest(materials).values()), default=0.0) / float(
         np.linalg.norm(np.ptp(mesh.points, axis=0))
     )
     small = not laws_of(materials)
@@ -495,9 +502,39 @@ def _friction(part: KeywordSection, remarks: Remarks) -> float:
     return values_of(part.lines[0])[0] if part.lines and part.lines[0].strip(", ") else 0.0
 
 
+def _materials(found: Found, laws: str) -> dict[str, AnyMaterial | Law]:
+    """Materials of the sections, those with an orientation apart."""
+    out: dict[str, AnyMaterial | Law] = {}
+    for name in dict.fromkeys(name for _, name in found.sections):
+        section = found.oriented.get(name)
+        own = name if section is None else section.parameters.get("MATERIAL", "").upper()
+        if own not in found.materials:
+            continue
+        made = _material(own, found.materials[own], laws, found.remarks, found.heated)
+        out[name] = made if section is None else _oriented(made, section, found)
+    return out
+
+
+def _oriented(made: Any, section: KeywordSection, found: Found) -> AnyMaterial | Law:
+    """A material along the axes of its section.
+
+    Raises
+    ------
+    InputError
+        If there is no such orientation.
+    """
+    name = section.parameters["ORIENTATION"]
+    if name.upper() not in found.orientations:
+        raise InputError(f"{section.place}: there is no *ORIENTATION {name!r}.", code="unknown-orientation")
+    if at_rest(made).directed:
+        return replace(made, axes=orientation(found.orientations[name.upper()]))
+    found.remarks.note(f"{section.place}: the orientation is not used, as the material is isotropic.")
+    return made
+
+
 def _material(
     name: str, parts: Sequence[KeywordSection], laws: str, remarks: Remarks, heated: bool = False
-) -> Material | Law:
+) -> AnyMaterial | Law:
     """Material of its keywords, at the first temperature."""
     given = {s.keyword: s for s in parts}
     density = values_of(given["DENSITY"].lines[0])[0] if "DENSITY" in given else None
@@ -509,17 +546,12 @@ def _material(
         c = [v for line in s.lines for v in values_of(line)]
         order = int(s.parameters.get("N", 1))
         if keyword == "ELASTIC":
-            form = s.parameters.get("TYPE", "ISO").upper()
-            if not form.startswith("ISO") or len(c) < 2:
-                raise InputError(
-                    f"{s.place}: expected an isotropic material, E and nu; found type {form}, {s.lines[:1]}.",
-                    code="not-isotropic",
-                )
-            if len(s.lines) > 1:
+            material, more = linear_elastic(s, density, expansion)
+            if more:
                 (remarks.warn if heated else remarks.note)(
                     f"{s.place}: the moduli of the first line are used at every temperature."
                 )
-            return Material(c[0], c[1], density, expansion)
+            return material
         forms = [p for p in s.parameters if p not in ("N", "TEST DATA INPUT", "MODULI", "POISSON")]
         form = forms[0] if forms else "POLYNOMIAL"
         try:

@@ -24,6 +24,8 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
+from fecontact.app.decks.elastic import rectangular
+from fecontact.common.anisotropic import CylindricalAxes
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.mesh.formats.abaqus_deck import KeywordSection, values_of
@@ -103,10 +105,6 @@ class Nodes:
         return 3 * node + np.arange(3), self.axes[node][c - 1]
 
 
-#: Distance from the axis of *TRANSFORM, TYPE=C, relative to the size of all nodes, at which nodes have no directions.
-ON_AXIS = 1e-9
-
-
 def transformed(s: KeywordSection, nodes: IntArray, points: Array) -> dict[int, Array]:
     """Axes of nodes by *TRANSFORM: rectangular, or cylindrical (radial, tangential, axial) about a line.
 
@@ -123,20 +121,11 @@ def transformed(s: KeywordSection, nodes: IntArray, points: Array) -> dict[int, 
         )
     a, b = given[:3], given[3:]
     if kind == "R":
-        third = np.cross(a, b)
-        if not np.linalg.norm(third):
+        axes = rectangular(a, b)
+        if axes is None:
             raise InputError(f"{s.place}: the points of *TRANSFORM are on one line with the origin.", code="transform")
-        axes = np.stack([a, np.cross(third, a), third])
-        return dict.fromkeys(nodes.tolist(), axes / np.linalg.norm(axes, axis=1, keepdims=True))
-    along = (b - a) / np.linalg.norm(b - a)
-    out = points[nodes] - a
-    out -= np.outer(out @ along, along)
-    length = np.linalg.norm(out, axis=1)
-    off = length > ON_AXIS * np.linalg.norm(np.ptp(points, axis=0))
-    out[~off], length[~off] = np.linalg.svd(along[None])[2][1], 1.0  # any direction across
-    radial = out / length[:, None]
-    axes = np.stack([radial, np.cross(along, radial), np.broadcast_to(along, radial.shape)], axis=1)
-    return dict(zip(nodes.tolist(), axes, strict=True))
+        return dict.fromkeys(nodes.tolist(), axes)
+    return dict(zip(nodes.tolist(), CylindricalAxes(b - a, a)(points[nodes]), strict=True))
 
 
 @dataclass

@@ -10,9 +10,9 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 from fecontact.contact.overclosure import SoftContact
 from fecontact.fem.laws import Law
+from fecontact.fem.model import AnyMaterial
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import PlaneCells
 from fecontact.mesh.surface_mesh import SurfaceMesh
@@ -207,7 +207,7 @@ class DeckContent:
     title: str
     mesh: Mesh | PlaneCells
     sections: Sequence[tuple[IntArray, str]]
-    materials: Mapping[str, Material | Law]
+    materials: Mapping[str, AnyMaterial | Law]
     steps: Sequence[DeckStep]
     contacts: Sequence[DeckPair]
     ties: Sequence[DeckPair]

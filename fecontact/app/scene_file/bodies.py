@@ -30,6 +30,7 @@ from fecontact.bodies.elastic import INTEGRATIONS
 from fecontact.bodies.geometry import CHOICES
 from fecontact.bodies.layer import LAWS as LAYER_LAWS
 from fecontact.bodies.section import STATES
+from fecontact.common.anisotropic import AnisotropicMaterial, CylindricalAxes, OrthotropicMaterial
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
@@ -141,12 +142,27 @@ def read_materials(table: Table) -> dict[str, Material | Law | None]:
     out: dict[str, Material | Law | None] = {}
     for name, entry in table.subtables():
         law = entry.text("law", tuple(LAWS))
-        kind: Callable[..., Material | Law] | None = Material if law is None else LAWS.get(law)
+        kind: Any = _linear(entry) if law is None else LAWS.get(law)
         families = entry.tables("fibres") if law is not None else []
-        out[name] = None if kind is None else entry.make(kind, _constants(kind))
+        given = None if kind is None else _constants(kind)
+        out[name] = None if given is None else entry.make(partial(_with_axes, kind), given)
         for family in families:
             out[name] = family.make(partial(_with_fibres, out[name]), FIBRES)
     return out
+
+
+def _linear(entry: Table) -> Any:
+    """The class of a linear material, by its constants."""
+    if "moduli" in entry:
+        return AnisotropicMaterial
+    return OrthotropicMaterial if isinstance(entry.raw("E"), list) else Material
+
+
+def _with_axes(kind: Any, axes: Any = None, **constants: Any) -> Any:
+    """A material, whose axes may be a table of cylindrical ones."""
+    if axes is not None:
+        constants["axes"] = CylindricalAxes(**axes) if isinstance(axes, dict) else axes
+    return kind(**constants)
 
 
 def _with_fibres(law: Any, **family: Any) -> Fibres | None:
@@ -157,7 +173,7 @@ def _with_fibres(law: Any, **family: Any) -> Fibres | None:
 def _constants(kind: Any) -> Arguments:
     """Constants of a material, numbers unless it takes lists of them."""
     return {
-        f"{f.name}{'!' if f.default is MISSING else ''}": Table.raw if "Sequence" in str(f.type) else number
+        f"{f.name}{'!' if f.default is MISSING else ''}": number if str(f.type).startswith("float") else Table.raw
         for f in fields(kind)
     }
 

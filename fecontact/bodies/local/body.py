@@ -537,6 +537,12 @@ class LocalBody(MeshedWindows):
     ) -> None:
         if not isinstance(body, ElasticBody) or body._dimension != "space":
             raise InputError(f"A local body is made of an ElasticBody in space; found {body!r}.", code="no-elastic")
+        if body.model.is_directed:
+            raise InputError(
+                f"The window of a local body is that of an isotropic half-space, and {body.name!r} has a material that "
+                "is not isotropic. Use the ElasticBody itself with accuracy= when the scene is solved.",
+                code="anisotropic",
+            )
         wish = WindowRequest.of(at, window, renamed_argument("LocalBody", "shape", "cells", shape, cells))
         placed = None if wish.at is None or wish.sides is None else place_window(body, wish.at, wish.sides, wish.shape)
         fields = {

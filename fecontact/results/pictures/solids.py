@@ -19,7 +19,7 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.common.arguments import text, texts
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, did_you_mean
-from fecontact.fem.stress import VOIGT
+from fecontact.common.material import VOIGT
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh, counter_clockwise
 from fecontact.results.files import body_fields, window_patches

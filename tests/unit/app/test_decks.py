@@ -230,7 +230,8 @@ def test_the_command_line_solves_decks(deck, tmp_path, capsys):
         (("INTERACTION=Dry, TYPE", "INTERACTION=Wet, TYPE"), ("unknown-interaction", "'Wet'")),
         (("Lower_foot, 3, 3", "Lower_feet, 3, 3"), ("input", "'Lower_feet'")),
         (("*ELASTIC\n10., 0.", "*ELASTIC\n10., zero"), ("bad-value",)),
-        (("*ELASTIC\n10.", "*ELASTIC, TYPE=ORTHO\n10."), ("not-isotropic",)),
+        (("*ELASTIC\n10.", "*ELASTIC, TYPE=ORTHO\n10."), ("elastic", "ORTHOTROPIC (9 constants)", "2 constants")),
+        (("Lower, MATERIAL=cork", "Lower, MATERIAL=cork, ORIENTATION=grain"), ("unknown-orientation", "'grain'")),
         (
             ("*BOUNDARY\n", "*TRANSFORM, NSET=NLower\n1., 0., 0.\n*BOUNDARY\n"),
             ("transform", "two points"),

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fecontact.common.material import von_mises
-from fecontact.fem.stress import VOIGT, gauss_strain, hooke, to_nodes
+from fecontact.common.material import VOIGT, von_mises
+from fecontact.fem.stress import gauss_strain, hooke, to_nodes
 
 GRADIENT = np.array([[0.1, -0.2, 0.3], [0.0, 0.4, -0.1], [0.2, 0.1, -0.3]])
 STRAIN = (GRADIENT + GRADIENT.T) / 2

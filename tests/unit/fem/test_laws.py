@@ -9,7 +9,8 @@ import pytest
 
 import fecontact as fc
 from fecontact.common.arrays import Array
-from fecontact.fem.laws import FIRST, SECOND, CompressibleOgden, InvariantLaw, InvertedError, Law
+from fecontact.common.material import FIRST, SECOND
+from fecontact.fem.laws import CompressibleOgden, InvariantLaw, InvertedError, Law
 from tests.refusals import refused
 
 LAWS: dict[str, Law] = {
