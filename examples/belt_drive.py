@@ -98,7 +98,14 @@ def draw(
     pieces.set_array(tension)
     left.add_collection(pieces)
     figure.colorbar(pieces, ax=left, label="tension", location="bottom")
-    left.set(aspect="equal", xlim=(-1.3, DISTANCE + 1.3), ylim=(-1.3, 1.3), title="belt, left pulley turned")
+    left.set(
+        aspect="equal",
+        xlim=(-1.3, DISTANCE + 1.3),
+        ylim=(-1.3, 1.3),
+        title="belt, left pulley turned",
+        xlabel="x",
+        ylabel="y",
+    )
     for values, name in zip(spans, ("slack span", "tight span"), strict=True):
         right.plot(1e3 * angles, values, "o-", label=name)
     limit = spans[0][-1] * friction.belt_tension(1.0, MU, math.pi)

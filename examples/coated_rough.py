@@ -21,7 +21,7 @@ def main(n: int = 256, out: str | Path = "out") -> fc.HalfSpaceContact:
     found = contact.stress([[0.0, 0.0, -0.0049], [0.0, 0.0, -0.0051]])
     print(f"stress along the surface: {found[0, 0]:.0f} MPa in the coating, {found[1, 0]:.0f} MPa in the steel below")
     Path(out).mkdir(parents=True, exist_ok=True)
-    contact.plot(Path(out) / "coated_rough.png", length="mm", force="N", units="MPa")
+    contact.plot(Path(out) / "coated_rough.png", units=("mm", "N", "MPa"))
     return contact
 
 

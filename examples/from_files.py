@@ -33,7 +33,7 @@ def main(out: str | Path = "out") -> tuple[list[float], fc.HalfSpaceContact]:
     contact = half.press(heights, force=500.0)
     print(contact)
     Path(out).mkdir(parents=True, exist_ok=True)
-    contact.plot(Path(out) / "from_files.png")
+    contact.plot(Path(out) / "from_files.png", units=("mm", "N", "MPa"))
     return forces, contact
 
 

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 import fecontact as fc
 from fecontact.common.files import save_figure
 
-STEEL = fc.Material(E=210e3, nu=0.3)  # mm, N, MPa
+STEEL = fc.Material(E=210e3, nu=0.3)
+UNITS = ("mm", "N", "MPa")
 
 
 def main(n: int = 256, out: str | Path = "out") -> dict[str, float]:
@@ -35,13 +36,11 @@ def main(n: int = 256, out: str | Path = "out") -> dict[str, float]:
     print(f"rough surface: {100 * share:.1f} % of the area in contact")
 
     figure = Figure(figsize=(11.0, 4.6), layout="constrained")
-    for axes, field, title in zip(
-        figure.subplots(1, 2), (ball, squeezed), ("ball, pressure [MPa]", "rough surface, pressure [MPa]"), strict=True
-    ):
-        drawn = axes.imshow(field.pressure.T, origin="lower", cmap="inferno_r")
-        figure.colorbar(drawn, ax=axes)
-        axes.set_title(title)
-        axes.set_axis_off()
+    left, right = figure.subplots(1, 2)
+    ball.plot(units=UNITS, ax=left)
+    left.set_title(f"ball, {ball.force:g} N")
+    squeezed.plot(units=UNITS, ax=right)
+    right.set_title(f"rough surface: {100 * share:.1f} % in contact,\nlargest {squeezed.max_pressure:.0f} MPa")
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
     save_figure(figure, folder / "half_space.png")

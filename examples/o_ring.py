@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 import fecontact as fc
 from fecontact.mesh.section_mesh import merge_sections
@@ -140,7 +141,7 @@ def draw(results: dict[float, fc.ContactResult], n: int) -> Figure:
     corners = cord.cells[:, :4]
     triangles = np.concatenate([corners[:, :3], corners[:, [0, 2, 3]]])
     pressures = {fluid: -result.stress(result.scene.bodies[0])[:, :3].mean(axis=1) for fluid, result in results.items()}
-    levels = np.linspace(0.0, max(p.max() for p in pressures.values()), 21)
+    levels = MaxNLocator(21).tick_values(0.0, max(p.max() for p in pressures.values()))
     for at, (fluid, result) in zip(axes, results.items(), strict=True):
         x, _, z = (cord.points + result.displacement(result.scene.bodies[0])).T
         drawn = at.tricontourf(x, z, triangles, np.clip(pressures[fluid], 0, levels[-1]), levels, cmap="YlOrRd")
@@ -154,8 +155,15 @@ def draw(results: dict[float, fc.ContactResult], n: int) -> Figure:
         at.axhline(top, color="0.4", lw=1.5)
         at.plot([CORD / 2 + SLIT] * 2, [0.0, top], color="0.4", lw=1.5)
         at.set(aspect="equal", xlim=(-0.65 * CORD, 0.6 * CORD), ylim=(-0.05, 0.72 * CORD))
-        at.set(xlabel="mm", title=f"fluid at {fluid:g} MPa from the left" if fluid else "squeezed by 20 %")
+        at.set(
+            xlabel="radius less that of the ring [mm]",
+            title=f"fluid at {fluid:g} MPa from the left" if fluid else "squeezed by 20 %",
+        )
+    axes[0].set_ylabel("height [mm]")
     figure.colorbar(drawn, ax=axes, label="pressure [MPa]")
+    figure.suptitle(
+        f"blue: pressure under the lid, 1 mm stands for {levels[-1] / 0.25 / CORD:.2g} MPa", fontsize="medium"
+    )
     return figure
 
 

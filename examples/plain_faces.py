@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 import fecontact as fc
 from fecontact.app.studies.spheres import CASES, solve_spheres
 from fecontact.common.files import save_figure
-from fecontact.common.units import Units
 from fecontact.results.field_map import field_map
 from fecontact.results.pictures.draw import draw_field
 
@@ -41,11 +40,9 @@ def main(level: int = 2, out: str | Path = "out") -> dict[str, float]:
         row[0].set_xlabel("radius [cm]")
         row[0].set_ylabel("pressure [kgf/cm²]")
         uniform = patch(pressure).contacts[0]
-        draw_field(row[1], field_map(uniform, "pressure"), Units(stress="exact: 0.01"))
-        row[1].set_title(
-            f"{pressure}: uniform compression, {(~uniform.active).sum()} of {len(uniform.points)} points idle",
-            fontsize=10,
-        )
+        draw_field(row[1], field_map(uniform, "pressure"), top=0.0125)
+        idle = f"{(~uniform.active).sum()} of {len(uniform.points)} points idle"
+        row[1].set_title(f"{pressure}: uniform pressure of 0.01, {idle}", fontsize=10)
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
     save_figure(figure, folder / "plain_faces.png")

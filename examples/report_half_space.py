@@ -76,7 +76,7 @@ def main(cells: tuple[float, ...] = CELLS, out: str | Path = "out") -> dict[tupl
         drawn = axes.imshow(forces.T, origin="lower", extent=(-side, side, -side, side), cmap="YlOrRd")
         axes.plot(10 * hertz.a * np.cos(edge), 10 * hertz.a * np.sin(edge), "k--", linewidth=1)
         axes.set_title(f"forces [kgf], cells of {10 * cell:g} mm\ndashed: Hertz", fontsize="medium")
-        axes.set_xlabel("x [mm]")
+        axes.set(xlabel="x [mm]", ylabel="y [mm]")
         figure.colorbar(drawn, ax=axes, shrink=0.8)
     r = np.linspace(0, 1.15 * hertz.a, 200)
     lines.plot(10 * r, hertz.pressure(r), "k-", linewidth=1, label="Hertz")

@@ -53,7 +53,7 @@ def main(n: int = 512, out: str | Path = "out") -> dict[str, float]:
     print(f"approach {approach:.4f} mm; of a half-space {alone.approach:.4f} mm")
     print(f"area in contact {area:.3f} mm2; on a half-space {touched:.3f} mm2")
     print(f"Betti defect {100 * defect:.2f} %, residual {result.residuals().worst:.1e}")
-    _draw((pressure, alone.pressure), ("block, pressure [MPa]", "half-space, pressure [MPa]"), Path(out))
+    _draw((pressure, alone.pressure), ("block", "half-space"), Path(out))
     return {"approach": approach, "area": area, "half-space": float(alone.approach), "defect": defect}
 
 
@@ -62,9 +62,9 @@ def _draw(pressures: tuple[np.ndarray, ...], titles: tuple[str, ...], folder: Pa
     most = max(float(np.quantile(p[p > 0], 0.99)) for p in pressures)
     for axes, field, title in zip(figure.subplots(1, 2), pressures, titles, strict=True):
         drawn = axes.imshow(field.T, origin="lower", cmap="inferno_r", vmax=most, extent=(0, WINDOW, 0, WINDOW))
-        axes.set_title(title)
-        axes.set_xlabel("x [mm]")
-    figure.colorbar(drawn, ax=figure.axes)
+        axes.set_title(f"{title}, largest {field.max():.2g} MPa")
+        axes.set(xlabel="x [mm]", ylabel="y [mm]")
+    figure.colorbar(drawn, ax=figure.axes, label="pressure [MPa]", extend="max")
     folder.mkdir(parents=True, exist_ok=True)
     save_figure(figure, folder / "rough_block.png")
 

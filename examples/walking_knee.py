@@ -21,6 +21,7 @@ def main(poses: int = 6, out: str | Path = "out") -> fc.CaseTable:
     femur, tibia = (fc.read_surface(MESHES / name) for name in ("femur.stl", "tibia.stl"))  # under the cartilage
     axes = {"lateral": (1, 0, 0), "anterior": (0, 1, 0)}
     names = {"units": ("mm", "N", "MPa"), "names": ("femur", "tibia"), "axes": axes}
+    middle = fc.DividingPlane((0, 0, 0), (1, 0, 0), sides=("lateral", "medial"))
     joint = fc.Joint(femur, tibia, thickness=2.0, material=CARTILAGE, **names)
     motion = fc.read_motion(HERE / "walk.mot")
     motion = motion.at(np.linspace(motion.times[0], motion.times[-1], poses))
@@ -30,7 +31,7 @@ def main(poses: int = 6, out: str | Path = "out") -> fc.CaseTable:
     forces = np.outer(motion.column("knee_force_r"), (0.0, 0.0, -1.0))
     folder = Path(out) / "walking_knee"
     folder.parent.mkdir(parents=True, exist_ok=True)
-    table = joint.follow(path, forces, at=(0, 0, 0), free="x y z ry", times=motion.times, maps=folder)
+    table = joint.follow(path, forces, at=(0, 0, 0), free="x y z ry", times=motion.times, maps=folder, split=middle)
     print(table)
     table.save(folder / "table.csv")
     table.plot(over="time", path=folder / "table.png")

@@ -18,9 +18,10 @@ from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.files import new_figure, save_figure
 from fecontact.common.html import cell
-from fecontact.common.units import Units
+from fecontact.common.units import UnitNames, Units
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -71,15 +72,15 @@ class Plotted(Tabulated):
         pressure: Any
         gap: Any
 
-    def plot(self, path: str | Path | None = None, *, units: tuple[str, ...] = (), ax: Any = None) -> Figure:
+    def plot(self, path: str | Path | None = None, *, units: UnitNames = (), ax: Axes | None = None) -> Figure:
         """Draw pressure, and the gap beside the contact, over the distance from its middle or its axis.
 
         Parameters
         ----------
         path : str or Path, optional
             File to write; the suffix decides the format.
-        units : (length, force) or (length, force, stress), optional
-            Names for labels.
+        units : (length, force) or (length, force, stress), or str
+            Names for labels; a text is that of the pressure.
         ax : matplotlib Axes, optional
             Where to draw the pressure alone.
 
@@ -96,7 +97,7 @@ class Plotted(Tabulated):
         >>> [axes.get_ylabel() for axes in figure.axes]
         ['pressure', 'gap']
         """
-        names, x = Units.of(units), np.linspace(-2.0 * self.a, 2.0 * self.a, 401)
+        names, x = Units.labels(units), np.linspace(-2.0 * self.a, 2.0 * self.a, 401)
         if ax is None:
             upper, lower = new_figure((6.4, 5.6)).subplots(2, 1, sharex=True)
         else:

@@ -88,7 +88,7 @@ def _study(options: argparse.Namespace, solve: Callable[[], Study]) -> int:
     remarks = _show(study, dict(study.data), options.json)
     for kind, to in files.items():
         if kind == "plot":
-            study.plot(to, *getattr(options, "units", ()))
+            study.plot(to, units=getattr(options, "units", ()))
         else:
             (study if kind == "csv" else study.solved).save(to)
         say(f"wrote {Path(to)}", remarks)
@@ -163,6 +163,8 @@ def solve(options: argparse.Namespace) -> int:
 
     def change(values: dict[str, Any]) -> None:
         values.setdefault("solve", {}).update(asked)
+        if any(options.units):
+            values["units"] = dict(zip(("length", "force", "stress"), options.units, strict=True))
 
     scene = read_scene(options.scene, out=out, change=change, laws=options.laws)
     if options.dry_run:
@@ -206,7 +208,7 @@ def _beside(
         return text, figures
     beside = beside_ccx(Path(options.scene), result)
     if options.beside_plot:
-        beside.plot(options.beside_plot)
+        beside.plot(options.beside_plot, units=result.unit_names)
         text = f"{text}\nwrote {options.beside_plot}"
     return f"{text}\n{beside}", {**figures, "beside_ccx": beside.as_dict()}
 
@@ -264,7 +266,7 @@ def view(options: argparse.Namespace) -> int:
         "bodies": options.bodies.split(",") if options.bodies else None,
         "cut": options.cut,
         "limits": options.limits,
-        "units": options.units,
+        "units": options.units.split(",") if "," in options.units else options.units,
     }
     if options.show:
         show(solids, field, options.out, **chosen)
@@ -277,14 +279,14 @@ def view(options: argparse.Namespace) -> int:
 
 def _view_mesh(options: argparse.Namespace) -> int:
     """Draw a mesh, a solid of CAD, a section or a surface with its named boundaries."""
-    given = ("field", "cut", "bodies", "limits", "units", "show")
+    given = ("field", "cut", "bodies", "limits", "show")
     if wrong := [f"--{name}" for name in given if getattr(options, name)] + ["--scale"] * (options.scale != 1.0):
         raise InputError(f"{options.result} is a mesh, which has no fields: leave {', '.join(wrong)} out.")
     source = Path(options.result)
     mesh = _mesh_of(source)
     path = _picture(options)
     view = {"view": _direction(options.view)} if options.view else {}
-    mesh.plot(path, edges=not options.no_edges, length=options.length, **view)
+    mesh.plot(path, edges=not options.no_edges, units=options.units.split(","), length=options.length, **view)
     say(repr(mesh))
     say(f"wrote {path}")
     return 0

@@ -87,7 +87,7 @@ class Directions:
         cosines = self.vectors @ direction
         k = int(np.argmax(np.abs(cosines)))
         if abs(cosines[k]) < (TOWARDS if self.given else ALONG):
-            return "({:.2f}, {:.2f}, {:.2f})".format(*direction)
+            return "({:.2f}, {:.2f}, {:.2f})".format(*np.round(direction, 2) + 0.0)
         return f"-{self.names[k]}" if cosines[k] < 0 else self.names[k]
 
     def beside(self, normal: Array, cosine: float) -> Array:

@@ -124,6 +124,27 @@ class ErrorEstimate:
         return max(self.pressure, self.traction or 0.0)
 
     @property
+    def caution(self) -> str:
+        """What a picture tells of the error: nothing up to `MAX_ERROR`.
+
+        Examples
+        --------
+        >>> ErrorEstimate(0.24, 0.01, 0.005, 0.06, 0.06, 1.9).within_resolution().caution
+        'estimated errors: pressure 24 %, peak and area not resolved'
+        >>> ErrorEstimate(0.04, 0.01, 0.005, 0.018, 0.031, 5.2).caution
+        ''
+        """
+        if not max(self.largest, self.worst) > MAX_ERROR:
+            return ""
+        parts = [f"pressure {percent(self.pressure)}"]
+        parts += [] if self.traction is None else [f"tractions {percent(self.traction)}"]
+        if not self.resolved:
+            parts.append("area not resolved" if self.unbounded else "peak and area not resolved")
+        else:
+            parts += [*([] if self.unbounded else [f"peak {percent(self.peak)}"]), f"area {percent(self.area)}"]
+        return f"estimated errors: {', '.join(parts)}"
+
+    @property
     def amount(self) -> str:
         """How much the pressure, its peak and the area are off, in words."""
         mean, area = f"{percent(self.pressure)} in the mean", f"and the area by {percent(self.area)}"

@@ -240,7 +240,7 @@ def save_figure(figure: Figure, path: str | Path | None) -> Figure:
             among("format of a picture", Path(path).suffix.removeprefix("."), known)
             # the last sixth of the size takes a third of the time
             small: Any = {"pil_kwargs": {"compress_level": 3}} if Path(path).suffix == ".png" else {}
-            figure.savefig(file, dpi=150, **small)
+            figure.savefig(file, dpi=150, bbox_inches="tight", **small)
     return figure
 
 

@@ -35,7 +35,7 @@ def wrapped(body: str) -> str:
 def image(figure: Figure) -> str:
     """A picture that needs no other file."""
     file = BytesIO()
-    figure.savefig(file, dpi=DPI, format="png")
+    figure.savefig(file, dpi=DPI, format="png", bbox_inches="tight")
     return f'<img alt="" src="data:image/png;base64,{b64encode(file.getvalue()).decode()}">'
 
 

@@ -18,8 +18,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path as FilePath
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -39,8 +38,11 @@ from fecontact.halfspace.grid import Even, block_sums, part_of, unfold
 from fecontact.halfspace.grid_error import EdgeCells, edge_cells
 from fecontact.halfspace.nested import GridLevel, coarser, compliance, preconditioner
 from fecontact.halfspace.path import Curve, prints_of
-from fecontact.halfspace.pictures import plot_adhesion
+from fecontact.halfspace.pictures import draw_adhesion
 from fecontact.halfspace.pressing import Load, check_box, checked_heights, grid_level, press
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: Steps towards one state.
 MAX_STEPS = 300
@@ -641,8 +643,8 @@ class AdhesionCurve(Curve):
         """Energy lost: work of the force, by the rule of trapezoids, less the energy gained; in a loop its area."""
         return float(np.trapezoid(self.force, self.approach) - np.diff(self.figures["energy"][[0, -1]])[0])
 
-    def _drawn(self, path: str | FilePath | None, units: Units) -> Any:
-        return plot_adhesion(self, path, units)
+    def _draw_in(self, ax: Axes, units: Units) -> None:
+        draw_adhesion(ax, self, units)
 
     @property
     def _notes(self) -> list[str]:

@@ -7,7 +7,7 @@ from abc import abstractmethod
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -24,18 +24,21 @@ from fecontact.common.errors import InputError, optional
 from fecontact.common.material import Material
 from fecontact.common.region import Region
 from fecontact.common.renamed import RenamedKeys, redefined, renamed
-from fecontact.common.units import Units
+from fecontact.common.units import UnitNames, Units
 from fecontact.common.wear import wear_warnings
 from fecontact.halfspace import inside
 from fecontact.halfspace.flash_temperature import FlashTemperature, flash_temperature
 from fecontact.halfspace.grid import Grid, part_of
 from fecontact.halfspace.grid_error import EdgeCells, cells_error_estimate, edge_area, edge_cells
 from fecontact.halfspace.layered import STRESSED, Layer, thin_layers
-from fecontact.halfspace.pictures import Drawn, plot_dragged, plot_pressed, save_fields
+from fecontact.halfspace.pictures import Drawn, draw_pressure, plot_dragged, plot_pressed, save_fields
 from fecontact.halfspace.transport import Conductance, Distribution, Leakage, conductance, leakage
 from fecontact.halfspace.validity import validity_warnings
 from fecontact.solvers import Residuals
 from fecontact.solvers.coulomb import friction_limit, sticks
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: Difference of both areas, relative, up to which they are the same.
 SAME = 1e-9
@@ -567,6 +570,9 @@ class HalfSpaceContact(Drawn):
     def _drawn(self, path: str | Path | None, units: Units) -> Any:
         return self.picture(units, path=path)
 
+    def _draw_in(self, ax: Axes, units: Units) -> None:
+        draw_pressure(ax, self, units)
+
     def summary(self) -> dict[str, Any]:
         """Figures for scripts, ready for JSON."""
         return {
@@ -588,8 +594,10 @@ class HalfSpaceContact(Drawn):
         dents = {} if self.dent is None else {"dent": self.dent}
         return {"pressure": self.pressure, "gap": self.gap, "displacement": self.displacement, **dents}
 
-    def save(self, path: str | Path) -> Path:
+    def save(self, path: str | Path, *, units: UnitNames = ()) -> Path:
         """Write the contact; the suffix decides: .json (summary), .csv (a row per cell), .npz (arrays for numpy).
+
+        With names of `units`, as for `plot`, heads of columns have them, and the other files an entry ``units``.
 
         Raises
         ------
@@ -608,7 +616,7 @@ class HalfSpaceContact(Drawn):
         ...     float((saved["pressure"] * contact.grid.area).sum().round(12))
         0.02
         """
-        return save_fields(path, self.grid, self.columns(), self.summary())
+        return save_fields(path, self.grid, self.columns(), self.summary(), units)
 
     @property
     def _printed(self) -> dict[str, float]:

@@ -5,27 +5,29 @@ Files of contacts on half-spaces.
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import scipy
 
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among
+from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, new_figure, replacing, save_figure, save_json
 from fecontact.common.html import cell
 from fecontact.common.material import von_mises
+from fecontact.common.panels import panel, scale_by_decades
 from fecontact.common.renamed import warn
-from fecontact.common.units import Units
+from fecontact.common.units import UnitNames, Units
 from fecontact.halfspace import inside
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.layered import STRESSED, thin_layers
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 #: Cells per side of a free half-space, beyond which they are joined for the section.
@@ -37,6 +39,10 @@ BELOW_INTERFACE = 1 + 1e-9
 #: Colours of cells by their state, and arrows along a side of the grid.
 COLOURS = {"open": "#f2f2f2", "sticks": "#9ecae1", "slips": "#fdae6b"}
 ARROWS = 16
+#: Longer side of a map, in inches; sides of a grid from whose ratio on the shorter one is stretched, and says so.
+MAP, LONG = 3.5, 4.0
+#: Share of the values above zero that a scale shows if the largest is so many times as large.
+SHOWN_SHARE, PALE = 0.99, 1.5
 
 
 #: A `HalfSpaceContact`; one with friction, a `FrictionContact`. They draw themselves with this module.
@@ -51,10 +57,11 @@ class Drawn:
         self,
         path: str | Path | None = None,
         *,
-        units: str | tuple[str, ...] = "",
+        units: UnitNames = (),
         length: str = "",
         force: str = "",
         stress: str = "",
+        ax: Axes | None = None,
     ) -> Figure:
         """Draw it, a matplotlib figure.
 
@@ -68,23 +75,33 @@ class Drawn:
             Names of the other units beside a text.
         stress : str
             Former name of `units`; it warns.
+        ax : matplotlib Axes, optional
+            Where to draw a picture of one panel or, of a contact, its pressure alone.
 
         Raises
         ------
         InputError
-            If the file cannot be written, or a name is no text.
+            If the file cannot be written, a name is no text, or axes are given and the picture has several panels.
         """
         if stress:
             warn("plot(stress=) is now plot(units=); the old name will be removed.", stacklevel=3)
-        names = Units(length, force, units or stress) if isinstance(units, str) else Units.of(units)
-        return self._drawn(path, names)
+        names = Units.labels(units or stress, length=length, force=force)
+        if ax is None:
+            return self._drawn(path, names)
+        self._draw_in(ax, names)
+        return save_figure(cast("Figure", ax.figure), path)
 
     def _repr_html_(self) -> str:
         return cell(self, self.plot)
 
-    @abstractmethod
     def _drawn(self, path: str | Path | None, units: Units) -> Figure:
-        """The picture."""
+        """The picture; one of several panels overrides this, one of a single panel the next."""
+        ax = panel(None, (6.4, 4.6))
+        self._draw_in(ax, units)
+        return save_figure(cast("Figure", ax.figure), path)
+
+    def _draw_in(self, ax: Axes, units: Units) -> None:
+        raise InputError("This picture has several panels: leave ax= out.", code="several-panels")
 
 
 def plot_pressed(
@@ -105,22 +122,24 @@ def plot_pressed(
         Name of the counter-surface, for the title.
     """
     names = units or Units()
-    figure = new_figure((11.6, 8.6), "compressed")
+    wide, high = MAP * np.array(contact.grid.size) / max(contact.grid.size)
+    figure = new_figure((2 * max(wide, 2.6) + 3.6, 2 * max(high, 1.8) + 1.9), "compressed")
     (first, second), (third, fourth) = figure.subplots(2, 2)
     gap = np.where(np.isfinite(contact.gap), contact.gap, np.nan)
     # limit the scale: the gap of a round shape is large far from the contact
     limit = float(np.nanquantile(gap, 0.9)) if not contact.periodic else None
-    draw_map(first, contact.grid, contact.pressure, "magma_r", names.axis_label("pressure", "stress"), names)
+    draw_pressure(first, contact, names)
     draw_map(second, contact.grid, gap, "viridis", names.axis_label("gap", "length"), names, limit)
     dented = contact.dent is not None and contact.dent.any()
     sunk, what = (contact.dent, "dent") if dented else (contact.displacement, "displacement")
     draw_map(third, contact.grid, sunk, "YlGnBu", names.axis_label(what, "length"), names)
     draw_section(fourth, contact, names)
-    figure.suptitle(
+    figures = (
         f"{name + ': ' if name else ''}force {names.number(contact.force, 'force')}, "
         f"area {names.number(contact.figures['area'], 'length', '²')}, "
         f"approach {names.number(contact.approach, 'length')}"
     )
+    figure.suptitle("\n".join(filter(None, (figures, contact.error_estimate.caution))))
     return save_figure(figure, path)
 
 
@@ -158,6 +177,7 @@ def plot_over_force(
             style = {"color": "black", "linestyle": "--", "linewidth": 1.0} if name == "exact" else {"marker": "o"}
             drawn = np.where(np.isfinite(values), values, np.nan)[order]
             axes.plot(force[order], drawn, markersize=4, label=name, **style)
+        scale_by_decades(axes, force, shown.values())
         if len(shown) > 1:
             axes.legend()
         axes.set_xlabel(units.axis_label("force", "force"))
@@ -182,6 +202,27 @@ def plot_creep(creepage: Array, spin: Array, panels: Mapping[str, Array], path: 
     return save_figure(figure, path)
 
 
+def draw_pressure(axes: Any, contact: Pressed, names: Units) -> None:
+    """Draw the pressure where there is a counter-surface, its largest in the title where the scale ends below it."""
+    pressure = np.where(np.isfinite(contact.gap), contact.pressure, np.nan)
+    draw_map(axes, contact.grid, pressure, "magma_r", names.axis_label("pressure", "stress"), names, top(pressure))
+    if top(pressure) is not None:
+        axes.set_title(f"largest {names.number(contact.max_pressure, 'stress')}", fontsize="medium")
+
+
+def top(values: Array) -> float | None:
+    """Upper end of a scale of values of which a few are far above all others; None where it is the largest.
+
+    Examples
+    --------
+    >>> top(np.arange(1.0, 101.0)), round(top(np.append(np.arange(1.0, 1001.0), 9000.0)) or 0.0)
+    (None, 991)
+    """
+    shown = values[np.nan_to_num(values) > 0]
+    most = float(np.quantile(shown, SHOWN_SHARE)) if len(shown) else 0.0
+    return most if most and shown.max() > PALE * most else None
+
+
 def draw_map(
     axes: Any,
     grid: Grid,
@@ -199,13 +240,14 @@ def draw_map(
 def _draw_cells(axes: Any, grid: Grid, values: Array, names: Units, **colours: Any) -> Any:
     """Values (nx, ny) as an image on axes along the grid."""
     half = (grid.size[0] / 2, grid.size[1] / 2)
-    axes.set_xlabel(names.axis_label("x", "length"))
-    axes.set_ylabel(names.axis_label("y", "length"))
+    narrow = max(half) >= LONG * min(half)
+    axes.set_xlabel(names.axis_label("x, stretched" if narrow and half[0] < half[1] else "x", "length"))
+    axes.set_ylabel(names.axis_label("y, stretched" if narrow and half[1] < half[0] else "y", "length"))
     return axes.imshow(
         values.T,
         origin="lower",
         extent=(-half[0], half[0], -half[1], half[1]),
-        aspect="equal" if max(half) < 4 * min(half) else "auto",
+        aspect="auto" if narrow else "equal",
         interpolation="nearest",
         **colours,
     )
@@ -284,8 +326,12 @@ def draw_section(axes: Any, contact: Pressed, names: Units) -> None:
         axes.set_title("no section: the layers are thinner than half a cell", fontsize="medium")
         return axes.set_axis_off()
     y, x, z, stress = section(contact)
+    from matplotlib.ticker import MaxNLocator
+
     values = von_mises(stress.reshape(-1, 6)).reshape(stress.shape[:2])
-    drawn = axes.contourf(x, z, values.T, levels=24, cmap="YlOrRd")
+    most = top(values) or values.max() or 1.0
+    levels = MaxNLocator(24).tick_values(0.0, most)
+    drawn = axes.contourf(x, z, values.T, levels=levels, cmap="YlOrRd", extend="max" if top(values) else "neither")
     axes.figure.colorbar(drawn, ax=axes, label=names.axis_label("von Mises stress", "stress"))
     depth = 0.0
     for layer in contact.layers:
@@ -324,7 +370,9 @@ def draw_stick_slip(axes: Any, contact: Dragged, names: Units) -> None:
     drawn = np.hypot(tx, ty) > 0
     if drawn.any():
         axes.quiver(x[drawn], y[drawn], tx[drawn], ty[drawn], color="black", width=0.004)
-    axes.legend(handles=[Patch(color=c, label=n) for n, c in COLOURS.items()], loc="upper right", fontsize="small")
+    handles = [Patch(color=c, label=n) for n, c in COLOURS.items()]
+    above = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": len(handles), "frameon": False}
+    axes.legend(handles=handles, fontsize="small", **above)
 
 
 def plot_dragged(contact: Dragged, path: str | Path | None = None, units: Units | None = None) -> Figure:
@@ -390,7 +438,9 @@ def plot_moving(contact: Pressed, path: str | Path | None, units: Units) -> Figu
     return save_figure(figure, path)
 
 
-def save_fields(path: str | Path, grid: Grid, fields: Mapping[str, Array], summary: Mapping[str, Any]) -> Path:
+def save_fields(
+    path: str | Path, grid: Grid, fields: Mapping[str, Array], summary: Mapping[str, Any], units: UnitNames = ()
+) -> Path:
     """Write fields (nx, ny) on the cells of a grid, or a summary; the suffix decides.
 
     Parameters
@@ -400,30 +450,33 @@ def save_fields(path: str | Path, grid: Grid, fields: Mapping[str, Array], summa
     grid : Grid
     fields : mapping of name to (nx, ny) array
     summary : mapping
+    units : (length, force) or (length, force, stress), optional
+        Names for heads of columns, and a last entry of the others.
 
     Raises
     ------
     InputError
         For another suffix, or a file that cannot be written.
     """
-    path = check_writable(path)
+    path, names = check_writable(path), Units.of(units)
+    told = {"units": asdict(names)} if units else {}
     among("suffix of a file of a half-space", suffix := path.suffix.lower(), (".json", ".csv", ".npz"))
     if suffix == ".json":
-        return save_json(path, dict(summary))
+        return save_json(path, {**summary, **told})
     with replacing(path) as file:
         if suffix == ".npz":
-            np.savez_compressed(file, allow_pickle=False, x=grid.x, y=grid.y, **fields)
+            texts = {name: np.array(list(names.values())) for name, names in told.items()}
+            np.savez_compressed(file, allow_pickle=False, x=grid.x, y=grid.y, **fields, **texts)
         else:
             x, y = np.meshgrid(grid.x, grid.y, indexing="ij")
             table = np.column_stack([x.ravel(), y.ravel(), *(values.ravel() for values in fields.values())])
-            np.savetxt(file, table, "%.17g", ",", header=",".join(["x", "y", *fields]), comments="")
+            heads = ",".join(names.heads(["x", "y", *fields]))
+            np.savetxt(file, table, "%.17g", ",", header=heads, comments="", encoding="utf-8")
     return path
 
 
-def plot_adhesion(curve: Any, path: str | Path | None, units: Units) -> Figure:
+def draw_adhesion(axes: Any, curve: Any, units: Units) -> None:
     """Force over approach of an `AdhesionCurve`: coming on, off, jumps between, and the pull-off."""
-    figure = new_figure((8.0, 5.6))
-    axes = figure.subplots()
     jumps = [(jump.approach, jump.before) for jump in curve.jumps]
     x, f = curve.approach, curve.force
     for colour, label, sign, width in (("tab:blue", "coming on", 1, 3.5), ("tab:red", "coming off", -1, 1.2)):
@@ -441,4 +494,3 @@ def plot_adhesion(curve: Any, path: str | Path | None, units: Units) -> Figure:
     axes.set_ylabel(units.axis_label("force", "force"))
     axes.legend()
     axes.grid(alpha=0.3)
-    return save_figure(figure, path)

@@ -19,7 +19,7 @@ import itertools
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -40,6 +40,7 @@ from fecontact.halfspace.nested import GridLevel, solve_nested
 from fecontact.halfspace.pictures import Drawn, draw_map
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 #: Relative gap up to which what touches is at one potential.
@@ -262,10 +263,7 @@ class Distribution(Drawn):
         density, edges = np.histogram(values, bins, density=True)
         return cls(name, edges, density)
 
-    def _drawn(self, path: str | Path | None, units: Units) -> Any:
-        figure = new_figure((6.4, 4.4))
-        axes = figure.subplots()
-        axes.stairs(self.density, self.edges, fill=True, alpha=0.6)
-        axes.set_xlabel(units.axis_label(self.name, "stress" if self.name == "pressure" else "length"))
-        axes.set_ylabel("probability density")
-        return save_figure(figure, path)
+    def _draw_in(self, ax: Axes, units: Units) -> None:
+        ax.stairs(self.density, self.edges, fill=True, alpha=0.6)
+        ax.set_xlabel(units.axis_label(self.name, "stress" if self.name == "pressure" else "length"))
+        ax.set_ylabel("probability density")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from skfem import Mesh as SkfemMesh
@@ -16,6 +16,8 @@ from fecontact.common.arguments import known_options, texts
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import whole
 from fecontact.common.errors import InputError
+from fecontact.common.html import cell
+from fecontact.common.units import UnitNames
 from fecontact.mesh.base_mesh import BaseMesh, joined
 from fecontact.mesh.element import EDGES, FACES, Pattern
 from fecontact.mesh.facets import (
@@ -30,6 +32,9 @@ from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.kinds import KINDS, kind_of
 from fecontact.mesh.pick import Pick
 from fecontact.mesh.skfem_mesh import from_skfem_mesh, skfem_mesh
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,15 +207,20 @@ class Mesh(BaseMesh):
         """Corners and mid-sides (n, 4 | 8 | 9) of the faces that are seen, turned outwards if the cells are."""
         return replace(self, midface=None).face_nodes(self.outer_faces)
 
-    def plot(self, path: str | Path | None = None, **options: Any) -> Any:
+    def _repr_html_(self) -> str:
+        return cell(repr(self), self.plot)
+
+    def plot(self, path: str | Path | None = None, *, units: UnitNames = (), **options: Any) -> Figure:
         """Picture of the outer faces, boundaries in colours and numbered: a matplotlib figure.
 
         Parameters
         ----------
         path : str or Path, optional
             File to write; the suffix decides the format.
+        units : (length, ...) or str
+            Names of units, of which the ruler shows that of length; or it alone.
         **options
-            ``view`` (its direction), ``edges``, ``length`` (unit, for the ruler), see `mesh.picture.plot_faces`.
+            ``view`` (its direction), ``edges``, see `mesh.picture.plot_faces`.
 
         Raises
         ------
@@ -220,7 +230,7 @@ class Mesh(BaseMesh):
         Examples
         --------
         >>> from fecontact import shapes
-        >>> figure = shapes.block((1.0, 1.0, 1.0), (2, 2, 2)).plot(length="mm")
+        >>> figure = shapes.block((1.0, 1.0, 1.0), (2, 2, 2)).plot(units="mm")
         >>> [text.get_text() for text in figure.legends[0].get_texts()][:2]
         ['1  x_min, 4 faces', '2  x_max, 4 faces']
         """
@@ -230,7 +240,7 @@ class Mesh(BaseMesh):
         seen = self.outer_faces
         keys = seen @ (6, 1)
         found = {name: np.flatnonzero(np.isin(keys, faces @ (6, 1))) for name, faces in self.boundaries.items()}
-        return plot_faces(self.points, self.skin, found, path, self.size_line, **options)
+        return plot_faces(self.points, self.skin, found, path, self.size_line, units=units, **options)
 
     def native_cells(self) -> list[tuple[str, IntArray, IntArray]]:
         """Cells by kind: name in meshio, connectivity in VTK's node order, and their (increasing) numbers.

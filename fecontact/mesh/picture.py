@@ -26,6 +26,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import vector
 from fecontact.common.errors import InputError
 from fecontact.common.files import save_figure
+from fecontact.common.units import UnitNames, Units
 from fecontact.mesh.facets import shapes_on_square
 
 #: Positions of the eye by name, as (azimuth, elevation) in degrees.
@@ -454,6 +455,7 @@ def plot_faces(
     *,
     view: str | tuple[float, float] = "iso",
     edges: bool = True,
+    units: UnitNames = (),
     length: str = "",
     closed: bool = True,
     veil: tuple[Array, IntArray] | None = None,
@@ -473,8 +475,10 @@ def plot_faces(
         Direction of view, see `renderer.VIEWS`.
     edges : bool
         Whether to draw the elements.
+    units : (length, ...) or str
+        Names of units as of a scene, of which the ruler shows that of length; or it alone.
     length : str
-        Unit of length, for the ruler.
+        The same.
     closed : bool
         Whether the facets enclose a body, so that those turned away need no drawing.
     veil : (points, facets), optional
@@ -505,7 +509,7 @@ def plot_faces(
         closed,
         veil,
     )
-    figure, axes = framed(image, camera, title, length)
+    figure, axes = framed(image, camera, title, Units.labels(units, "length", length=length).length)
     _number_boundaries(axes, camera, points, facets, boundaries, None if veil else image)
     _list_boundaries(figure, boundaries, "faces")
     return save_figure(figure, path)
@@ -520,6 +524,7 @@ def plot_sides(
     *,
     view: str | tuple[float, float] = "-y",
     edges: bool = True,
+    units: UnitNames = (),
     length: str = "",
 ) -> Figure:
     """Draw cells of a section, the sides of each named boundary as a line of its colour.
@@ -530,7 +535,7 @@ def plot_sides(
     cells : (n_cells, 8 | 9) int array
     boundaries : mapping of name to (k, n, 3) array
         Points along each side, an odd number.
-    path, title, view, edges, length
+    path, title, view, edges, units, length
         As for `plot_faces`.
 
     Raises
@@ -542,7 +547,7 @@ def plot_sides(
     image = draw_facets(
         points, cells, np.zeros(len(points)), lambda v: np.tile(PLAIN, (len(v), 1)), camera, PIXELS, edges, False
     )
-    figure, axes = framed(image, camera, title, length)
+    figure, axes = framed(image, camera, title, Units.labels(units, "length", length=length).length)
     for k, sides in enumerate(boundaries.values()):
         curves = sides @ camera.axes[:2].T
         axes.add_collection(LineCollection(list(curves), colors=[_colour(k)], linewidths=3.0, capstyle="round"))
@@ -569,18 +574,26 @@ def _list_boundaries(figure: Figure, boundaries: Mapping[str, Array] | Mapping[s
 
 
 def framed(
-    image: Image, camera: Camera, title: str, length: str, scale: tuple[ScalarMappable, str] | None = None
+    image: Image,
+    camera: Camera,
+    title: str,
+    length: str,
+    scale: tuple[ScalarMappable, str] | None = None,
+    extend: str = "neither",
 ) -> tuple[Figure, Any]:
-    """Figure and axes of a drawing, with a title, a ruler, the world's axes, and a scale of colours with its label."""
+    """Figure and axes of a drawing, with a title, a ruler, the world's axes, and a scale of colours with its label.
+
+    `extend` tells the ends of the scale beyond which there are values: 'neither', 'min', 'max' or 'both'.
+    """
     left, right, bottom, top = image.extent
-    width = float(np.clip(5.6 * (right - left) / (top - bottom) + 2.8, 5.6, 9.6))
+    width = float(np.clip(5.6 * (right - left) / (top - bottom) + 2.2, 4.6, 9.6))
     figure = Figure(figsize=(width, 6.6), layout="constrained")
     axes = figure.subplots()
     axes.imshow(image.rgba, extent=image.extent, origin="lower", interpolation="antialiased")
     axes.set_axis_off()
     axes.set_title(title, pad=12)  # above the number of a boundary on top
     if scale is not None:
-        figure.colorbar(scale[0], ax=axes, shrink=0.75, pad=0.02, label=scale[1])
+        figure.colorbar(scale[0], ax=axes, shrink=0.75, pad=0.02, label=scale[1], extend=extend)
     _draw_ruler(axes, image, label("the unit of length", length))
     _draw_triad(figure, camera)
     return figure, axes

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -21,8 +21,13 @@ from fecontact.common.arguments import known_options
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import number_array
 from fecontact.common.errors import MeshError
+from fecontact.common.html import cell
+from fecontact.common.units import UnitNames
 from fecontact.mesh.base_mesh import BaseMesh, first_alike, joined
 from fecontact.mesh.element import QUAD_EDGES, quad_quadrature, quad_shapes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Distance from the plane y = 0, relative to the size of the mesh, that counts as rounding.
 ON_PLANE = 1e-12
@@ -237,7 +242,10 @@ class SectionMesh(PlaneCells):
                 code="folded-cell",
             )
 
-    def plot(self, path: str | Path | None = None, **options: Any) -> Any:
+    def _repr_html_(self) -> str:
+        return cell(repr(self), self.plot)
+
+    def plot(self, path: str | Path | None = None, *, units: UnitNames = (), **options: Any) -> Figure:
         """Picture of the cells, boundaries as lines in colours and numbered: a matplotlib figure.
 
         Arguments and errors as in `Mesh.plot`; seen with x to the right and z upwards unless ``view`` is given.
@@ -245,7 +253,7 @@ class SectionMesh(PlaneCells):
         Examples
         --------
         >>> import fecontact as fc
-        >>> figure = fc.sections.rectangle((2.0, 1.0), (4, 2)).plot(length="mm")
+        >>> figure = fc.sections.rectangle((2.0, 1.0), (4, 2)).plot(units="mm")
         >>> [text.get_text() for text in figure.legends[0].get_texts()][:2]
         ['1  bottom, 4 sides', '2  right, 2 sides']
         """
@@ -254,7 +262,7 @@ class SectionMesh(PlaneCells):
         known_options(plot_sides, options)
         shapes, _ = line_shapes(np.linspace(0.0, 1.0, 9))
         sides = {name: shapes @ self.points[self.face_nodes(members)] for name, members in self.boundaries.items()}
-        return plot_sides(self.points, self.cells, sides, path, self.size_line, **options)
+        return plot_sides(self.points, self.cells, sides, path, self.size_line, units=units, **options)
 
 
 def jacobian_2d(x: Array, dN: Array) -> tuple[Array, Array]:

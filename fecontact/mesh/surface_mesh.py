@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +15,8 @@ from fecontact.common.arguments import function, instance, known_options
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import index_array, number_array
 from fecontact.common.errors import MeshError
+from fecontact.common.html import cell
+from fecontact.common.units import UnitNames
 from fecontact.mesh.base_mesh import first_alike, representatives
 from fecontact.mesh.facets import (
     distinct_columns,
@@ -29,6 +31,9 @@ from fecontact.mesh.facets import (
 from fecontact.mesh.hanging_nodes import refuse_hanging
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.orient import neighbours, oriented, turned
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Points of an .stl file closer than this, relative to the size of the surface, are one point.
 SAME_POINT = 1e-7
@@ -96,13 +101,16 @@ class SurfaceMesh:
             f"{len(self.nodes)} points, area {self.areas.sum():.6g})"
         )
 
-    def plot(self, path: str | Path | None = None, **options: Any) -> Any:
+    def _repr_html_(self) -> str:
+        return cell(repr(self), self.plot)
+
+    def plot(self, path: str | Path | None = None, *, units: UnitNames = (), **options: Any) -> Figure:
         """Picture of the facets, a matplotlib figure; arguments and errors as in `Mesh.plot`."""
         from fecontact.mesh.picture import plot_faces
 
         known_options(plot_faces, options)
         title = f"{len(self.facets)} facets"
-        return plot_faces(self.points, self.facets, {}, path, title, **{"closed": False, **options})
+        return plot_faces(self.points, self.facets, {}, path, title, **{"closed": False, "units": units, **options})
 
     @cached_property
     def nodes(self) -> IntArray:

@@ -4,28 +4,32 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
-from fecontact.common.arguments import file_path, items, texts
+from fecontact.common.arguments import file_path, flag, items, texts
 from fecontact.common.arrays import Array, without_rounding
 from fecontact.common.checks import among, whole
 from fecontact.common.errors import InputError, optional, shown
 from fecontact.common.files import check_writable, save_json, write_atomically, write_collection
 from fecontact.common.renamed import renamed
 from fecontact.common.table import Column, Figures, Table
-from fecontact.common.units import Units
+from fecontact.common.units import UnitNames, Units, refuse_units
 from fecontact.contact.loads import check_member
 from fecontact.contact.model import SceneModel
 from fecontact.results.field_map import FIELDS, FieldMap, field_map
 from fecontact.results.result import ContactResult
 from fecontact.results.resultants import DividingPlane, sides_of_contact
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Figures of a contact by name, with the kind and power of their units.
 FIGURES: dict[str, tuple[str, str]] = {
@@ -259,10 +263,24 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
         idle = {name for row in self.rows for name in row.get("loads", {}) if not found[name].any()}
         return {name: values for name, values in found.items() if name not in idle}
 
-    def save(self, path: str | Path) -> Path:
+    def with_units(self, units: UnitNames) -> CaseTable:
+        """The same numbers with names of units, ``("mm", "N", "MPa")``, where they had others or none.
+
+        Raises
+        ------
+        InputError
+            If they are no names.
+        """
+        if not units:
+            return self
+        names = Units.of(units).with_defaults(self.units)
+        return replace(self, units=names, rows=tuple({**row, "units": asdict(names)} for row in self.rows))
+
+    def save(self, path: str | Path, *, units: UnitNames = ()) -> Path:
         """Write the table; the suffix decides.
 
-        .csv (`to_csv`), .json (`to_json`), .jsonl (a row in each line), .pvd (`to_pvd`).
+        .csv (`to_csv`), .json (`to_json`), .jsonl (a row in each line), .pvd (`to_pvd`). With names of `units` heads of
+        a .csv have them, and rows of .json and .jsonl an entry ``units``.
 
         Raises
         ------
@@ -273,16 +291,19 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
         suffix = path.suffix.lower()
         among("suffix of a file of a table", suffix, (*TABLE_FILES, ".pvd"))
         if suffix == ".pvd":
+            refuse_units(suffix, units)
             return self.to_pvd(path)
+        table = self.with_units(units)
         if suffix == ".jsonl":
-            return write_atomically(path, "".join(json.dumps(row) + "\n" for row in self.rows))
-        return self.to_csv(path) if suffix == ".csv" else self.to_json(path)
+            return write_atomically(path, "".join(json.dumps(row) + "\n" for row in table.rows))
+        return table.to_csv(path, heads=bool(units)) if suffix == ".csv" else table.to_json(path)
 
-    def to_csv(self, path: str | Path) -> Path:
-        """Write all columns with the names of the cases and their status, a row for each case."""
+    def to_csv(self, path: str | Path, *, heads: bool = False) -> Path:
+        """Write all columns with the names of the cases and their status, a row for each case; `heads` have units."""
         numbers = np.stack(list(self.figures.values()), axis=1).tolist()
         rows = [[row["name"], row["status"], *line] for row, line in zip(self.rows, numbers, strict=True)]
-        return Table(["case", "status", *self.figures], rows).save(path)
+        names = [self.headed(name) if flag("heads", heads) else name for name in self.figures]
+        return Table(["case", "status", *names], rows).save(path)
 
     def to_json(self, path: str | Path) -> Path:
         """Write all rows, ``{"cases": [...]}``."""
@@ -316,7 +337,9 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
         *quantities: str,
         over: str | None = None,
         path: str | Path | None = None,
-    ) -> Any:
+        units: UnitNames = (),
+        ax: Axes | None = None,
+    ) -> Figure:
         """Draw columns over the cases or over another column, a panel for each; a matplotlib figure.
 
         Parameters
@@ -328,20 +351,25 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
             Column of the horizontal axis, such as a parameter; the cases in their order unless given.
         path : str or Path, optional
             File to write; the suffix decides the format.
+        units : (length, force) or (length, force, stress), optional
+            Names for labels; those of the scene unless given.
+        ax : matplotlib Axes, optional
+            Where to draw one quantity.
 
         Raises
         ------
         InputError
-            If there is no such column, or no case.
+            If there is no such column, or no case, or axes are given and several quantities.
         """
         from fecontact.results.pictures.case_pictures import plot_columns
 
         if not self.rows:
             raise InputError("There are no cases to draw.", code="no-cases")
         chosen = texts("the quantities", quantities) or ("force", "area", "max_pressure")
-        panels = {self.headed(name).replace("_", " "): self._curves(name) for name in chosen}
+        named = self.with_units(units)
+        panels = {named.headed(name).replace("_", " "): self._curves(name) for name in chosen}
         label, place = ("", np.arange(len(self), dtype=float)) if over is None else (over, self.column(over))
-        return plot_columns(panels, (label and self.headed(label), place), self.names, path)
+        return plot_columns(panels, (label and named.headed(label), place), self.names, path, ax)
 
     def _curves(self, name: str) -> dict[str, Array]:
         """Columns of a figure: that of this name, or those of all contacts and sides."""
@@ -404,7 +432,8 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
         *,
         contact: int = 0,
         cases: Sequence[int | str] | None = None,
-    ) -> Any:
+        units: UnitNames = (),
+    ) -> Figure:
         """Draw the maps of a contact in all cases, with one scale; a matplotlib figure.
 
         Parameters
@@ -417,6 +446,8 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
             Number of the contact in the scene.
         cases : sequence of int or str, optional
             Numbers or names of the cases; all unless given.
+        units : (length, force) or (length, force, stress), optional
+            Names for labels; those of the scene unless given.
 
         Raises
         ------
@@ -428,7 +459,7 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
         maps, names = self.fields(what, contact, cases), [self.names[k] for k in self._numbers(cases)]
         if len(maps) > MAX_MAPS:
             raise InputError(f"{len(maps)} maps do not fit into a picture: choose at most {MAX_MAPS} by cases=.")
-        return plot_montage(maps, names, f"{what}, {self.labels[contact]}", self.units, path)
+        return plot_montage(maps, names, f"{what}, {self.labels[contact]}", self.with_units(units).units, path)
 
     def animate(
         self,
@@ -438,13 +469,14 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
         contact: int = 0,
         cases: Sequence[int | str] | None = None,
         rate: int = 5,
+        units: UnitNames = (),
     ) -> Path:
         """Write the maps of a contact as an animation, a frame for each case: .gif, or .mp4 if ffmpeg is installed.
 
         Parameters
         ----------
         path : str or Path
-        what, contact, cases
+        what, contact, cases, units
             As for `montage`.
         rate : int
             Frames per second.
@@ -460,8 +492,8 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
 
         among("suffix of an animation", file_path("the path of an animation", path).suffix.lower(), ANIMATIONS)
         maps, names = self.fields(what, contact, cases), [self.names[k] for k in self._numbers(cases)]
-        title = f"{what}, {self.labels[contact]}"
-        return animate_maps(maps, names, title, self.units, check_writable(path), whole("the frames per second", rate))
+        title, shown = f"{what}, {self.labels[contact]}", self.with_units(units).units
+        return animate_maps(maps, names, title, shown, check_writable(path), whole("the frames per second", rate))
 
     @cached_property
     def printed(self) -> Table:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -21,6 +21,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.common.files import check_writable, replacing, save_json, write_collection
 from fecontact.common.material import von_mises
+from fecontact.common.units import UnitNames, Units, refuse_units
 from fecontact.contact.interface import Interface
 from fecontact.halfspace.grid import GridSurface
 from fecontact.mesh.formats.generic import teach_meshio
@@ -102,8 +103,8 @@ def _inside(result: ContactResult, interface: Interface, shown: IntArray) -> tup
 WRITERS = (".vtu", ".json", ".csv", ".npz")
 
 
-def save_result(result: ContactResult, path: str | Path) -> Path:
-    """Write a result; the suffix decides.
+def save_result(result: ContactResult, path: str | Path, units: UnitNames = ()) -> Path:
+    """Write a result; the suffix decides. Names of `units` are those of the scene unless given.
 
     Raises
     ------
@@ -114,22 +115,25 @@ def save_result(result: ContactResult, path: str | Path) -> Path:
     suffix = path.suffix.lower()
     if suffix not in WRITERS:
         raise InputError(f"Unknown file type {suffix!r} for a result; expected one of {', '.join(WRITERS)}.")
+    if suffix == ".vtu":
+        refuse_units(suffix, units)
     check_writable(path)
+    names = Units.of(units).with_defaults(result.unit_names)
     writers = {
         ".vtu": save_vtu,
-        ".json": lambda r, p: save_json(p, r.summary()),
-        ".csv": lambda r, p: save_csv(r.contacts, p),
-        ".npz": save_arrays,
+        ".json": lambda r, p: save_json(p, {**r.summary(), "units": asdict(names)}),
+        ".csv": lambda r, p: save_csv(r.contacts, p, Units.of(units)),
+        ".npz": lambda r, p: save_arrays(r, p, names),
     }
     return writers[suffix](result, path)
 
 
-def save_arrays(result: ContactResult, path: Path) -> Path:
+def save_arrays(result: ContactResult, path: Path, units: Units) -> Path:
     """The condensed problem, its solution and the points of the contacts as arrays of numpy."""
     solution = result.friction or result.solution
     names = (*(("S",) if solution.problem.is_dense else ()), "g", "B", "F", "points", "tangents", "mu")
     found = {name: np.asarray(getattr(solution.problem, name)) for name in names}
-    found |= {"forces": solution.forces, "q": solution.q}
+    found |= {"forces": solution.forces, "q": solution.q, "units": np.array(list(asdict(units).values()))}
     for k, contact in enumerate(result.contacts):
         found |= {f"{name}_{k}": getattr(contact, name) for name in ("points", "normals", "pressure", "gap")}
     with replacing(path) as file:
@@ -137,7 +141,7 @@ def save_arrays(result: ContactResult, path: Path) -> Path:
     return path
 
 
-def save_csv(contacts: Sequence[ContactFields], path: str | Path) -> Path:
+def save_csv(contacts: Sequence[ContactFields], path: str | Path, units: Units | None = None) -> Path:
     """One row per contact point: contact, position, normal, area, force, pressure, gap, region (0: no contact).
 
     With friction also traction (tx, ty, tz), slip of the step (sx, sy, sz) and state (open, stick, slip).
@@ -148,7 +152,7 @@ def save_csv(contacts: Sequence[ContactFields], path: str | Path) -> Path:
         head += ["tx", "ty", "tz", "sx", "sy", "sz", "state"]
     with replacing(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(head)
+        writer.writerow((units or Units()).heads(head))
         for k, c in enumerate(contacts):
             table = np.column_stack([c.points, c.normals, c.weights, c.forces, c.pressure, c.gap])
             rows = zip(table.tolist(), c.region.tolist(), strict=True)

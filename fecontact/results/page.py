@@ -15,6 +15,7 @@ from fecontact.common.arrays import Array, without_rounding
 from fecontact.common.files import write_atomically
 from fecontact.common.html import image, wrapped
 from fecontact.common.table import Column, Table
+from fecontact.common.units import UnitNames, Units
 from fecontact.results.pictures.draw import plot_result
 from fecontact.results.report import model_size
 
@@ -30,6 +31,7 @@ def write_page(
     path: str | Path,
     *,
     title: str = "Contact of bodies",
+    units: UnitNames = (),
 ) -> Path:
     """Write one self-contained HTML page.
 
@@ -39,6 +41,8 @@ def write_page(
     path : str or Path
         File to write, ``.html``.
     title : str
+    units : (length, force) or (length, force, stress)
+        Names of units; those of the scene unless given.
 
     Raises
     ------
@@ -46,14 +50,19 @@ def write_page(
         If the file cannot be written, or the title is no text.
     """
     text("the title", title)
+    names = Units.of(units).with_defaults(result.unit_names)
     load = max((float(np.linalg.norm(c._whole.force)) for c in result.contacts), default=0.0)
     parts = [
         f"<h1>{escape(title)}</h1>",
-        _summary(result),
-        *(f"<h2>{name}</h2>{image(figure)}" for name, figure in _pictures(result)),
+        _summary(result, names),
+        *(f"<h2>{name}</h2>{image(figure)}" for name, figure in _pictures(result, names)),
         "<h2>Reactions</h2>",
         Table(
-            ("body", Column("force", unit=result.scene.unit_names.force), "moment about its frame"),
+            (
+                "body",
+                Column("force", unit=names.force),
+                Column("moment about its frame", unit=names.suffix("moment").strip()),
+            ),
             [
                 (b.name, _vector(r[:3], load), _vector(r[3:], load * b.size))
                 for b in result.scene.bodies
@@ -76,7 +85,7 @@ def write_page(
 
 def notebook_cell(result: ContactResult) -> str:
     """HTML of a result in a notebook: what it found, and its map of pressure."""
-    return wrapped(_summary(result) + image(plot_result(result, "pressure")))
+    return wrapped(_summary(result, result.unit_names) + image(plot_result(result, "pressure")))
 
 
 def table_cell(table: Table) -> str:
@@ -84,9 +93,8 @@ def table_cell(table: Table) -> str:
     return wrapped(table.html() + "".join(f'<p class="note">{escape(text)}</p>' for text in table.notes))
 
 
-def _summary(result: ContactResult) -> str:
+def _summary(result: ContactResult, units: Units) -> str:
     """What was found: status, one row for each contact, warnings and notes."""
-    units = result.scene.unit_names
     columns: tuple[Column | str, ...] = (
         *(
             "contact",
@@ -113,13 +121,13 @@ def _summary(result: ContactResult) -> str:
     return f"<p>{escape(found)}</p>{Table(columns, rows).html()}{''.join(messages)}"
 
 
-def _pictures(result: ContactResult) -> Iterator[tuple[str, Figure]]:
-    yield "Pressure", plot_result(result, "pressure")
-    yield "Gap", plot_result(result, "gap")
+def _pictures(result: ContactResult, units: Units) -> Iterator[tuple[str, Figure]]:
+    yield "Pressure", plot_result(result, "pressure", units=units)
+    yield "Gap", plot_result(result, "gap", units=units)
     if all(c.friction is not None for c in result.contacts):
-        yield "Friction", plot_result(result, "friction")
+        yield "Friction", plot_result(result, "friction", units=units)
     if result._meshed_bodies:
-        yield "Stress", plot_result(result, "von_mises")
+        yield "Stress", plot_result(result, "von_mises", units=units)
     if result.convergence is not None:
         yield "Steps to the accuracy", plot_result(result, "convergence")
 

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +24,7 @@ from fecontact.common.errors import InputError, optional, shown
 from fecontact.common.files import check_writable
 from fecontact.common.renamed import FormerNames
 from fecontact.common.stopwatch import Stopwatch
-from fecontact.common.units import Units
+from fecontact.common.units import UnitNames, Units
 from fecontact.contact.condensed_problem import CondensedProblem, DisplacementState
 from fecontact.contact.interface import Interface, UnilateralConstraints
 from fecontact.contact.loads import Loading, mass_weighted
@@ -44,6 +44,9 @@ from fecontact.results.response_error import AtRest, ResponseErrors
 from fecontact.results.resultants import hold_of_body, hold_of_boundary, resultant
 from fecontact.results.warnings import notes_of, warnings_of
 from fecontact.solvers import ContactProblem, Residuals, Solution, Status
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False)
@@ -599,13 +602,20 @@ class ContactResult(FormerNames):
         """Units of the scene's numbers."""
         return self.scene.unit_names
 
-    def plot(self, what: str = "pressure", path: str | Path | None = None, **options: Any) -> Any:
-        """Picture of a field, see `fecontact.results.pictures.draw`; written to `path` if given."""
+    def plot(
+        self, what: str = "pressure", path: str | Path | None = None, *, units: UnitNames = (), **options: Any
+    ) -> Figure:
+        """Picture of a field, see `fecontact.results.pictures.draw`; written to `path` if given.
+
+        Names of `units`, ``("mm", "N", "MPa")`` or that of the field alone, are those of the scene unless given.
+        """
         from fecontact.results.pictures.draw import plot_result
 
-        return plot_result(self, what, path, **options)
+        return plot_result(self, what, path, units=units, **options)
 
-    def show(self, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> None:
+    def show(
+        self, field: str = "von_mises", path: str | Path | None = None, *, units: UnitNames = (), **options: Any
+    ) -> None:
         """Show the bodies in a window, or below a cell of a notebook; see `results.pictures.bodies.show`.
 
         With `path` the window's picture is written instead.
@@ -619,15 +629,17 @@ class ContactResult(FormerNames):
         """
         from fecontact.results.pictures.bodies import show_result
 
-        show_result(self, field, path, **options)
+        show_result(self, field, path, units=units, **options)
 
-    def report(self, path: str | Path, **options: Any) -> Path:
+    def report(self, path: str | Path, *, units: UnitNames = (), **options: Any) -> Path:
         """Write a page of tables, pictures, warnings and the certificate, see `fecontact.results.page.write_page`.
 
         Parameters
         ----------
         path : str or Path
             A file ``.html``; it needs no other file.
+        units : (length, force) or (length, force, stress)
+            Names of units; those of the scene unless given.
         **options
             ``title``.
 
@@ -641,22 +653,23 @@ class ContactResult(FormerNames):
         known_options(write_page, options)
         if (suffix := Path(file_path("the path of a page", path)).suffix.lower()) not in (".html", ".htm"):
             raise InputError(f"A report is a page; found the suffix {suffix!r}, expected .html.", code="no-html")
-        return write_page(self, check_writable(path), **options)
+        return write_page(self, check_writable(path), units=units, **options)
 
     def _repr_html_(self) -> str:
         from fecontact.results.page import notebook_cell
 
         return notebook_cell(self)
 
-    def save(self, path: str | Path) -> Path:
+    def save(self, path: str | Path, *, units: UnitNames = ()) -> Path:
         """Write the result; the suffix decides: .vtu (ParaView), .json (summary), .csv (contact points), .npz (arrays).
 
         An .npz file has the condensed problem (S where it is an array, g, B, F; with friction points, tangents, mu),
-        forces and motions q, and of each contact k points_k, normals_k, pressure_k and gap_k.
+        forces and motions q, and of each contact k points_k, normals_k, pressure_k and gap_k. With names of `units`
+        heads of a .csv have them, and .json and .npz an entry ``units``; a .vtu has no place for them.
         """
         from fecontact.results.files import save_result
 
-        return save_result(self, path)
+        return save_result(self, path, units)
 
     def to_pyvista(self) -> Any:
         """The bodies with their fields as a pyvista UnstructuredGrid, as the .vtu file has them.

@@ -30,6 +30,7 @@ from fecontact.common.path import Path, Steps, follow
 from fecontact.common.renamed import renamed
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.table import Column, Table
+from fecontact.common.units import UnitNames, refuse_units
 from fecontact.contact.contact import Contact
 from fecontact.contact.loads import LOADS, LoadStep
 from fecontact.contact.model import SceneModel
@@ -166,7 +167,7 @@ class LoadPath(Path[ContactResult]):
         maps = tuple(kept_of(result, fields) for result in self.steps)
         return CaseTable(tuple(rows), names, first.scene.unit_names, maps)
 
-    def save(self, path: str | FilePath, times: Sequence[float] | None = None) -> FilePath:
+    def save(self, path: str | FilePath, times: Sequence[float] | None = None, *, units: UnitNames = ()) -> FilePath:
         """Write the path; the suffix decides: .pvd with a .vtu for each step, or as `CaseTable.save`.
 
         Parameters
@@ -174,6 +175,8 @@ class LoadPath(Path[ContactResult]):
         path : str or Path
         times : sequence of float, optional
             Time of each step; in a .pvd their numbers from 0 unless given.
+        units
+            As for `CaseTable.save`.
 
         Raises
         ------
@@ -181,8 +184,12 @@ class LoadPath(Path[ContactResult]):
             For another suffix, a file that cannot be written, or another number of times than of steps.
         """
         if file_path("the path of a load path", path).suffix.lower() != ".pvd":
-            return self.table(times).save(path)
+            return self.table(times).save(path, units=units)
+        refuse_units(".pvd", units)
         return save_series(self.steps, path, None if times is None else number_array("the times", times).tolist())
+
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_()
 
     def __str__(self) -> str:
         names = ("normal", "friction", "stick area", "slip area", "work")

@@ -10,6 +10,7 @@ from fecontact.common.arguments import spelled
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.html import cell
+from fecontact.common.units import UnitNames
 from fecontact.contact.model import SceneModel
 from fecontact.scene.cost import explain
 from fecontact.scene.load_path import solve_path
@@ -63,15 +64,17 @@ class Scene(SceneModel):
     sweep = run_sweep
     explain = explain
 
-    def plot(self, path: str | Path | None = None, **options: Any) -> Figure:
+    def plot(self, path: str | Path | None = None, *, units: UnitNames = (), **options: Any) -> Figure:
         """Draw the bodies as they are given, see `results.pictures.bodies.plot_scene`.
 
         Parameters
         ----------
         path : str or Path, optional
             File to write; the suffix decides the format.
+        units : (length, ...) or str
+            Names of units, of which the ruler shows that of length; those of the scene unless given.
         **options
-            ``view``, ``edges``, ``length`` (the scene's unit unless given).
+            ``view``, ``edges``.
 
         Raises
         ------
@@ -80,7 +83,7 @@ class Scene(SceneModel):
         """
         from fecontact.results.pictures.bodies import plot_scene
 
-        return plot_scene(self, path, **options)
+        return plot_scene(self, path, units=units, **options)
 
     def _repr_html_(self) -> str:
         from fecontact.results.pictures.solids import meshed_among

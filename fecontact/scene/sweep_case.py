@@ -208,13 +208,13 @@ def solved_case(scene: SceneModel, case: Case, history: SearchHistory) -> Solved
     """Row and kept fields of a case, with local search by default; writes its files."""
     result = _solved(scene, case, history)
     files = files_of(case)
+    split = None if (given := case.get("split")) is None else DividingPlane(**given)
     for path in files:
         if path.suffix.lower() in PICTURES:
-            result.plot("pressure", path)
+            result.plot("pressure", path, split=split)
         else:
             result.save(path)
-    split = case.get("split")
-    row = row_of(result, None if split is None else DividingPlane(**split), scene.bodies)
+    row = row_of(result, split, scene.bodies)
     if files:
         row["files"] = [str(path) for path in files]
     return row, kept_of(result, case.get("keep", ()))

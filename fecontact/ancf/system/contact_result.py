@@ -23,7 +23,7 @@ from fecontact.bodies.surface_body import SurfaceBody
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
-from fecontact.common.units import Units
+from fecontact.common.units import UnitNames, Units
 from fecontact.results.contact_fields import ContactFields, facets_of_points
 from fecontact.results.files import save_csv
 from fecontact.results.friction_fields import FrictionFields
@@ -124,18 +124,20 @@ class WithContacts:
             _contact(t, k, q, *each) for k, (t, *each) in enumerate(zip(self.constraints, *found, strict=True))
         )
 
-    def plot(self, what: str = "pressure", path: str | Path | None = None, **options: Any) -> Figure:
+    def plot(
+        self, what: str = "pressure", path: str | Path | None = None, *, units: UnitNames = (), **options: Any
+    ) -> Figure:
         """Map a field of every contact of bricks, see `results.pictures.draw.plot_contacts`."""
         from fecontact.results.pictures.draw import plot_contacts
 
         on_faces = self._on_faces
         if not on_faces:
             raise InputError("The state has no contact of faces to draw; axes of members are in `contacts`.")
-        return plot_contacts(_OnFaces(on_faces), what, path, **options)
+        return plot_contacts(_OnFaces(on_faces), what, path, units=units, **options)
 
-    def save(self, path: str | Path) -> Path:
+    def save(self, path: str | Path, *, units: UnitNames = ()) -> Path:
         """Write the points of its contacts of bricks as a table, .csv; see `results.files.save_csv`."""
-        return save_csv(self._on_faces, path)
+        return save_csv(self._on_faces, path, Units.of(units))
 
     @property
     def _on_faces(self) -> tuple[ContactFields, ...]:

@@ -32,6 +32,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, MissingPackageError, SolverError
 from fecontact.common.files import save_figure
+from fecontact.common.units import UnitNames, Units
 from fecontact.mesh.formats.abaqus_deck import KeywordSection, read_sections
 from fecontact.results.result import ContactResult
 
@@ -123,13 +124,15 @@ class BesideCcx:
     stiffer: Mapping[str, float] = field(default_factory=dict)
     moved: Mapping[str, Array] = field(default_factory=dict)
 
-    def plot(self, path: str | Path | None = None) -> Figure:
+    def plot(self, path: str | Path | None = None, *, units: UnitNames = ()) -> Figure:
         """Displacements of all nodes by both, and by how much the figures of ccx differ.
 
         Parameters
         ----------
         path : str or Path, optional
             File to write.
+        units : (length, ...) or str
+            Names of units for labels, of which that of length counts; or it alone.
         """
         from matplotlib.figure import Figure
 
@@ -139,7 +142,8 @@ class BesideCcx:
         left.plot([0, end], [0, end], color="0.6", linewidth=0.8)
         for name, sizes in self.moved.items():
             left.plot(*sizes, ".", markersize=3, label=name)
-        left.set(xlabel="displacement of a node, fecontact", ylabel="ccx")
+        names = Units.labels(units, "length")
+        left.set(xlabel=names.axis_label("displacement of a node, fecontact", "length"), ylabel="ccx")
         left.legend(frameon=False)
         compared = [(name, ours, theirs) for name, ours, theirs in self.rows if ours and name != "seconds"]
         sets = {"ccx": {name: theirs for name, _, theirs in compared}}

@@ -26,7 +26,7 @@ from fecontact.common.viscoelastic import Viscoelastic
 from fecontact.halfspace import Dugdale, HalfSpaceContact, Layer
 from fecontact.halfspace.friction import PressStep
 from fecontact.halfspace.grid import Grid
-from fecontact.halfspace.pictures import plot_adhesion, plot_over_force
+from fecontact.halfspace.pictures import plot_over_force
 from fecontact.halfspace.pressing import Load
 from fecontact.mesh.read import POLYGON_READERS, read_surface
 from fecontact.results.report import peak_memory
@@ -442,7 +442,7 @@ def _adhesive(shape: Any, ground: Ground, given: Options, cells: Cells, size: Si
     found = half.curve(shape, approaches=_numbers(given["approaches"], "approaches"), **common)
     data = {"shape": name, "states": [finite(row) for row in found.rows()], "pull_off": found.pull_off}
     data |= {"hysteresis": found.hysteresis, "warnings": list(found.warnings)}
-    return Study(f"{name} with adhesion", {}, found.table, lambda units: plot_adhesion(found, None, units), data, found)
+    return Study(f"{name} with adhesion", {}, found.table, lambda units: found.plot(units=units), data, found)
 
 
 def _worn(shape: Any, ground: Ground, given: Options, loads: Sequence[Load], common: dict[str, Any]) -> Study:

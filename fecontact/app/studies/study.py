@@ -13,7 +13,7 @@ from matplotlib.figure import Figure as Picture
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.files import save_figure
 from fecontact.common.table import Column, Table
-from fecontact.common.units import Units
+from fecontact.common.units import UnitNames, Units
 
 
 @dataclass(frozen=True)
@@ -91,9 +91,9 @@ class Study:
         """Write the rows to a CSV file."""
         return self.rows.save(path)
 
-    def plot(self, path: str | Path | None = None, length: str = "", force: str = "", stress: str = "") -> Picture:
-        """Draw the picture with these units, and write it to `path` if given."""
-        return save_figure(self.draw(Units(length, force, stress)), path)
+    def plot(self, path: str | Path | None = None, *, units: UnitNames = ()) -> Picture:
+        """Draw the picture with these names of units, and write it to `path` if given."""
+        return save_figure(self.draw(Units.of(units)), path)
 
 
 def compared(figures: Mapping[str, Figure]) -> dict[str, dict[str, float | None]]:

@@ -21,6 +21,7 @@ from fecontact.common.checks import among, finite, vector, whole
 from fecontact.common.errors import InputError, optional
 from fecontact.common.errors import shown as shown_value
 from fecontact.common.files import check_writable, save_figure
+from fecontact.common.units import UnitNames, Units
 from fecontact.contact.model import SceneModel
 from fecontact.mesh.picture import PIXELS, Camera, draw_facets, framed, plot_faces, subdivided
 from fecontact.results.pictures.solids import (
@@ -49,6 +50,8 @@ TABLES = {"displacement": "YlGnBu"}
 ONE_SIGN, TWO_SIGNS = "YlOrRd", "RdBu_r"
 #: Largest displacement drawn with scale='auto', relative to the size of all bodies; what counts as the same factor.
 AUTO, ROUNDING = 0.05, 1e-9
+#: Ends of a scale beyond which there are values, by whether some are below and above it.
+EXTEND = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
 #: Divisions per side of a curved face for pyvista, which draws flat faces only.
 SUBDIVISION = 6
 #: Pixels along a side of a drawing.
@@ -66,7 +69,7 @@ def plot_solids(
     cut: str | None = None,
     limits: tuple[float, float] | None = None,
     edges: bool = True,
-    units: str = "",
+    units: UnitNames = (),
     length: str = "",
     title: str | None = None,
     pixels: tuple[int, int] | None = None,
@@ -94,8 +97,10 @@ def plot_solids(
         Range of the colours; that of the values shown unless given.
     edges : bool
         Whether to draw the mesh.
-    units, length : str
-        Units of the field, and of length.
+    units : (length, force) or (length, force, stress), or str
+        Names for labels; a text is that of the field.
+    length : str
+        Unit of length beside a text.
     title : str, optional
     pixels : (width, height)
         Largest size of the drawing; `PIXELS` unless given.
@@ -110,13 +115,17 @@ def plot_solids(
     if path is not None:
         check_writable(path)
     flag("edges", edges)
-    for name, value in {"units": units, "length": length, "title": "" if title is None else title}.items():
-        label(name, value)
+    label("title", "" if title is None else title)
+    named, names = _labelled(field, units, length)
     size = PIXELS if pixels is None else _size(pixels)
     shown = chosen(solids, bodies, cut)
     scale = _factor(shown, scale)
     points, facets, values = _skin(shown, field, scale)
-    table, limits = _colours(field, values[np.unique(facets)], limits)
+    seen = values[np.unique(facets)]
+    table, limits = _colours(field, seen, limits)
+    beyond = EXTEND[
+        seen.min() < limits[0] - ROUNDING * np.ptp(limits), seen.max() > limits[1] + ROUNDING * np.ptp(limits)
+    ]
     flat = isinstance(view, str) and view == "iso" and all(s.mesh.is_flat for s in shown)
     camera = Camera.looking("-y" if flat else view)
     image = draw_facets(
@@ -130,12 +139,16 @@ def plot_solids(
         closed=True,
         veil=rigid,
     )
-    shades = ScalarMappable(Normalize(*limits), table), f"{_label(field)} [{units}]" if units else _label(field)
-    figure, _ = framed(image, camera, title if title is not None else _title(shown, scale), length, shades)
+    shades = ScalarMappable(Normalize(*limits), table), named
+    figure, _ = framed(
+        image, camera, title if title is not None else _title(shown, scale), names.length, shades, beyond
+    )
     return save_figure(figure, path)
 
 
-def plot_bodies(result: ContactResult, field: str = "von_mises", path: str | Path | None = None, **options: Any) -> Any:
+def plot_bodies(
+    result: ContactResult, field: str = "von_mises", path: str | Path | None = None, **options: Any
+) -> Figure:
     """Draw the elastic bodies of a result, and the rigid surfaces near their contacts; options as in `plot_solids`.
 
     Units are those of the scene unless given. Rigid surfaces are left out of cuts and of pictures of chosen bodies.
@@ -151,7 +164,8 @@ def plot_bodies(result: ContactResult, field: str = "von_mises", path: str | Pat
     >>> figure.axes[1].get_ylabel()
     'displacement z [mm]'
     """
-    options = {"units": _unit_of(result, field), "length": result.scene.unit_names.length, **options}
+    _, names = _labelled(field, options.pop("units", ()), options.pop("length", ""))
+    options["units"] = names.with_defaults(result.unit_names)
     whole = options.get("bodies") is None and options.get("cut") is None
     solids = solids_of_result(result)
     factor = _factor(solids, options.get("scale", 1.0))
@@ -165,6 +179,7 @@ def plot_scene(
     *,
     view: str | tuple[float, float] = "iso",
     edges: bool = True,
+    units: UnitNames = (),
     length: str = "",
 ) -> Figure:
     """Draw the bodies of a scene as given, their contact surfaces in colours, and translucent what has no mesh.
@@ -172,8 +187,8 @@ def plot_scene(
     Parameters
     ----------
     scene : SceneModel
-    path, view, edges, length
-        As for `mesh.picture.plot_faces`.
+    path, view, edges, units, length
+        As for `mesh.picture.plot_faces`; units of the scene unless given.
 
     Raises
     ------
@@ -200,9 +215,9 @@ def plot_scene(
         }
     )
     title = f"{len(scene.bodies)} bodies, {len(scene.contacts)} contact{'' if len(scene.contacts) == 1 else 's'}"
-    unit = length or scene.unit_names.length
+    unit = Units.labels(units, "length", length=length).with_defaults(scene.unit_names)
     return plot_faces(
-        x, facets, surfaces, path, title, view="-y" if flat and view == "iso" else view, edges=edges, length=unit,
+        x, facets, surfaces, path, title, view="-y" if flat and view == "iso" else view, edges=edges, units=unit,
         closed=not flat, veil=None if flat else _others(scene),
     )  # fmt: skip
 
@@ -307,7 +322,7 @@ def show(
     bodies: Sequence[str] | None = None,
     cut: str | None = None,
     limits: tuple[float, float] | None = None,
-    units: str = "",
+    units: UnitNames = (),
 ) -> None:
     """Show bodies in an interactive window of pyvista, or write its picture to a file.
 
@@ -328,7 +343,7 @@ def show(
     table, limits = _colours(field, values[np.unique(facets)], limits)
     fine, quads = subdivided(np.column_stack([points, values]), facets, SUBDIVISION)
     faces = np.column_stack([np.full(len(quads), 4), quads]).ravel()
-    label = f"{_label(field)} [{units}]" if units else _label(field)
+    label, _ = _labelled(field, units)
     camera = Camera.looking(view)
     plotter = pyvista.Plotter(off_screen=path is not None, window_size=PIXELS)
     plotter.set_background("white")
@@ -352,9 +367,12 @@ def show_result(
     """Show the elastic bodies of a result; options as in `show`."""
     among("field", text("the field", field), FIELDS)
     known_options(show, options)
-    show(solids_of_result(result), field, path, **{"units": _unit_of(result, field), **options})
+    _, names = _labelled(field, options.pop("units", ()))
+    show(solids_of_result(result), field, path, units=names.with_defaults(result.unit_names), **options)
 
 
-def _unit_of(result: ContactResult, field: str) -> str:
-    known = result.scene.unit_names
-    return known.length if field.startswith("displacement") else known.stress
+def _labelled(field: str, units: UnitNames, length: str = "") -> tuple[str, Units]:
+    """Label of a field, and the names of units, of which a text is that of the field."""
+    kind = "length" if field.startswith("displacement") else "stress"
+    names = Units.labels(units, kind, length=length)
+    return names.axis_label(_label(field), kind), names

@@ -9,16 +9,18 @@ import math
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter, PillowWriter
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError, MissingPackageError
 from fecontact.common.files import replacing, save_figure
+from fecontact.common.panels import scale_by_decades
 from fecontact.common.progress import progress_line
 from fecontact.common.units import Units
 from fecontact.results.convergence import Convergence, asked
@@ -37,7 +39,11 @@ DPI = 110
 
 
 def plot_columns(
-    panels: Mapping[str, Mapping[str, Array]], along: tuple[str, Array], names: Sequence[str], path: str | Path | None
+    panels: Mapping[str, Mapping[str, Array]],
+    along: tuple[str, Array],
+    names: Sequence[str],
+    path: str | Path | None,
+    ax: Axes | None = None,
 ) -> Figure:
     """Curves over the cases or a parameter, a panel for each quantity.
 
@@ -50,16 +56,26 @@ def plot_columns(
     names : sequence of str
         Names of the cases.
     path : str or Path, optional
+    ax : matplotlib Axes, optional
+        Where to draw a single panel.
     """
     label, place = along
     order = np.argsort(place, kind="stable")
-    figure = Figure(figsize=(PANEL[0], PANEL[1] * len(panels) + 0.6), layout="constrained")
-    every = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    if ax is not None and len(panels) != 1:
+        raise InputError(
+            f"One quantity is drawn into given axes; found {len(panels)}: give it by name.", code="one-axes"
+        )
+    if ax is None:
+        figure = Figure(figsize=(PANEL[0], PANEL[1] * len(panels) + 0.6), layout="constrained")
+        every = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    else:
+        figure, every = cast(Figure, ax.figure), np.array([ax])
     for axes, (head, curves) in zip(every, panels.items(), strict=True):
         for name, values in curves.items():
             axes.plot(place[order], values[order], "o-", markersize=3.5, linewidth=1.2, label=name)
         axes.set_ylabel(head)
-        if all((values >= 0).all() for values in curves.values()):
+        scale_by_decades(axes, place if label else (), curves.values())
+        if axes.get_yscale() == "linear" and all((values >= 0).all() for values in curves.values()):
             axes.set_ylim(bottom=0.0)
         axes.grid(color="0.9")
         if len(curves) > 1:

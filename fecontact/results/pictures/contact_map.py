@@ -95,8 +95,8 @@ FELT = 0.02
 SENSELS, STEPS = 24, 13
 #: What a map is drawn of.
 Drawn = ContactFields | Ground
-#: Room about a contact, relative to its extent.
-MARGIN = 1.3
+#: Room about a contact, relative to its extent; height of a label of a region, relative to the map.
+MARGIN, LABEL = 1.3, 0.1
 
 
 def draw_friction(axes: Any, contact: ContactFields, units: Units) -> None:
@@ -240,18 +240,45 @@ def _felt(contact: ContactFields, projection: MapProjection, side: float) -> tup
 
 
 def draw_outlines(axes: Any, projection: MapProjection, kept: FieldMap, units: Units) -> None:
-    """Outline the connected regions of a contact, mark their centres of pressure, and write the forces of several."""
+    """Outline the connected regions of a contact, mark their centres of pressure, and write the forces of several.
+
+    A force is written above the outline about the centre, or below it where the map ends.
+    """
     curves, regions = (kept.curves, kept.regions) if kept.active.any() else ((), ())
-    for curve in curves:
-        x, y = projection.of_facets(np.append(curve, curve[:1], axis=0)[None])[0].T
-        axes.plot(x, y, color="tab:blue", linewidth=1.2)
+    drawn = [projection.of_facets(np.append(curve, curve[:1], axis=0)[None])[0] for curve in curves]
+    for outline in drawn:
+        axes.plot(*outline.T, color="tab:blue", linewidth=1.2)
+    box = {"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.75}
     for k, (centre, force) in enumerate(regions, start=1):
         x, y = projection.flat(centre)
         axes.plot(x, y, "+", color="tab:cyan", markersize=9, markeredgewidth=1.6)
         if len(regions) > 1:
-            size = units.number(force, "force")
-            box = {"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.75}
-            axes.annotate(f"{k}: {size}", (x, y), (7, 7), textcoords="offset points", fontsize="small", bbox=box)
+            outlines = [o for o in drawn if (o.min(axis=0) <= (x, y)).all() and ((x, y) <= o.max(axis=0)).all()]
+            end = min((o[:, 1].max() for o in outlines), default=y)
+            room = end + LABEL * np.ptp(axes.get_ylim()) < axes.get_ylim()[1]
+            if not room:
+                end = max((o[:, 1].min() for o in outlines), default=y)
+            place = {"ha": "center", "va": "bottom" if room else "top", "fontsize": "small", "bbox": box}
+            text, off = f"{k}: {units.number(force, 'force')}", (0, 6 if room else -6)
+            axes.annotate(text, (x, end), off, textcoords="offset points", **place)
+
+
+def draw_division(axes: Any, contact: ContactFields, sides: tuple[str, str], point: Array, normal: Array) -> None:
+    """Draw where a plane meets a map, and write the names of the sides: that to which it points, and the other."""
+    projection = map_of(contact)
+    shown = _shown(contact, projection)
+    N, _ = shapes_on_square(contact.facets, local_points(contact.facets))
+    beyond = ((N @ contact.nodes[contact.facets])[shown] - point) @ normal
+    xy = _sample_places(contact, projection, shown)
+    cells = Triangulation(xy[:, 0], xy[:, 1], _sample_triangles(len(shown)))
+    if beyond.min() < 0 < beyond.max():
+        axes.tricontour(cells, beyond.ravel(), levels=[0.0], colors="0.3", linestyles="--", linewidths=1.0)
+    low, high = (np.array(limits) for limits in zip(axes.get_xlim(), axes.get_ylim(), strict=True))
+    inside = ((xy >= low) & (xy <= high)).all(axis=1)
+    for name, side in zip(sides, (beyond.ravel() > 0, beyond.ravel() < 0), strict=True):
+        if (side & inside).any():
+            x = (xy[side & inside, 0].min() + xy[side & inside, 0].max()) / 2
+            axes.annotate(name, (x, 0.02), xycoords=("data", "axes fraction"), ha="center", color="0.3")
 
 
 def map_window(contact: Drawn, projection: MapProjection, margin: float = MARGIN) -> tuple[Array, Array]:

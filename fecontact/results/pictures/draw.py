@@ -5,22 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import flag, items, known_options, text
 from fecontact.common.checks import among, positive, whole
 from fecontact.common.directions import Directions
 from fecontact.common.errors import InputError
 from fecontact.common.files import save_figure
-from fecontact.common.units import Units
+from fecontact.common.units import UnitNames, Units
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.field_map import FIELDS, field_map, scale_top
 from fecontact.results.pictures.case_pictures import draw_convergence
 from fecontact.results.pictures.contact_map import (
+    draw_division,
     draw_field,
     draw_friction,
     draw_outlines,
@@ -29,6 +32,7 @@ from fecontact.results.pictures.contact_map import (
 )
 from fecontact.results.pictures.map_projection import map_of
 from fecontact.results.pictures.section_curve import draw_curve
+from fecontact.results.resultants import DividingPlane
 
 if TYPE_CHECKING:
     from fecontact.results.result import ContactResult
@@ -88,7 +92,7 @@ def plot_contacts(
     what: str = "pressure",
     path: str | Path | None = None,
     *,
-    units: str = "",
+    units: UnitNames = (),
     length: str = "",
     force: str = "",
     axes: Mapping[str, ArrayLike] | None = None,
@@ -96,6 +100,8 @@ def plot_contacts(
     pitch: float | None = None,
     contacts: Sequence[int] | None = None,
     same_colours: bool = True,
+    split: DividingPlane | None = None,
+    ax: Axes | None = None,
 ) -> Figure:
     """Map a field of every contact, flat or unrolled (`map_projection`), with its regions outlined.
 
@@ -106,8 +112,10 @@ def plot_contacts(
         'friction': sizes and directions of tractions, and what sticks and slides.
     path : str or Path, optional
         File to write; the suffix decides the format.
-    units, length, force : str
-        Units of pressures, of lengths and of forces, for labels; those of the scene unless given.
+    units : (length, force) or (length, force, stress), or str
+        Names for labels, ``("mm", "N", "MPa")``; those of the scene unless given. A text is that of pressures.
+    length, force : str
+        Names of the other units beside a text.
     axes : mapping of str to (3,) array, optional
         Names of directions along which maps are drawn, see `Scene`; those of the scene unless given.
     style : {'smooth', 'sensels'}
@@ -118,11 +126,16 @@ def plot_contacts(
         Contacts of the result to draw, by number; all unless given.
     same_colours : bool
         Whether all maps share one scale.
+    split : DividingPlane, optional
+        A plane in the world's axes or those of a body of the result, drawn where it meets the contacts, with the names
+        of its sides.
+    ax : matplotlib Axes, optional
+        Where to draw a single contact.
 
     Raises
     ------
     InputError
-        For an unknown field, style or contact, gaps with sensels, or a pitch that is not positive.
+        For an unknown field, style or contact, gaps with sensels, a pitch that is not positive, or axes for several.
     """
     _check_map(result, what, style, pitch, contacts, same_colours)
     if style == "sensels" and any(c._is_curve for c in result.contacts):
@@ -130,11 +143,16 @@ def plot_contacts(
     shown = [result.contacts[k] for k in (range(len(result.contacts)) if contacts is None else contacts)]
     if axes is not None:
         shown = [replace(contact, directions=Directions.of(axes)) for contact in shown]
-    names = Units(length, force, units).with_defaults(result.unit_names)
+    names = Units.labels(units, length=length, force=force).with_defaults(result.unit_names)
+    if ax is not None and len(shown) != 1:
+        raise InputError(f"One contact is drawn into given axes; found {len(shown)}: contacts=[0].", code="one-axes")
     columns = min(3, len(shown))
     rows = -(-len(shown) // columns)
-    figure = Figure(figsize=_figure_size(shown, columns, rows), layout="constrained")
-    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    if ax is None:
+        figure = Figure(figsize=_figure_size(shown, columns, rows), layout="compressed")
+        grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    else:
+        figure, grid = cast(Figure, ax.figure), np.array([ax])
     top = max(map(scale_top, shown)) if same_colours and what != "worn" else None
     for panel, contact in zip(grid, shown, strict=False):
         if what == "friction":
@@ -148,7 +166,9 @@ def plot_contacts(
                 draw_outlines(panel, map_of(kept), kept, names)
             else:
                 draw_field(panel, kept, names, top, outlined=True)
-        panel.set_title(_title(contact, names), fontsize="medium")
+        if split is not None and not contact._is_curve:
+            draw_division(panel, contact, split.sides, *split.in_world(_pose_of(split, result.contacts)))
+        panel.set_title(_title(contact, what, names), fontsize="medium")
     for panel in grid[len(shown) :]:
         panel.set_axis_off()
     return save_figure(figure, path)
@@ -178,16 +198,29 @@ def _check_map(
     flag("same_colours", same_colours)
 
 
-def _title(contact: ContactFields, units: Units) -> str:
-    whole = contact._whole
+def _pose_of(split: DividingPlane, contacts: Sequence[ContactFields]) -> Pose:
+    """Pose of the body with which a plane moves."""
+    if split.body is None:
+        return Pose()
+    found = [body.pose for contact in contacts for body in contact.bodies if body.name == split.body.name]
+    if not found:
+        raise InputError(f"The dividing plane is of {split.body.name!r}, in no contact here.", code="no-contact")
+    return found[0]
+
+
+def _title(contact: ContactFields, what: str, units: Units) -> str:
+    """Figures of a contact, of friction those of its tractions; the estimated error where a result warns of it."""
+    whole, friction = contact._whole, contact.friction
     if not contact.active.any():
         return f"{contact.label}\nno contact"
-    return (
-        f"{contact.label}\nforce {units.number(float(np.linalg.norm(whole.force)), 'force')}, "
-        f"area {units.number(whole.area, 'length', '²')}, "
-        f"peak {units.number(whole.max_pressure, 'stress')}, "
-        f"mean {units.number(whole.mean_pressure, 'stress')}"
-    )
+    kinds = [("force", np.linalg.norm(whole.force), "force", ""), ("area", whole.area, "length", "²")]
+    if what == "friction" and friction is not None:
+        kinds.insert(1, ("friction", np.linalg.norm(friction.force), "force", ""))
+        kinds.append(("largest traction", np.linalg.norm(friction.traction, axis=1).max(), "stress", ""))
+    else:
+        kinds += [("peak", whole.max_pressure, "stress", ""), ("mean", whole.mean_pressure, "stress", "")]
+    figures = ", ".join(f"{name} {units.number(float(value), *unit)}" for name, value, *unit in kinds)
+    return "\n".join(filter(None, (contact.label, figures, contact.error_estimate.caution)))
 
 
 def _figure_size(contacts: Sequence[ContactFields], columns: int, rows: int) -> tuple[float, float]:

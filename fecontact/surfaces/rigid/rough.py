@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +14,13 @@ from fecontact.common.arguments import items
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, number_array, one_of, positive, positives, share, whole
 from fecontact.common.errors import InputError, shown
-from fecontact.common.files import new_figure, save_figure
+from fecontact.common.files import save_figure
+from fecontact.common.panels import panel
+from fecontact.common.units import UnitNames, Units
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Points along one side.
 MAX_POINTS = 10**5
@@ -198,16 +204,25 @@ class PowerSpectrum:
     wave_number: Array
     density: Array
 
-    def plot(self, path: str | Path | None = None) -> Any:
-        """Draw it over the wave number, both logarithmic; a matplotlib figure."""
-        figure = new_figure((6.4, 4.6))
-        axes = figure.subplots()
+    def plot(self, path: str | Path | None = None, *, units: UnitNames = (), ax: Axes | None = None) -> Figure:
+        """Draw it over the wave number, both logarithmic.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            File to write.
+        units : (length, ...) or str
+            Names of units for labels, of which that of length counts; or it alone.
+        ax : matplotlib Axes, optional
+            Where to draw it.
+        """
+        axes, length = panel(ax, (6.4, 4.6)), Units.labels(units, "length").length
         shown = self.density > ROUNDING * self.density.max()
         axes.loglog(self.wave_number[shown], self.density[shown], marker=".")
-        axes.set_xlabel("wave number, 2 pi over the wavelength")
-        axes.set_ylabel("power spectral density")
+        axes.set_xlabel("wave number, 2 pi over the wavelength" + (f" [1/{length}]" if length else ""))
+        axes.set_ylabel("power spectral density" + (f" [{length}⁴]" if length else ""))
         axes.grid(alpha=0.3)
-        return save_figure(figure, path)
+        return save_figure(cast("Figure", axes.figure), path)
 
 
 def power_spectrum(z: ArrayLike, size: tuple[float, float]) -> PowerSpectrum:

@@ -82,7 +82,8 @@ def test_a_page_needs_no_other_file(result, tmp_path):
 @pytest.mark.parametrize(
     ("name", "options", "message"),
     [
-        ("r.html", {"units": "mm"}, ("unknown-option", "units")),
+        ("r.html", {"colour": "red"}, ("unknown-option", "colour")),
+        ("r.html", {"units": "mm"}, ("not-a-sequence", "units")),
         ("r.pdf", {}, ("no-html", "'.pdf'")),
         ("no/r.html", {}, ("no-folder", "r.html")),
         ("r.html", {"title": 3}, ("not-a-text", "The title")),
