@@ -321,9 +321,16 @@ class Moment:
     def __post_init__(self) -> None:
         vector("The moment", self.moment)
 
+    def _weights(self, space: Any) -> Array:
+        """What turns, see `gradient_weights`, made once for each place of a space or structure."""
+        key = "turns", self.at
+        if key not in space.kept:
+            space.kept[key] = space.gradient_weights(self.at)
+        return np.asarray(space.kept[key])
+
     def forces(self, space: Any, q: Array) -> Array:
         """Generalised forces (n_dofs,)."""
-        B = space.gradient_weights(self.at)
+        B = self._weights(space)
         if B.any(axis=1).sum() == 1:
             return self._on_line(B, q)[0]
         R, T = _rotation(q.reshape(-1, 3).T @ B)
@@ -332,7 +339,7 @@ class Moment:
 
     def tangent(self, space: Any, q: Array) -> sp.csr_matrix:
         """Their derivative (n_dofs, n_dofs); symmetric if everything turns in one plane."""
-        B = space.gradient_weights(self.at)
+        B = self._weights(space)
         if B.any(axis=1).sum() == 1:
             return self._on_line(B, q)[1]
         R, T = _rotation(q.reshape(-1, 3).T @ B)

@@ -27,6 +27,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -322,8 +323,8 @@ class AncfSpace:
         return node
 
     @cached_property
-    def kept(self) -> dict[str, SurfaceRule]:
-        """Functions on boundaries by name, filled by `surface_rule`."""
+    def kept(self) -> dict[Any, Any]:
+        """Functions on boundaries by name, filled by `surface_rule`, and what loads need in every iteration."""
         return {}
 
     @cached_property

@@ -3,9 +3,11 @@
 from collections.abc import Sequence
 
 from fecontact.ancf.slender.corotational import CorotationalBeam
-from fecontact.ancf.slender.kinds import beam, line, plate, strip, thick_plate
+from fecontact.ancf.slender.kinds import beam, line, strip
 from fecontact.ancf.slender.laminate import Lamina, Laminate
+from fecontact.ancf.slender.shells import plate, shell, thick_plate
 from fecontact.ancf.slender.structure import Part, Structure, straight
+from fecontact.ancf.slender.surface import Surface
 from fecontact.ancf.system.joints import Joints
 from fecontact.bodies.rigid import RigidBody
 from fecontact.common.errors import InputError
@@ -19,9 +21,11 @@ __all__ = [
     "Laminate",
     "Part",
     "Structure",
+    "Surface",
     "beam",
     "line",
     "plate",
+    "shell",
     "straight",
     "strip",
     "thick_plate",

@@ -65,7 +65,7 @@ class Middle:
         points, s = np.zeros((len(each), 3)), self.structure
         points[:, : self.n_axes] = local
         orders = (*order, 0, 0, 0)[:3]
-        return s.shape.functions_each(s.lengths[each], points, orders)  # type: ignore[arg-type]
+        return s.rows_each(each, points, orders)  # type: ignore[arg-type]
 
     def at(self, q: Array, each: IntArray, local: Array) -> tuple[Array, Array, Array]:
         """Positions (n, 3), first (n, n_axes, 3) and second derivatives (n, n_axes, n_axes, 3) at coordinates q."""

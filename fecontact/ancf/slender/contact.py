@@ -418,10 +418,9 @@ class Skin(MovingSide):
     @cached_property
     def quadrature(self) -> tuple[sp.csr_matrix, sp.csr_matrix, Array]:
         """Rows N (n_points, n_functions), A (n, n_points), and areas or lengths (n,) of the elements."""
-        s, each, (grid, weights) = self.member, self.elements, self._rule
         N = self.rows(*self.points)
-        A = sp.kron(sp.eye_array(len(each)), weights[None], format="csr")
-        return N, sp.csr_matrix(A), np.prod(s.lengths[each, : grid.shape[1]], axis=1)
+        A = sp.kron(sp.eye_array(len(self.elements)), self._rule[1][None], format="csr")
+        return N, sp.csr_matrix(A), self.present_areas(self.member.q0)
 
     def present_areas(self, q: Array) -> Array:
         """Areas or lengths (n,) of the elements at coordinates q of the structure."""

@@ -1,4 +1,4 @@
-"""Slender structures by their sections: lines (cables and Bernoulli beams), strips, beams, plates.
+"""Slender structures by their sections: lines (cables and Bernoulli beams), strips and beams; plates are in `shells`.
 
 ===============  ======================  =============================================================================
 `line`           12 coordinates, 8 flat  axis stretches and bends (Berzeri & Shabana, J. Sound Vib. 235, 2000)
@@ -21,42 +21,24 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.ancf.slender import shapes
-from fecontact.ancf.slender.laminate import Lamina, Laminate, plane_stress, sheet
+from fecontact.ancf.slender.laminate import in_space, plane_stress
 from fecontact.ancf.slender.layers import layers_of
-from fecontact.ancf.slender.shapes import Shape
+from fecontact.ancf.slender.shapes import ENDS_AND_MIDDLE, XX, XY, XZ, X, Y, Z, at_nodes, rule
 from fecontact.ancf.slender.strains import (
     ChordFrame,
     LineCurvature,
     Measure,
     Products,
     Stretch,
-    SurfaceCurvature,
     Together,
     green_lagrange,
 )
 from fecontact.ancf.slender.structure import Part, Structure, axes_of, axis_of
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array
 from fecontact.common.checks import among, lengths
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.fem.plastic import Plastic
-
-X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
-XX, YY, XY, XZ, YZ = (2, 0, 0), (0, 2, 0), (1, 1, 0), (1, 0, 1), (0, 1, 1)
-
-
-#: Lobatto's points (n, 3) and weights (n,) on an element's axis.
-ENDS_AND_MIDDLE = (np.array([[0.0, 0.5, 0.5], [0.5, 0.5, 0.5], [1.0, 0.5, 0.5]]), np.array([1.0, 4.0, 1.0]) / 6)
-
-
-def _rule(nx: int, ny: int = 1, nz: int = 1, across: tuple[bool, bool] = (False, False)) -> tuple[Array, Array]:
-    """Gauss points (n, 3) and weights (n,) of the unit box; axes `across` run from -1/2 to 1/2."""
-    each = [np.polynomial.legendre.leggauss(n) for n in (nx, ny, nz)]
-    shift = (0.5, 0.0 if across[0] else 0.5, 0.0 if across[1] else 0.5)
-    axes = [x / 2 + s for (x, _), s in zip(each, shift, strict=True)]
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    weights = np.einsum("i,j,k->ijk", *(w / 2 for _, w in each)).ravel()
-    return points, weights
 
 
 def _bent() -> tuple[Array, Array]:
@@ -69,11 +51,6 @@ def _bent() -> tuple[Array, Array]:
     """
     a, w = np.sqrt(0.2), 5 / 24
     return np.array([[0.5 - a, 0.5, 0.5], [0.5, 0.5, 0.5], [0.5 + a, 0.5, 0.5]]), np.array([w, 1 - 2 * w, w])
-
-
-def _at_nodes(shape: Shape) -> tuple[Array, Array]:
-    """Nodes (n, 3) of the unit box and their equal weights (n,)."""
-    return np.array(shape.nodes), np.full(len(shape.nodes), 1 / len(shape.nodes))
 
 
 def line(
@@ -118,7 +95,7 @@ def line(
     among("measure", measure, ("turn", "geometric", "chord"))
     nodes, t, cells, size = axes_of(points, tangents)
     box = np.column_stack([size, np.ones((len(size), 2))])
-    four = _rule(4)
+    four = rule(4)
     kind = "curved" if tangents is not None else "plastic" if plastic is not None else "'chord'"
     flat = kind != "'chord'" or measure == "chord"
     if flat and np.ptp(nodes[:, 2]) + np.abs(t[:, 2]).max() > 1e-12 * size.sum():
@@ -155,16 +132,8 @@ def _stretch(measure: Measure, EA: float, EI: float, size: Array) -> list[Part]:
     rigidity = np.array([[EA]])
     return [
         Part((X,), measure, rigidity, *ENDS_AND_MIDDLE, size * (1 - whole)),
-        Part((X,), measure, rigidity, *_rule(5), size * whole),
+        Part((X,), measure, rigidity, *rule(5), size * whole),
     ]
-
-
-def _in_space(material: Material) -> Array:
-    """Hooke's law (6, 6), order xx yy zz xy xz yz."""
-    D = np.zeros((6, 6))
-    D[:3, :3] = material.lame
-    D[range(6), range(6)] += material.shear_modulus * np.array([2.0, 2.0, 2.0, 1.0, 1.0, 1.0])
-    return D
 
 
 def strip(points: ArrayLike, material: Material, *, width: float, height: float, approach: str = "line") -> Structure:
@@ -193,7 +162,7 @@ def strip(points: ArrayLike, material: Material, *, width: float, height: float,
     t, cells, size = axis_of(nodes, None)
     across = np.cross((0.0, 0.0, 1.0), t)
     box = np.column_stack([size, np.full(len(size), height), np.ones(len(size))])
-    inside, weights = _rule(4, 2, across=(True, False))
+    inside, weights = rule(4, 2, across=(True, False))
     volume = size * height * width
     if approach == "continuum":
         parts = [Part((X, Y), green_lagrange((0, 1)), plane_stress(material), inside, weights, volume)]
@@ -249,10 +218,10 @@ def beam(
     vectors = np.stack([nodes, t, across, np.cross(t, across)], axis=1)
     box = np.column_stack([size, np.full(len(size), width), np.full(len(size), height)])
     volume = size * width * height
-    inside, weights = _rule(4, 2, 2, across=(True, True))
+    inside, weights = rule(4, 2, 2, across=(True, True))
     inertia = (inside, _density(material) * weights, volume)
     if approach == "continuum":
-        parts = [Part((X, Y, Z), green_lagrange((0, 1, 2)), _in_space(material), inside, weights, volume)]
+        parts = [Part((X, Y, Z), green_lagrange((0, 1, 2)), in_space(material), inside, weights, volume)]
     else:
         J = rectangle_torsion(width, height) if torsion is None else torsion
         parts = _elastic_line(material, width, height, J, size)
@@ -287,7 +256,7 @@ def _elastic_line(material: Material, width: float, height: float, J: float, siz
     """
     E, G, A = material.E, material.shear_modulus, width * height
     shear_rigidity = 5 / 6 * G * A
-    one, two = _rule(3, across=(True, True)), _rule(2, across=(True, True))
+    one, two = rule(3, across=(True, True)), rule(2, across=(True, True))
     # the section's strains have moduli of their own: nothing couples them to bending
     section = green_lagrange((0, 1))
     shear = Products((((1.0, 0, 1),), ((1.0, 0, 2),)), (0.0, 0.0))
@@ -298,7 +267,7 @@ def _elastic_line(material: Material, width: float, height: float, J: float, siz
     bending = E * A * np.array([width**2, height**2]) / 12
     return [
         Part((X,), green_lagrange((0,)), A * E * np.eye(1), *one, size),
-        Part((Y, Z), section, A * np.diag([E, E, G]), *_at_nodes(shapes.BEAM), size),
+        Part((Y, Z), section, A * np.diag([E, E, G]), *at_nodes(shapes.BEAM), size),
         Part((X, Y, Z), shear, shear_rigidity * np.eye(2), *two, size),
         Part((X, Y, Z, XY, XZ), turns, np.diag([*bending, G * J]), *two, size),
         *(
@@ -317,14 +286,14 @@ def _elastic_line(material: Material, width: float, height: float, J: float, siz
 def _flat_line(material: Material, width: float, height: float, size: Array) -> list[Part]:
     """The elastic line in a plane, see `_elastic_line`."""
     E, A, G = material.E, width * height, material.shear_modulus
-    one, two = _rule(3, across=(True, False)), _rule(2, across=(True, False))
+    one, two = rule(3, across=(True, False)), rule(2, across=(True, False))
     # r_x . r_y is the shear, r_x . r_xy the turn of the section
     product = Products((((1.0, 0, 1),),), (0.0,))
     change = Products((((1.0, 2, 1), (1.0, 0, 3)),), (0.0,))
     bending = E * A * height**2 / 12
     return [
         Part((X,), green_lagrange((0,)), A * E * np.eye(1), *one, size),
-        Part((Y,), green_lagrange((0,)), A * E * np.eye(1), *_at_nodes(shapes.STRIP), size),
+        Part((Y,), green_lagrange((0,)), A * E * np.eye(1), *at_nodes(shapes.STRIP), size),
         Part((X, Y), product, 5 / 6 * G * A * np.eye(1), *two, size),
         Part((X, XY), product, bending * np.eye(1), *two, size),
         Part((X, Y, XX, XY), change, bending * np.eye(1), *one, size * _short(bending, 5 / 6 * G * A, size)),
@@ -338,140 +307,3 @@ def _short(bending: float, shear: float, size: Array) -> Array:
 
 def _density(material: Material) -> float:
     return 0.0 if material.density is None else material.density
-
-
-def _plate(
-    shape: Shape, corners: Array, divisions: tuple[int, int], radius: float | None
-) -> tuple[Array, IntArray, Array]:
-    """Vectors of the nodes, elements and their lengths of a rectangular plate from three corners (o, along x, y).
-
-    A plate with a radius is rolled along y round an axis along x, on the side of its normal.
-    """
-    o, a, b = (np.asarray(c, dtype=float) for c in corners)
-    nx, ny = divisions
-    x, y = a - o, b - o
-    if abs(x @ y) > 1e-12 * np.linalg.norm(x) * np.linalg.norm(y):
-        raise InputError("The sides of a plate must be at right angles.", code="plate-not-rectangular")
-    i, j = np.meshgrid(np.arange(nx + 1), np.arange(ny + 1), indexing="ij")
-    nodes = o + i.reshape(-1, 1) / nx * x + j.reshape(-1, 1) / ny * y
-    ex, ey = x / np.linalg.norm(x), y / np.linalg.norm(y)
-    ez = np.cross(ex, ey)
-    normals, along = np.broadcast_to(ez, nodes.shape), np.broadcast_to(ey, nodes.shape)
-    if radius is not None:
-        lengths(radius=radius)
-        angle = ((nodes - o) @ ey / radius)[:, None]
-        centre = nodes - ((nodes - o) @ ey)[:, None] * ey + radius * ez
-        normals, along = np.cos(angle) * ez - np.sin(angle) * ey, np.cos(angle) * ey + np.sin(angle) * ez
-        nodes = centre - radius * normals
-    axes = [np.broadcast_to(ex, nodes.shape), along, normals][: shape.per_node - 1]
-    vectors = np.stack([nodes, *axes], axis=1)
-    first = (np.arange(nx)[:, None] * (ny + 1) + np.arange(ny)).ravel()
-    cells = first[:, None] + np.array([0, ny + 1, ny + 2, 1])
-    box = np.tile([np.linalg.norm(x) / nx, np.linalg.norm(y) / ny, 1.0], (len(cells), 1))
-    return vectors, cells, box
-
-
-def plate(
-    corners: Sequence[ArrayLike],
-    divisions: tuple[int, int],
-    material: Material | Lamina | Laminate,
-    thickness: float | None = None,
-    radius: float | None = None,
-) -> Structure:
-    """A thin rectangular plate or cylindrical shell (Kirchhoff), with two gradients at each node.
-
-    Parameters
-    ----------
-    corners : three points
-        A corner and its neighbours along x and y.
-    divisions : (int, int)
-    material : Material, Lamina or Laminate
-        Orthotropic layers have their angles from the plate's x.
-    thickness : float
-        Of one material; a laminate has its own.
-    radius : float, optional
-        Of a cylindrical shell: the plate is rolled along y towards its normal, x cross y, and free of stress so.
-
-    Examples
-    --------
-    >>> import fecontact as fc
-    >>> plate([(0, 0, 0), (1, 0, 0), (0, 1, 0)], (2, 2), fc.Material(E=1.0, nu=0.3), 0.01).n_dofs
-    81
-    """
-    made = sheet(material, thickness)
-    vectors, cells, box = _plate(shapes.PLATE, np.asarray(corners, dtype=float), divisions, radius)
-    area = box[:, 0] * box[:, 1]
-    inside, weights = _rule(4, 4)
-    inertia = (inside, made.mass * weights, area)
-    parts = _thin(made, (inside, weights), area)
-    return Structure(shapes.PLATE, vectors, cells, box, parts, inertia)
-
-
-def thick_plate(
-    corners: Sequence[ArrayLike],
-    divisions: tuple[int, int],
-    material: Material,
-    thickness: float,
-    approach: str = "surface",
-) -> Structure:
-    """A rectangular plate with three gradients at each node.
-
-    Parameters
-    ----------
-    corners, divisions, material, thickness
-        As for `plate`.
-    approach : {'surface', 'continuum'}
-        'surface': thin, with a gradient across of its own. 'continuum': Green-Lagrange strains over the volume,
-        which locks.
-    """
-    lengths(thickness=thickness)
-    among("approach", approach, ("surface", "continuum"))
-    vectors, cells, box = _plate(shapes.THICK_PLATE, np.asarray(corners, dtype=float), divisions, None)
-    box[:, 2] = thickness
-    area = box[:, 0] * box[:, 1]
-    solid, weights = _rule(4, 4, 2, across=(False, True))
-    inertia = (solid, _density(material) * weights, area * thickness)
-    if approach == "continuum":
-        D = _in_space(material)
-        parts = [Part((X, Y, Z), green_lagrange((0, 1, 2)), D, solid, weights, area * thickness)]
-    else:
-        parts = _middle_surface(material, thickness, area)
-    return Structure(shapes.THICK_PLATE, vectors, cells, box, parts, inertia)
-
-
-def _middle_surface(material: Material, thickness: float, area: Array) -> list[Part]:
-    """A thin plate's parts, the strain of the gradient across, and its shear against the middle surface.
-
-    The gradient across is bilinear and the surface's normal is not, so that their shear is taken in the middle of an
-    element; its change within the element is resisted with the rigidity of bending, so that nothing locks. Its length
-    counts at the nodes, see `_elastic_line`.
-    """
-    flat = plane_stress(material)
-    four, middle = _rule(4, 4, across=(False, True)), _rule(1, 1, across=(False, True))
-    thin = _thin(sheet(material, thickness), four, area)
-    shear = Products((((1.0, 0, 2),), ((1.0, 1, 2),)), (0.0, 0.0))
-    # of r_x, r_y, r_z, r_xx, r_yy, r_xy, r_xz, r_yz
-    change = Products(
-        (((1.0, 3, 2), (1.0, 0, 6)), ((1.0, 4, 2), (1.0, 1, 7)), ((2.0, 5, 2), (1.0, 0, 7), (1.0, 1, 6))),
-        (0.0, 0.0, 0.0),
-    )
-    sheared = 5 / 6 * thickness * material.shear_modulus
-    return [
-        *thin,
-        Part((Z,), green_lagrange((0,)), thickness * material.E * np.eye(1), *_at_nodes(shapes.THICK_PLATE), area),
-        Part((X, Y, Z), shear, sheared * np.eye(2), *middle, area),
-        Part((X, Y, Z, XX, YY, XY, XZ, YZ), change, thickness**3 / 12 * flat, *four, area),
-    ]
-
-
-def _thin(made: Laminate, rule: tuple[Array, Array], area: Array) -> list[Part]:
-    """Membrane and Kirchhoff's bending of a middle surface, which layers about it may couple."""
-    orders = (X, Y, XX, YY, XY)
-    if made.coupling.any():
-        # along the normal fibres shorten where the curvature r_xx . n is positive
-        both = np.block([[made.membrane, -made.coupling], [-made.coupling, made.bending]])
-        return [Part(orders, Together(green_lagrange((0, 1)), 2, SurfaceCurvature()), both, *rule, area)]
-    return [
-        Part((X, Y), green_lagrange((0, 1)), made.membrane, *rule, area),
-        Part(orders, SurfaceCurvature(), made.bending, *rule, area),
-    ]

@@ -149,6 +149,14 @@ def plane_stress(material: Lamina | Material) -> Array:
     return np.asarray(isotropic.plane_strain_modulus * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]))
 
 
+def in_space(material: Material) -> Array:
+    """Hooke's law (6, 6), order xx yy zz xy xz yz."""
+    D = np.zeros((6, 6))
+    D[:3, :3] = material.lame
+    D[range(6), range(6)] += material.shear_modulus * np.array([2.0, 2.0, 2.0, 1.0, 1.0, 1.0])
+    return D
+
+
 def sheet(material: Lamina | Material | Laminate, thickness: float | None) -> Laminate:
     """What a plate is made of.
 

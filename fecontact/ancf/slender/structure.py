@@ -97,12 +97,12 @@ class Part:
     orders : tuple of (int, int, int)
         Derivatives of the position that the measure takes.
     measure : Measure
-    rigidity : (m, m) array
+    rigidity : (m, m) or (n_elements, n_q, m, m) array
         Stress resultants of strains, per unit of `size`.
     points, weights : (n_q, 3) and (n_q,) arrays
         Quadrature on the unit box.
-    size : (n_elements,) array
-        Length, area or volume of each element.
+    size : (n_elements,) or (n_elements, n_q) array
+        Length, area or volume of each element, and by points where it varies within.
     layers : Layers, optional
         That flow plastically; the rigidity is that of elastic ones.
     """
@@ -115,9 +115,16 @@ class Part:
     size: Array
     layers: Layers | None = None
 
+    @property
+    def weighted(self) -> Array:
+        """Length, area or volume (n_elements, n_q) or (n_elements, 1) of each point."""
+        return np.asarray(self.weights * np.atleast_2d(self.size.T).T)
+
     def elastic(self, strains: Array) -> Array:
-        """Stress resultants (..., m) of strains (..., m)."""
-        return strains @ self.rigidity
+        """Stress resultants (..., n_elements, n_q, m) of strains."""
+        if self.rigidity.ndim == 2:
+            return np.asarray(strains @ self.rigidity)
+        return np.asarray((self.rigidity @ strains[..., None])[..., 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,6 +145,8 @@ class Structure(Nodal, Remembering):
         Quadrature of the mass: weights include the density.
     viscous : Viscosity, optional
         Damper and branches beside the rigidities, see `damped`.
+    frames : (n_elements, n_nodes, n, n) array, optional
+        Derivatives along each element's own axes at its nodes by the nodes' own; equal unless given.
 
     Raises
     ------
@@ -152,6 +161,7 @@ class Structure(Nodal, Remembering):
     parts: Sequence[Part]
     inertia: tuple[Array, Array, Array]
     viscous: Viscosity | None = None
+    frames: Array | None = None
 
     def __post_init__(self) -> None:
         if self.vectors.shape[1:] != (self.shape.per_node, 3) or not np.isfinite(self.vectors).all():
@@ -265,12 +275,34 @@ class Structure(Nodal, Remembering):
         k = self.shape.per_node
         return (k * self.cells[:, :, None] + np.arange(k)).reshape(len(self.cells), -1)
 
+    def rows(self, points: Array, order: Order = (0, 0, 0)) -> Array:
+        """Derivatives (n_elements, n_points, n_functions) of the functions along the elements' axes, see `Shape`."""
+        return self._by_nodes(self.shape.functions(self.lengths, points, order), self.frames)
+
+    def rows_each(self, each: IntArray, points: Array, order: Order = (0, 0, 0)) -> Array:
+        """Derivatives (n, n_functions) at a point (n, 3) of each element (n,), by coordinates of the unit box."""
+        values = self.shape.functions_each(self.lengths[each], points, order)
+        return self._by_nodes(values[:, None], None if self.frames is None else self.frames[each])[:, 0]
+
+    def _by_nodes(self, values: Array, frames: Array | None) -> Array:
+        """Functions (n, n_q, n_functions) of gradients along elements' axes, as those of the nodes' own."""
+        if frames is None:
+            return values
+        split = values.reshape(*values.shape[:2], len(self.shape.nodes), self.shape.per_node).copy()
+        split[..., 1:] = np.einsum("eqad,eadg->eqag", split[..., 1:], frames)
+        return split.reshape(values.shape)
+
+    def fields(self, points: Array, orders: Sequence[Order]) -> Array:
+        """Derivatives (n_elements, n_q, n_g, 3) of the initial position."""
+        vectors = self.vectors.reshape(-1, 3)[self.functions]
+        return np.stack([self.rows(points, order) @ vectors for order in orders], axis=2)
+
     @cached_property
     def _derivatives(self) -> list[Array]:
         """Of each part (n_elements, n_q * n_g, n_functions)."""
         out = []
         for part in self.parts:
-            each = [self.shape.functions(self.lengths, part.points, order) for order in part.orders]
+            each = [self.rows(part.points, order) for order in part.orders]
             out.append(np.stack(each, axis=2).reshape(len(self.cells), -1, self.shape.n_functions))
         return out
 
@@ -293,7 +325,7 @@ class Structure(Nodal, Remembering):
         """Strain energy."""
         total = 0.0
         for k, part in enumerate(self.parts):
-            total += float((self._weights(part) * self._responses(k, self.strains(q, k))[0]).sum())
+            total += float((part.weighted * self._responses(k, self.strains(q, k))[0]).sum())
         return total
 
     def angles(self, q: Array) -> Array:
@@ -326,10 +358,8 @@ class Structure(Nodal, Remembering):
         at = np.zeros((len(points), 3))
         at[:, : self.n_along] = local
         out, columns = [rows], self.functions[each]
-        for d in self.shape.gradients:
-            order = tuple(int(k == d) for k in range(3))
-            values = self.shape.functions_each(self.lengths[each], at, order)  # type: ignore[arg-type]
-            values = values / self.lengths[each][:, [d]]
+        for order in self.shape.orders[1:]:
+            values = self.rows_each(each, at, order) / np.prod(self.lengths[each] ** np.array(order), axis=1)[:, None]
             row = np.arange(len(each)).repeat(values.shape[1])
             out.append(sp.csr_matrix((values.ravel(), (row, columns.ravel())), shape=rows.shape))
         return out
@@ -361,12 +391,14 @@ class Structure(Nodal, Remembering):
         points = np.zeros((len(grid), 3))
         points[:, : self.n_along] = grid
         weights = w / 2 if self.n_along == 1 else np.outer(w, w).ravel() / 4
-        S = self.shape.functions(self.lengths, points)
-        along = [
-            self.shape.functions(self.lengths, points, (1 - d, d, 0)) * self.lengths[:, d, None, None]
-            for d in names[boundary]
-        ]
+        S = self.rows(points)
+        along = [self.rows(points, (1 - d, d, 0)) * self.lengths[:, d, None, None] for d in names[boundary]]
         return self.functions, S, np.stack(along, axis=-1), weights
+
+    @cached_property
+    def kept(self) -> dict[Any, Any]:
+        """What loads need in every iteration."""
+        return {}
 
     def gradient_weights(self, node: Any) -> Array:
         """B (n_vectors, 3) of what turns at a node, sum_f q_f (x) B_f: a section, a middle surface, or a tangent.
@@ -388,10 +420,6 @@ class Structure(Nodal, Remembering):
         """Its axis or middle surface."""
         return Middle(self, 0)
 
-    @staticmethod
-    def _weights(part: Part) -> Array:
-        return part.size[:, None] * part.weights
-
     def forces(self, q: Array) -> Array:
         """Elastic forces (n_dofs,), the gradient of the energy."""
         return self._forces(q[None], np.ones(1))
@@ -406,7 +434,7 @@ class Structure(Nodal, Remembering):
         vectors = states.reshape(m, -1, 3)[:, self.functions]
         for k, (part, derivatives) in enumerate(zip(self.parts, self._derivatives, strict=True)):
             g = (derivatives @ vectors).reshape(m, n, len(part.points), len(part.orders), 3)
-            weights = shares[:, None, None, None] * self._weights(part)[..., None]
+            weights = shares[:, None, None, None] * part.weighted[..., None]
             each = stresses[k] if stresses else self._responses(k, part.measure.strain(g) - self._initial[k])[1]
             stress = each * weights
             J = part.measure.first(g)
@@ -450,7 +478,7 @@ class Structure(Nodal, Remembering):
     def dissipated(self) -> float:
         """Energy lost to plastic flow up to its memory."""
         return sum(
-            layers.dissipated(self._remembered(k)[..., -1], self._weights(part)) for k, part, layers in self._flowing()
+            layers.dissipated(self._remembered(k)[..., -1], part.weighted) for k, part, layers in self._flowing()
         )
 
     @property
@@ -464,14 +492,12 @@ class Structure(Nodal, Remembering):
         part = self.parts[k]
         if part.layers is not None:
             return part.layers.respond(e, self._remembered(k))
-        stress = e @ part.rigidity
+        stress = part.elastic(e)
         return (stress * e).sum(axis=-1) / 2, stress, part.rigidity
 
     def strained(self) -> list[Strained]:
         """Strains of its parts."""
-        return [
-            Strained(partial(self.strains, k=k), part.elastic, self._weights(part)) for k, part in enumerate(self.parts)
-        ]
+        return [Strained(partial(self.strains, k=k), part.elastic, part.weighted) for k, part in enumerate(self.parts)]
 
     def step_forces(self, q0: Array, q1: Array, stresses: Sequence[Array]) -> Array:
         """Forces (n_dofs,) whose work from q0 to q1 is that of stresses by the change of strains, see `BETWEEN`."""
@@ -493,9 +519,9 @@ class Structure(Nodal, Remembering):
         total = np.zeros((n, width, width))
         for k, part in enumerate(self.parts):
             g = self._fields(q, k)
-            w = self._weights(part)[..., None]
+            w = part.weighted[..., None]
             _, stress, moduli = self._responses(k, part.measure.strain(g) - self._initial[k])
-            J = part.measure.first(g).reshape(n, len(part.points), len(part.rigidity), -1)
+            J = part.measure.first(g).reshape(n, len(part.points), part.rigidity.shape[-1], -1)
             if not stressed:
                 moduli = share * part.rigidity
             inner = np.swapaxes(J, 2, 3) @ (moduli @ J * w[..., None])
@@ -539,8 +565,8 @@ class Structure(Nodal, Remembering):
     def mass(self) -> sp.csr_matrix:
         """Consistent mass (n_dofs, n_dofs), constant in any motion."""
         points, weights, size = self.inertia
-        S = self.shape.functions(self.lengths, points)
-        blocks = np.einsum("q,e,eqa,eqb->eab", weights, size, S, S, optimize=True)
+        S = self.rows(points)
+        blocks = np.einsum("eq,eqa,eqb->eab", weights * np.atleast_2d(size.T).T, S, S, optimize=True)
         whole = np.einsum("eab,xy->eaxby", blocks, np.eye(3))
         return self._summed(whole)
 
@@ -563,7 +589,7 @@ class Structure(Nodal, Remembering):
         """Points (n_elements, n, 3) along the axis of every element, or the edge y = 0 of a plate."""
         x = np.zeros((n, 3))
         x[:, 0] = np.linspace(0, 1, n)
-        return np.asarray(self.shape.functions(self.lengths, x) @ q.reshape(-1, 3)[self.functions])
+        return np.asarray(self.rows(x) @ q.reshape(-1, 3)[self.functions])
 
 
 def straight(start: ArrayLike, end: ArrayLike, n: int) -> Array:

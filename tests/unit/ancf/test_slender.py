@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import fecontact as fc
 from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Joints, Stage, equilibrium
-from fecontact.ancf.slender import beam, line, plate, straight, strip, thick_plate
+from fecontact.ancf.slender import Surface, beam, line, plate, shell, straight, strip, thick_plate
 
 MATERIAL = fc.Material(E=3.0, nu=0.3, density=2.0)
 POINTS = straight((0, 0, 0), (2, 0, 0), 2)
@@ -19,6 +19,9 @@ CURVED = {
     "points": np.stack([np.sin(ARC), 1 - np.cos(ARC), 0 * ARC], axis=1),
     "tangents": np.stack([np.cos(ARC), np.sin(ARC), 0 * ARC], axis=1),
 }
+DOME = Surface.mapped(lambda u, v: np.stack([2 * u, v, 0.3 * u * v + 0.2 * u**2], axis=-1), (2, 1))
+KITE = Surface.of([(0, 0, 0), (2, 0, 0), (1.5, 1.2, 0), (0, 1, 0)], [(0, 1, 2, 3)])
+TAPER = np.linspace(0.1, 0.2, 6)
 MADE = {
     "line, turn": lambda: line(POINTS, EA=5.0, EI=0.3, mass=1.0),
     "line, geometric": lambda: line(POINTS, EA=5.0, EI=0.3, mass=1.0, measure="geometric"),
@@ -32,6 +35,11 @@ MADE = {
     "plate": lambda: plate(CORNERS, (2, 1), MATERIAL, 0.1),
     "thick plate": lambda: thick_plate(CORNERS, (2, 1), MATERIAL, 0.1),
     "thick plate, continuum": lambda: thick_plate(CORNERS, (2, 1), MATERIAL, 0.1, approach="continuum"),
+    "shell": lambda: shell(KITE, MATERIAL, 0.1),
+    "smooth shell": lambda: shell(DOME, MATERIAL, TAPER, smooth=True),
+    "thick shell": lambda: shell(DOME, MATERIAL, TAPER, thick=True),
+    "smooth thick shell": lambda: shell(DOME, MATERIAL, 0.1, smooth=True, thick=True),
+    "thick shell, continuum": lambda: shell(DOME, MATERIAL, TAPER, thick=True, approach="continuum"),
 }
 #: Motions without energy: a line does not twist, a strip has nothing out of its plane.
 FREE = {"line, turn": 5, "line, geometric": 5, "line, chord": 9, "strip": 12, "strip, continuum": 12}
@@ -73,6 +81,8 @@ def test_mass_is_that_of_the_body(name):
     R, M = s.rigid_modes, s.mass
     total = R[:, 0] @ M @ R[:, 0]
     box = {"strip": 0.48, "beam": 0.48, "plate": 0.4}
+    if "shell" in name:
+        return  # see `test_shells.py`
     if "curved" in name:
         # length of the arc; the cubic's is off by a few 1e-5
         expected = {"curved line": 1.2, "curved beam": 1.2 * 0.24}[name]
