@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipe, elliprd
 
+from fecontact.analytic._contact import AxisymmetricStress
 from fecontact.analytic._functions import arctan_defect
-from fecontact.analytic.stress import AxisymmetricStress
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 

@@ -25,10 +25,9 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc, ellipkm1
 
 from fecontact.analytic import disc
-from fecontact.analytic._contact import Tabulated
+from fecontact.analytic._contact import Tabulated, dundurs
 from fecontact.analytic._functions import arctan_defect, double_exponential, trough_gap
 from fecontact.analytic.hertz import CircularContact, LineContact
-from fecontact.analytic.pair import dundurs
 from fecontact.common import checks
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError

@@ -18,10 +18,19 @@ from scipy.optimize import brentq, minimize_scalar
 from scipy.special import elliprd, elliprf
 
 from fecontact.analytic import disc
-from fecontact.analytic._contact import PlaneContact, Plotted, RoundIndentation, Tabulated
+from fecontact.analytic._contact import (
+    AxisymmetricStress,
+    PlaneContact,
+    Plotted,
+    RoundIndentation,
+    SymmetryPlaneStress,
+    Tabulated,
+    contact_modulus,
+    pair_modulus,
+    poisson_ratio,
+    relative_radius,
+)
 from fecontact.analytic._functions import arctan_defect, trough_gap
-from fecontact.analytic.pair import contact_modulus, pair_modulus, poisson_ratio, relative_radius
-from fecontact.analytic.stress import AxisymmetricStress, SymmetryPlaneStress
 from fecontact.common import checks
 from fecontact.common.arguments import spelled
 from fecontact.common.arrays import Array

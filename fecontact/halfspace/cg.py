@@ -24,8 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fecontact.common.arrays import Array, Mask
-from fecontact.common.threads import each
-from fecontact.halfspace.fft import ROUGHNESS, Convolution, DampedInverse, Product, strips
+from fecontact.halfspace.fft import ROUGHNESS, Convolution, DampedInverse, Product, each, strips
 
 #: Factor by which the gaps on the set shrink before the set is updated.
 PER_ROUND = 0.2

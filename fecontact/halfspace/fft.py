@@ -15,6 +15,9 @@ Transforms in the arrays of another library, of the Python array API standard, o
 need of its module `asarray`, `stack` and the extension `fft`, and arrays that give their memory by DLPack.
 https://data-apis.org/array-api/latest/
 
+Array operations release Python's lock, so that threads, as many as there are cores or as ``OMP_NUM_THREADS`` says, work
+at the same time where each has arrays of its own.
+
 Added to convolutions: a smooth term of low rank, what slopes of a curved surface add, and compliances of cells by
 themselves.
 """
@@ -22,11 +25,13 @@ themselves.
 from __future__ import annotations
 
 import importlib
+import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy.fft
@@ -36,8 +41,51 @@ from fecontact.analytic import curved_kernel
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, MissingPackageError
 from fecontact.common.material import Material
-from fecontact.common.threads import each
 from fecontact.halfspace.grid import Even, at_offsets, block_means
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+def default_threads() -> int:
+    """Number of threads: ``OMP_NUM_THREADS`` if it is a positive number, else the cores that this process may use.
+
+    Examples
+    --------
+    >>> default_threads() >= 1
+    True
+    """
+    asked = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
+    if asked.isdecimal() and int(asked) > 0:
+        return int(asked)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def each(function: Callable[[Item], Result], items: Sequence[Item], threads: int | None = None) -> list[Result]:
+    """Results of a function of each item, in order; items are taken by several threads.
+
+    Parameters
+    ----------
+    function : callable
+        Safe to be called from several threads at once; it must not call `each` itself.
+    items : sequence
+    threads : int, optional
+        `default_threads` unless given. With one, or a single item, the function is called here.
+
+    Examples
+    --------
+    >>> each(lambda n: n * n, [1, 2, 3], threads=2)
+    [1, 4, 9]
+    """
+    threads = min(default_threads() if threads is None else threads, len(items))
+    return list(map(function, items) if threads <= 1 else _pool(threads).map(function, items))
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    """Threads kept for the next call."""
+    return ThreadPoolExecutor(threads, "fecontact")
+
 
 #: Functions that a module must have.
 NEEDED = ("asarray", "stack", "fft.rfft", "fft.irfft", "fft.fft", "fft.ifft")

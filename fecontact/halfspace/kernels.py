@@ -19,8 +19,7 @@ import numpy as np
 
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
-from fecontact.common.threads import each
-from fecontact.halfspace.fft import strips
+from fecontact.halfspace.fft import each, strips
 
 #: Offset, in cells, up to which Love's closed form is used. It is a second difference of a function that grows as the
 #: distance: rounding grows as the square of the offset, to 1e-12 here. The multipole expansion used beyond neglects its

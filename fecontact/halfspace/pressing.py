@@ -15,10 +15,9 @@ from fecontact.common.arguments import flag
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import finite, number_array, share, vector, whole
 from fecontact.common.errors import InputError, SolverError
-from fecontact.common.threads import each
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import HalfSpaceContact, SolverReport
-from fecontact.halfspace.fft import DiagonalTerm, Product, Tally, padded, strips
+from fecontact.halfspace.fft import DiagonalTerm, Product, Tally, each, padded, strips
 from fecontact.halfspace.grid import Even, Grid, even_axes, part_of, unfold
 from fecontact.halfspace.hardness import check_bearing, with_hardness, within_bounds, yielded
 from fecontact.halfspace.nested import GridLevel, compliance, solve_level, solve_nested

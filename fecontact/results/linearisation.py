@@ -1,5 +1,7 @@
 """Error of linearised motions: change of gaps and lines of action when the same motions are finite.
 
+At finite strain, equilibrium as Newton's method found it, and as forces at the nodes tell it.
+
 The problem of a scene is linear in the displacements of its surfaces. A tangential motion d of a surface of curvature k
 changes the gap by a further k d^2 / 2 or so, and a rotation changes the direction of the forces. Both are measured at
 the pairs in contact, without a further solve: the surfaces are projected on each other again after the bodies' rigid
@@ -15,8 +17,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.bodies.body import Body
+from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose, turned
 from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.contact.condensed_problem import BodyBlock
 from fecontact.contact.interface import Interface
 from fecontact.contact.springs import SpringState
 from fecontact.fem.rigid import COMPONENTS
@@ -321,3 +325,48 @@ def _of_spring(state: SpringState, after: dict[int, _Motion]) -> LinearisationEr
         return LinearisationError(0.0, 0.0, 0.0)
     turn = float(np.linalg.norm(line / length - spring.direction)) if length > 0 else np.inf
     return LinearisationError(abs(length - linear), abs(state.elongation), turn if state.tension else 0.0)
+
+
+#: Largest force inside a body that counts as none, over its size and its largest stiffness.
+REST = 1e-9
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """How a load step at finite strain ended.
+
+    Attributes
+    ----------
+    iterations : int
+    change : float
+        Largest displacement of the last iteration, relative to the size of the bodies.
+    residual : float
+        Largest force on a node that is not balanced, relative to the largest force inside.
+    unstable : str
+        Of an equilibrium that is not stable: the body and the motion, in words.
+    """
+
+    iterations: int
+    change: float
+    residual: float
+    unstable: str = ""
+
+
+def unbalanced(part: BodyBlock, forces: Array, inner: Array | None) -> float:
+    """Largest force on a node that is not balanced, relative to the largest inside; zero of bodies without nodes.
+
+    Parameters
+    ----------
+    part : BodyBlock
+    forces : (n,) array
+        Of the problem.
+    inner : (n_dofs,) array, optional
+        Forces inside the body.
+    """
+    if inner is None:
+        return 0.0
+    (body,) = elastic_among([part.body])
+    given = part.rows.T @ forces[part.index] + part.external
+    rest = body.model.solved_forces((given if part.hold is None else part.hold.balanced(given)) - inner)
+    unstrained = REST * body.size * float(body.model.stiffness.diagonal().max())
+    return float(np.abs(rest).max(initial=0.0)) / max(float(np.abs(inner).max()), unstrained)

@@ -35,10 +35,9 @@ from fecontact.results.cell_contact import is_half_space
 from fecontact.results.contact_fields import ContactFields, contact_fields
 from fecontact.results.convergence import Convergence
 from fecontact.results.edge_pressure import EdgePressure, edge_pressure
-from fecontact.results.finite_strain import Equilibrium, unbalanced
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.results.gradient import Gradient, result_gradient
-from fecontact.results.linearisation import CarriedMotion, LinearisationError
+from fecontact.results.linearisation import CarriedMotion, Equilibrium, LinearisationError, unbalanced
 from fecontact.results.report import model_size, peak_memory, report
 from fecontact.results.response_error import AtRest, ResponseErrors
 from fecontact.results.resultants import hold_of_body, hold_of_boundary, resultant

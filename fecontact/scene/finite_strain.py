@@ -43,7 +43,7 @@ from fecontact.contact.turning import following_stiffness, press, turning_with
 from fecontact.fem.finite_strain import State
 from fecontact.fem.laws import InvertedError, laws_of
 from fecontact.fem.rigid import COMPONENTS
-from fecontact.results.finite_strain import Equilibrium, unbalanced
+from fecontact.results.linearisation import Equilibrium, unbalanced
 from fecontact.results.result import ContactResult
 from fecontact.scene.carried import CarriedScene, posed, with_bodies
 from fecontact.scene.linear import Settings, solved

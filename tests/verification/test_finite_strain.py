@@ -16,7 +16,7 @@ from fecontact.mesh import pick
 from fecontact.mesh.element import FACES
 from fecontact.mesh.grading import Level
 from fecontact.mesh.kinds import KINDS
-from fecontact.results.finite_strain import Equilibrium
+from fecontact.results.linearisation import Equilibrium
 
 SIDES = {"bottom": "z", "x_min": "x", "y_min": "y"}
 

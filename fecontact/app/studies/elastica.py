@@ -16,8 +16,7 @@ import scipy.sparse as sp
 from fecontact.analytic.elastica import elastica
 from fecontact.ancf import Assembly, Stage, State, equilibrium
 from fecontact.ancf.slender import CorotationalBeam, Joints, Structure, line, straight
-from fecontact.app.studies.slender_study import slender_study
-from fecontact.app.studies.study import Study
+from fecontact.app.studies.study import Study, slender_study
 from fecontact.common.errors import SolverError
 
 EA, EI = 2.0e9 * 1.257e-3, 2.0e9 * 1.257e-7

@@ -24,8 +24,7 @@ import scipy.integrate
 
 from fecontact.ancf import Assembly, EnergyMomentum, Moment, Motion, Stage, move
 from fecontact.ancf.slender import CorotationalBeam, Joints, Structure, line, straight
-from fecontact.app.studies.slender_study import slender_study
-from fecontact.app.studies.study import Study
+from fecontact.app.studies.study import Study, slender_study
 from fecontact.common.arrays import Array
 from fecontact.common.checks import lengths
 from fecontact.common.errors import InputError, SolverError

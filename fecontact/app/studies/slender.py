@@ -18,8 +18,7 @@ import scipy.sparse as sp
 from fecontact.ancf import Assembly, EnergyMomentum, Moment, Stage, equilibrium, move
 from fecontact.ancf.slender import Joints, Structure, line, straight
 from fecontact.app.studies import elastica, fourbar
-from fecontact.app.studies.slender_study import slender_study
-from fecontact.app.studies.study import Study
+from fecontact.app.studies.study import Study, slender_study
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError, SolverError

@@ -31,12 +31,11 @@ from fecontact.contact.coupling.segments import segment_samples
 from fecontact.contact.search_region import SearchRegion, bounds_of, flattened
 from fecontact.halfspace.grid import GridSurface
 from fecontact.mesh.facets import distinct_columns, facet_centres, facet_nodes, unit_vectors
-from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface, facets_of, with_nodes
+from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface, SurfaceTies, facets_of, with_nodes
 from fecontact.surfaces.nodal_weights import components_along, contact_weights, facet_weights
 from fecontact.surfaces.normals import normals_of, opposing, project_along
 from fecontact.surfaces.rigid.shapes import heights_of
 from fecontact.surfaces.section_curve import along_line
-from fecontact.surfaces.surface_ties import SurfaceTies
 
 #: Samples along each side of a facet under a rigid shape, whose rim is known only by projection.
 ACROSS = 24

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from fecontact.common.threads import default_threads, each
+from fecontact.halfspace.fft import default_threads, each
 
 
 @pytest.mark.parametrize(("asked", "expected"), [("3", 3), ("2,4", 2), (" 1 ", 1)])

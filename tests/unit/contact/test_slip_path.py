@@ -8,7 +8,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact import Pose, rotation_about
-from fecontact.contact.slip_path import screw_paths, touching_points
+from fecontact.contact.friction_rows import screw_paths, touching_points
 
 
 def test_a_screw_ends_where_it_should_and_is_one_in_every_frame() -> None:
