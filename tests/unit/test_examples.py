@@ -7,6 +7,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
 
 import fecontact as fc
 from fecontact.ancf import Joints
@@ -45,6 +47,81 @@ def test_crowned_roller():
     modulus, truth, told = example.identified()
     assert abs(modulus / truth - 1) < 0.02
     assert told.nfev < 30
+
+
+def sjovall(share, power, axial):
+    """Sjovall's integral, by quadrature; `share` of the pitch circle carries load."""
+    reach = np.arccos(np.clip(1 - 2 * share, -1, 1))
+
+    def force(angle):
+        return (1 - (1 - np.cos(angle)) / (2 * share)) ** power * (1 if axial else np.cos(angle))
+
+    return quad(force, -reach, reach)[0] / (2 * np.pi)
+
+
+@pytest.mark.parametrize(("degrees", "radial", "axial"), [(25, 0.2, 0.14), (25, 0.06, 0.2), (40, 0.2, 0.2)])
+def test_rolling_bearing_by_sjovalls_integrals(degrees, radial, axial):
+    """Combined load on a ball bearing between rigid rings.
+
+    H. Sjovall, The load distribution within ball and roller bearings under given external radial and axial load,
+    Teknisk Tidskrift, Mek. 9 (1933); T. A. Harris, Rolling Bearing Analysis, 4th ed. 2001, section 7.4. The integrals
+    keep the angle of contact as it is without load, hence light loads; they are sums over balls here.
+    """
+    angle = np.radians(degrees)
+    bearing = load("rolling_bearing").ball_bearing(count=16, angle=angle)
+    motion, forces, stiffness = bearing.carry([radial, 0, axial, 0, 0], free=[0, 1, 2])
+    ratio = radial * np.tan(angle) / axial
+    share = brentq(lambda e: sjovall(e, 1.5, False) / sjovall(e, 1.5, True) - ratio, 0.42, 200)
+    assert abs(share / ((1 + motion[2] * np.tan(angle) / motion[0]) / 2) - 1) < 0.01
+    largest = radial / (bearing.count * np.cos(angle) * sjovall(share, 1.5, False))
+    assert abs(forces.max() / largest - 1) < 0.01
+    # the stiffness is the derivative of the load, also by motions that were not free
+    step = np.array([1e-7, 0, 2e-7, 3e-9, 1e-9])
+    after, before = (
+        (lambda by, depth: by @ bearing.law(np.maximum(depth, 0))[0])(
+            *bearing.compressed(motion + s * step, 0.0)[2::-2]
+        )
+        for s in (1, -1)
+    )
+    assert np.abs((after - before) / 2 - stiffness @ step).max() < 1e-5 * np.abs(stiffness @ step).max()
+
+
+@pytest.mark.parametrize("clearance", [0.0, 0.02])
+def test_rolling_bearing_with_clearance(clearance):
+    """A radial load: the share that carries is (1 - clearance / (2 motion)) / 2."""
+    bearing = load("rolling_bearing").ball_bearing(count=16)
+    motion, forces, _ = bearing.carry([2000, 0, 0, 0, 0], clearance, free=[0, 1])
+    share = (1 - clearance / 2 / motion[0]) / 2
+    assert abs(forces.max() * 16 * sjovall(share, 1.5, False) / 2000 - 1) < 0.01
+
+
+@pytest.mark.full
+def test_rolling_bearing(tmp_path):
+    """Rings well held share the load of rigid ones; a ring that bends gives more to the lowest roller."""
+    rings = load("rolling_bearing").main(out=tmp_path)
+    rigid, seated, bent = rings.values()
+    place = np.cos(2 * np.pi * np.arange(7) / 13) * np.where(np.arange(7) > 0, 2, 1)
+    for forces in (seated, bent):
+        assert abs(place @ forces / 5000 - 1) < 1e-3  # the load, but for the cage
+    assert np.abs(seated - rigid).max() < 0.01 * rigid.max()  # plane strain beside half-spaces
+    assert bent[0] > 1.08 * rigid[0]
+    for name in ("rolling_bearing", "rolling_bearing_section"):
+        assert (tmp_path / f"{name}.png").stat().st_size > 10_000
+
+
+@pytest.mark.full
+def test_gear_pair(tmp_path):
+    """Statics, one pitch later the same, one pair within and two beyond, and Hertz at the pitch point."""
+    example = load("gear_pair")
+    _, forces, error, peak = example.main(n=5, flank=24, out=tmp_path)
+    line = example.TORQUE / example.PINION.base_radius
+    assert np.abs(forces.sum(axis=0) / line - 1).max() < 1e-3  # of meshes, whose flanks are not quite involutes
+    assert (forces > 0).sum(axis=0).tolist() == [2, 2, 1, 2, 2]
+    assert abs(error[0] / error[-1] - 1) < 0.01
+    assert error[2] == error.max()
+    assert abs(peak - 1) < 0.01
+    for name in ("gear_pair", "gear_pair_stress"):
+        assert (tmp_path / f"{name}.png").stat().st_size > 10_000
 
 
 @pytest.mark.full
