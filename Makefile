@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: hertz test check day whole rest verification doctest lint types examples docs package rounding pages gallery bench mutants fuzz compare clean
+.PHONY: hertz test check day whole rest verification doctest lint types examples docs package release rounding pages gallery bench mutants fuzz compare clean
 
 hertz: $(READY)  ## the main job: two spheres, table and picture
 	@mkdir -p out
@@ -38,6 +38,10 @@ doctest: $(READY)
 
 # instructions of NumPy beyond the basic ones, as this processor has them
 EXTRAS = $$($(BIN)/python -c "from numpy._core import _multiarray_umath as m; print(*(f for f in m.__cpu_dispatch__ if m.__cpu_features__[f]))")
+
+release: $(READY)  ## what is published, checked, with checksums and a conda recipe, in out/release; uploads nothing
+	$(BIN)/python -m pip install --quiet --constraint constraints/pinned.txt --editable '.[release]'
+	$(BIN)/python docs/release/release.py
 
 rounding: $(READY)  ## geometric decisions under 30 changes by rounding; they and the examples by other instructions
 	$(PYTEST) -m rounding --rounding 30 tests/unit tests/verification

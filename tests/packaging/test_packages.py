@@ -1,12 +1,16 @@
 """Wheel and source as a person gets them: built, installed in clean environments, used (make package)."""
 
+import hashlib
 import os
 import shutil
 import subprocess
 import sys
 import tarfile
+import threading
 import zipfile
 from email.parser import BytesParser
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
@@ -66,21 +70,46 @@ def wheel(built):
     return path
 
 
+class Quiet(SimpleHTTPRequestHandler):
+    """Files of a folder, without a line for each."""
+
+    def log_message(self, *arguments):
+        """Nothing."""
+
+
+@pytest.fixture(scope="module")
+def index(built, tmp_path_factory):
+    """Address of an index on this machine, simple pages with digests (PEP 503), that has this package alone."""
+    root = tmp_path_factory.mktemp("index")
+    page = root / "simple" / "fecontact"
+    page.mkdir(parents=True)
+    links = ""
+    for file in built.iterdir():
+        shutil.copy(file, page)
+        links += f'<a href="{file.name}#sha256={hashlib.sha256(file.read_bytes()).hexdigest()}">{file.name}</a>\n'
+    (page / "index.html").write_text(f"<!DOCTYPE html>\n{links}")
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=root)) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/simple"
+        server.shutdown()
+
+
 @pytest.fixture(scope="module", params=PYTHONS)
-def environment(request, wheel, tmp_path_factory):
-    """A new environment in which the wheel alone is installed: its folder of programs."""
+def environment(request, index, tmp_path_factory):
+    """A new environment in which the package is installed by its name, from an index: its folder of programs."""
     python = interpreter(request.param)
     if python is None:
         pytest.skip(f"python{request.param} is not on this machine")
     folder = tmp_path_factory.mktemp(f"python{request.param}")
     run(python, "-m", "venv", folder / "env", cwd=folder)
-    pip(folder / "env" / "bin", wheel)
+    pip(folder / "env" / "bin", f"fecontact=={VERSION}", index)
     yield folder / "env" / "bin"
     shutil.rmtree(folder)
 
 
-def pip(programs, what):
-    command = ("-m", "pip", "install", "--quiet", "--constraint", ROOT / "constraints" / "pinned.txt", what)
+def pip(programs, what, index):
+    pins = ROOT / "constraints" / "pinned.txt"
+    command = ("-m", "pip", "install", "--quiet", "--constraint", pins, "--extra-index-url", index, what)
     run(programs / "python", *command, cwd=programs)
 
 
@@ -108,6 +137,13 @@ def test_the_description_has_no_links_that_lead_nowhere(wheel):
     assert "](https" in text
 
 
+def test_the_index_takes_wheel_and_source(built):
+    """As `twine check --strict` does before an upload; the client is an extra, `release`."""
+    pytest.importorskip("twine")
+    files = [path for path in built.iterdir() if path.suffix in (".whl", ".gz")]
+    assert run(sys.executable, "-m", "twine", "check", "--strict", *files, cwd=built).count("PASSED") == 2
+
+
 def test_citation_and_changelog_name_the_version():
     assert f"version: {VERSION}" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert f"## [{VERSION}]" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
@@ -119,13 +155,16 @@ def test_bare(environment, tmp_path):
     run(environment / "fecontact", "examples", "copy", "bracket", cwd=tmp_path)
     assert (tmp_path / "bracket.step").exists()
     assert run(environment / "python", "-c", USE, cwd=tmp_path).strip() == "False"
+    # nothing that is slow to load, or that a machine without a display lacks, before it is needed
+    loaded = run(environment / "python", "-c", "import sys, fecontact; print(*sys.modules)", cwd=tmp_path).split()
+    assert not {"gmsh", "matplotlib", "scipy", "meshio", "osqp"} & set(loaded)
     files = (path for path in environment.parent.rglob("*") if path.is_file() and not path.is_symlink())
     assert sum(path.stat().st_size for path in files) < 1e6 * BARE
 
 
-def test_with_extras(environment, wheel, tmp_path):
+def test_with_extras(environment, index, tmp_path):
     if not run(environment / "python", "--version", cwd=tmp_path).startswith(f"Python {PYTHONS[0]}"):
         pytest.skip("extras are tried with one Python")
-    pip(environment, f"{wheel}[fast,qp,amg,xdmf,view]")
+    pip(environment, f"fecontact[fast,qp,amg,xdmf,view]=={VERSION}", index)
     assert run(environment / "python", "-c", USE, cwd=tmp_path).strip() == "True"
     run(environment / "python", "-c", "import pyamg, h5py, quadprog, pyvista", cwd=tmp_path)
