@@ -245,6 +245,8 @@ def facet_displacements(surface: FacetSurface, displacement: Array) -> Array:
 #: Rings of facets paired round those within the search radius, so that multipliers there are complete and a sliver at a
 #: rim finds the multiplier that it joins.
 RINGS = 2
+#: Rings over which displacements are carried from one pose to the next; beyond, any facet may move as the largest.
+MAX_RINGS = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -289,7 +291,7 @@ def search_region(
     master: FacetSurface,
     rotation: Array,
     translation: Array,
-    search_radius: float,
+    search_radius: float | tuple[Array, Array],
     increment: RigidIncrement = STILL,
 ) -> SearchRegion:
     """Parts of two surfaces whose distance, after a rigid motion, may be less than a search radius.
@@ -299,8 +301,8 @@ def search_region(
     slave, master : FacetSurface
     rotation, translation
         Pose of the slave's axes in the master's.
-    search_radius : float
-        Search radius: displacement of both surfaces together beyond the predicted motion.
+    search_radius : float, or (n_slave_parts,) and (n_master_facets,) arrays
+        Displacement of both surfaces together beyond the predicted motion, or of each part and of each facet.
     increment : RigidIncrement, optional
         Predicted rigid motion.
 
@@ -311,11 +313,13 @@ def search_region(
     parts = parts_of(slave)
     own, other = bounds_of(parts.surface), bounds_of(master)
     place = _Place(own, other, rotation, translation, increment)
-    far = place.to_centre - own.radius - other.radius.max() > search_radius + place.motion
+    most = search_radius[0] + search_radius[1].max() if isinstance(search_radius, tuple) else search_radius
+    reach = most + place.motion
+    far = place.to_centre - own.radius - other.radius.max() > reach
     within = place.inside.copy()
     doubtful = np.flatnonzero(~place.inside & ~far)
     cones = _cones_between(slave, master, rotation)
-    within[place.pairs(doubtful, search_radius + place.motion[doubtful], cones, search_radius)[0]] = True
+    within[place.pairs(doubtful, reach[doubtful], cones, search_radius)[0]] = True
     nodes = np.zeros(len(slave.points), bool)
     part, column = np.nonzero(parts.columns & within[:, None])
     nodes[slave.facets[parts.owner[part], column]] = True
@@ -323,6 +327,11 @@ def search_region(
         # multipliers along divided sides are tied to others; a shape within reach takes all that it is made of
         nodes = slave.ties.with_tied(nodes)
     facets: Mask = np.asarray(nodes[slave.facets].any(axis=1))
+    if isinstance(search_radius, tuple):
+        # the edge of a contact is located by fits over two rings of facets round those that it crosses
+        whole = with_rings(slave, np.bincount(parts.owner, within, len(slave.facets)) > 0, RINGS)
+        nodes[slave.facets[whole]] = True
+        facets = np.asarray(nodes[slave.facets].any(axis=1))
     rim = _at_rim(slave, master, facets, rotation, translation)
     if rim.any():
         # a multiplier with a sliver of its area at a rim joins the nearest one with a larger share, which must be
@@ -508,6 +517,45 @@ def with_rings(surface: FacetSurface, chosen: Mask, rings: int) -> Mask:
 
 
 @dataclass(frozen=True, eq=False)
+class LocalReach:
+    """Elastic displacements of the facets of both sides of a contact in a similar case.
+
+    Attributes
+    ----------
+    sides : pair of (n_facets,) arrays
+        Upper bounds, see `part_displacements`.
+    poses : (Pose, Pose)
+        Of both bodies in that case.
+    """
+
+    sides: tuple[Array, Array]
+    poses: tuple[Pose, Pose]
+
+    def turned_over(self) -> LocalReach:
+        """The same with swapped sides of the contact."""
+        return LocalReach(self.sides[::-1], self.poses[::-1])
+
+    def here(self, surfaces: Sequence[FacetSurface], poses: Sequence[Pose]) -> tuple[Array, Array]:
+        """Displacements expected in other poses, of the parts of the one side and of the facets of the other.
+
+        A contact moves over either surface by as much at most as one surface moves along the other: each facet takes
+        the largest value so far round it, and rings of facets beyond.
+        """
+        then, now = (p[0].relative_to(p[1]) for p in (self.poses, poses))
+        own = surfaces[0].points[surfaces[0].nodes]
+        moved = float(np.linalg.norm(then.to_world(own) - now.to_world(own), axis=1).max())
+        out = []
+        for surface, reach in zip(surfaces, self.sides, strict=True):
+            rings = int(np.ceil(moved / surface.mean_facet_size.mean()))
+            for _ in range(min(rings, MAX_RINGS)):
+                at_nodes = np.zeros(len(surface.points))
+                np.maximum.at(at_nodes, surface.facets, reach[:, None])
+                reach = at_nodes[surface.facets].max(axis=1)
+            out.append(reach if rings <= MAX_RINGS else np.full(len(reach), reach.max()))
+        return out[0][parts_of(surfaces[0]).owner], out[1]
+
+
+@dataclass(frozen=True, eq=False)
 class SearchRadius:
     """Search radius of a contact.
 
@@ -519,17 +567,21 @@ class SearchRadius:
         Displacement of both sides together beyond the predicted motion, for mortar coupling.
     increment : RigidIncrement, optional
         Predicted rigid motion of one side relative to the other, in world axes; None if unknown.
+    local : LocalReach, optional
+        Displacement of every facet of both sides; None if unknown.
     """
 
     distance: float
     elastic: float
     increment: RigidIncrement | None = None
+    local: LocalReach | None = None
 
     def turned_over(self) -> SearchRadius:
         """The same with swapped sides of the contact."""
         if self.increment is None:
             return self
-        return replace(self, increment=RigidIncrement(-self.increment.shift, -self.increment.turn))
+        local = None if self.local is None else self.local.turned_over()
+        return replace(self, increment=RigidIncrement(-self.increment.shift, -self.increment.turn), local=local)
 
     def increment_in(self, pose: Pose) -> RigidIncrement:
         """The predicted motion in the axes of a body."""

@@ -24,6 +24,7 @@ from fecontact.contact.loads import Loading
 from fecontact.contact.model import SceneModel
 from fecontact.contact.search_region import (
     STILL,
+    LocalReach,
     RigidIncrement,
     SearchRadius,
     bounds_of,
@@ -170,7 +171,9 @@ def check_search_region(result: ContactResult) -> tuple[bool, list[SearchRadius 
         points = interface.slave.pose.to_world(slave.points[slave.nodes])
         motion = float(np.linalg.norm(increment.at(points), axis=1).max() + bounds[0].max() + bounds[1].max())
         distance = max(SPARE * search_radius.distance, motion) if missed else search_radius.distance
-        asked = SearchRadius(distance, SPARE * bridge, increment)
+        sides = bounds[0].reshape(len(slave.facets), -1).max(axis=1), bounds[1]
+        local = LocalReach((SPARE * sides[0], SPARE * sides[1]), (interface.slave.pose, interface.master.pose))
+        asked = SearchRadius(distance, SPARE * bridge, increment, local)
         out.append(asked if interface.slave is contact.slave else asked.turned_over())
     return enough, out
 
@@ -179,7 +182,10 @@ def predict_radius(search_radius: SearchRadius | None, first: SearchRadius | Non
     """Search radius for the next pose of a sweep, from that of the last one and an initial value."""
     if search_radius is None or first is None or search_radius.increment is None:
         return first
-    return SearchRadius(first.distance, FOLLOWING / SPARE * search_radius.elastic, search_radius.increment)
+    wider, local = FOLLOWING / SPARE, search_radius.local
+    if local is not None:
+        local = replace(local, sides=(wider * local.sides[0], wider * local.sides[1]))
+    return SearchRadius(first.distance, wider * search_radius.elastic, search_radius.increment, local)
 
 
 def _movement(result: ContactResult, interface: Interface) -> tuple[RigidIncrement, list[Array]]:

@@ -302,15 +302,7 @@ class FacetSurface:
 
     def project(self, points: Array, n_near: int = 3) -> Projection:
         """Projection of points (n, 3): the closest point over the facets round each point's `n_near` nearest nodes."""
-        _, near = self.tree.query(points, k=min(n_near, len(self.nodes)))
-        around = self.facets_of_node[near.reshape(len(points), -1)].reshape(len(points), -1)
-        if self.along_slender is not None:
-            tree, beside = self.along_slender
-            near = tree.query(points, k=n_near)[1].reshape(len(points), -1) % len(beside)
-            around = np.concatenate([around, beside[near].reshape(len(points), -1)], axis=1)
-        around = np.sort(around, axis=1)
-        point, place = np.nonzero(np.diff(around, axis=1, prepend=-1))
-        facet = around[point, place]
+        point, facet = self._around(points, n_near)
         kept, start = self._flat.nearest(points, point, facet)
         point, facet = point[kept], facet[kept]
         local, distance2 = self.polynomials.closest(points[point], facet, start=start)
@@ -326,6 +318,26 @@ class FacetSurface:
         gap = np.einsum("ni,ni->n", offset, normals)
         outside = self._outside(facet, local, N, offset)
         return Projection(x, normals, gap, outside, self.rows_of(facet, N), facet, local, self.name)
+
+    def facets_near(self, points: Array) -> IntArray:
+        """Facets (n,) nearest to points (n, 3), or neighbours of these: by triangles through their corners."""
+        point, facet = self._around(points, 3)
+        distance = self._flat.closest(points[point], facet)[1]
+        first = np.searchsorted(point, np.arange(len(points)))
+        least = np.minimum.reduceat(distance, first)[point]
+        return facet[np.minimum.reduceat(np.where(distance <= least, np.arange(len(point)), len(point)), first)]
+
+    def _around(self, points: Array, n_near: int) -> tuple[IntArray, IntArray]:
+        """Pairs (n,) of a point and a facet round one of its nearest nodes, sorted by both."""
+        _, near = self.tree.query(points, k=min(n_near, len(self.nodes)))
+        around = self.facets_of_node[near.reshape(len(points), -1)].reshape(len(points), -1)
+        if self.along_slender is not None:
+            tree, beside = self.along_slender
+            near = tree.query(points, k=n_near)[1].reshape(len(points), -1) % len(beside)
+            around = np.concatenate([around, beside[near].reshape(len(points), -1)], axis=1)
+        around = np.sort(around, axis=1)
+        point, place = np.nonzero(np.diff(around, axis=1, prepend=-1))
+        return point, around[point, place]
 
     def rows_of(self, facet: IntArray, N: Array) -> sp.csr_matrix:
         """Interpolation (n, n_nodes) from the mesh nodes by shape functions (n, k) of facets (n,)."""

@@ -221,8 +221,16 @@ def _contact(table: Table, bodies: Bodies) -> Contact | None:
 
 
 def _overclosure(table: Table, key: str) -> SoftContact | None:
-    """Law of a soft contact."""
-    return table.table(key).make(SoftContact, {"stiffness!": number})
+    """Law of a soft contact: a stiffness, rows of overclosure and pressure, or an exponential one."""
+    law = table.table(key)
+    if "clearance" in law or "pressure" in law:
+        return law.make(SoftContact.exponential, {"clearance!": number, "pressure!": number})
+    return law.make(SoftContact, {"stiffness!": _number_or_rows})
+
+
+def _number_or_rows(table: Table, key: str, required: bool) -> Any:
+    """A number, or rows of numbers."""
+    return table.raw(key) if isinstance(table.values.get(key), list) else table.number(key, required)
 
 
 def _surfaces(table: Table, key: str, required: bool) -> tuple[str, str] | None:

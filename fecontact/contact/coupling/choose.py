@@ -189,9 +189,12 @@ class CouplingChoice:
         if radius is None or surfaces is None:
             return None
         relative = self.slave.pose.relative_to(self.master.pose)
-        reach, increment = radius.distance, STILL
+        reach: float | tuple[Array, Array] = radius.distance
+        increment = STILL
         if self.kind == "mortar" and radius.increment is not None:
             reach, increment = radius.elastic, radius.increment_in(self.master.pose)
+            if radius.local is not None:
+                reach = radius.local.here(surfaces, (self.slave.pose, self.master.pose))
         one, other = surfaces
         near = search_region(one, other, relative.rotation, relative.translation, reach, increment)
         return near if near.nodes.any() else None

@@ -506,11 +506,9 @@ def _neighbours(
 ) -> tuple[IntArray, IntArray]:
     """Pairs of facets that may overlap, from projections of samples of each side on the other, with neighbours."""
     ours, x = _probes(slave, None if near is None else near.facets)
-    below = master.project(x @ rotation.T + translation).facet
+    below = master.facets_near(x @ rotation.T + translation)
     theirs, y = _probes(master, None if near is None else near.opposite)
-    above = slave.project((y - translation) @ rotation).facet
-    assert below is not None
-    assert above is not None
+    above = slave.facets_near((y - translation) @ rotation)
     pairs = np.concatenate([np.stack([ours, below], 1), np.stack([above, theirs], 1)])
     if near is not None:
         pairs = pairs[near.facets[pairs[:, 0]]]

@@ -209,9 +209,19 @@ def test_scene_file(tmp_path) -> None:
     )
     given = read_scene(path)
     assert abs(given.solve().contacts[0].max_pressure - DOWN / (1 / E + 1 / K)) <= 1e-12
-    path.write_text(path.read_text(encoding="utf-8").replace("stiffness = 2000.0", "stiffness = 0"), encoding="utf-8")
-    with refused(fc.InputError, "scene-file", "overclosure"):
-        read_scene(path)
+    text = path.read_text(encoding="utf-8")
+    for key, law in (
+        ("stiffness = [[0, 0], [0.002, 1.0], [0.01, 25.0]]", fc.SoftContact([(0, 0), (0.002, 1.0), (0.01, 25.0)])),
+        ("clearance = 0.004, pressure = 1.5", fc.SoftContact.exponential(0.004, 1.5)),
+    ):
+        path.write_text(text.replace("stiffness = 2000.0", key), encoding="utf-8")
+        p = read_scene(path).solve().contacts[0].max_pressure
+        # a column in series with the law
+        assert abs(p / E + law.overclosure(np.array([p]))[0] - DOWN) <= 1e-12
+    for fault in ("stiffness = 0", "stiffness = [[0, 0], [0.1, 0]]", "stiffness = ['soft']", "clearance = 0.1", ""):
+        path.write_text(text.replace("stiffness = 2000.0", fault), encoding="utf-8")
+        with refused(fc.InputError, "scene-file", "overclosure"):
+            read_scene(path)
 
 
 def test_refusals() -> None:

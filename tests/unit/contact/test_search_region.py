@@ -390,3 +390,34 @@ def test_rigid_and_plane_partners_are_paired_whole():
     contact = fc.Contact(lower, ball)
     loading = LoadStep({ball: (0, 0, -1.0)}).on([lower, ball])
     assert local_search.first_radius(contact, loading) is None
+
+
+def test_poses_paired_round_the_last_one_are_those_paired_whole(monkeypatch):
+    bulge = fc.shapes.block((2.0, 2.0, 0.4), (15, 9, 1), element="hex8").translated((-1.0, -1.0, 0.0))
+    bulge = bulge.mapped(lambda x: x + (0.15 * (x[:, :2] ** 2).sum(axis=1) * (1 - x[:, 2] / 0.4))[:, None] * [0, 0, 1])
+    plate = fc.shapes.block((3.0, 2.4, 0.4), (22, 11, 1), element="hex8").translated((-1.5, -1.2, -0.4))
+    upper = fc.ElasticBody(bulge, SOLID, "bottom", {"top": "xyz"}, name="upper")
+    lower = fc.ElasticBody(plate, SOLID, "top", {"bottom": "xyz"}, name="lower")
+    scene = fc.Scene([upper, lower], [fc.Contact(upper, lower)])
+    regions = []
+    check = local_search.check_search_region
+
+    def seen(result):
+        regions.append((result._interfaces[0].region, result._interfaces[0].search_radius, *check(result)))
+        return regions[-1][2:]
+
+    monkeypatch.setattr(local_search, "check_search_region", seen)
+    # small steps, and at last one that moves other parts together: they are missed, found and paired
+    places = [fc.Pose(fc.rotation_about((0, 1, 0), a), (a, 0, -0.01)) for a in (0.0, 0.03, 0.06, 0.3)]
+    table = scene.sweep([{"poses": {upper: pose}} for pose in places])
+    assert [found for *_, found, _ in regions] == [True, True, True, False, True]
+    assert regions[0][1].local is None
+    assert all(radius.local is not None for _, radius, *_ in regions[1:])
+    assert regions[2][0].within.sum() < regions[0][0].within.sum()
+    for row, pose in list(zip(table.rows, places, strict=True))[2:]:
+        there = upper.placed(pose.translation, rotation=pose.rotation)
+        alone = fc.Scene([there, lower], [fc.Contact(there, lower)])
+        whole = alone.solve(search="global").contacts[0].summary()
+        for name in ("area", "max_pressure", "mean_pressure"):
+            # rounding times the condition of the compliance
+            assert abs(row["contacts"][0][name] / whole[name] - 1) < 1e-9, name
