@@ -36,6 +36,7 @@ equations in it.
 `FollowerPressure, Moment`     loads that change with the deformation, for `Stage(assembly, follow=[..])`
 `InvertedError`                is raised where a law, ``fc.NeoHookean(E=, nu=)`` as the material, meets det F <= 0
 `Plastic`                      von Mises' yield with linear hardening, as the material of bricks or a layered `line`
+`FloatingBody(modes)`          a body of small strains that moves and turns, with modes of `ElasticBody.with_modes(n)`
 `Viscosity`                    Kelvin-Voigt and a Prony series beside the law, for motion in time
 `sides_by_label, released_at`  neighbours that do not share all gradients; `reentrant_points` finds such edges
 =============================  =======================================================================================
@@ -85,6 +86,7 @@ from fecontact.ancf.bricks.loads import (
 from fecontact.ancf.bricks.solid import AncfSolid
 from fecontact.ancf.bricks.space import AncfSpace, reentrant_points, released_at, sides_by_label
 from fecontact.ancf.bricks.viscosity import Viscosity
+from fecontact.ancf.floating import FloatingBody
 from fecontact.ancf.picture import save_motion
 from fecontact.ancf.system.assembly import Assembly
 from fecontact.ancf.system.dynamics import Motion, move
@@ -103,6 +105,7 @@ __all__ = [
     "Assembly",
     "ElementHexAncf",
     "EnergyMomentum",
+    "FloatingBody",
     "Follower",
     "FollowerPressure",
     "GeneralisedAlpha",

@@ -18,7 +18,7 @@ from fecontact.bodies.inner_fields import InnerFields
 from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import instance, mapping, spelled, text, texts
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.checks import among, array_of
+from fecontact.common.checks import among, array_of, index_array
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
 from fecontact.common.material import Material
@@ -30,6 +30,7 @@ from fecontact.fem.factor import DIRECT
 from fecontact.fem.finite_strain import AtState, FiniteStrain, State, at_state
 from fecontact.fem.laws import Law, at_rest, laws_of
 from fecontact.fem.model import AnyMaterial, Model
+from fecontact.fem.modes import Modes, modes_of
 from fecontact.fem.rigid import rigid_modes
 from fecontact.fem.support import Support, is_plane, symmetry_planes
 from fecontact.mesh.check import check_skin
@@ -232,6 +233,37 @@ class ElasticBody(Body):
         kept = {f.name: getattr(self, f.name) for f in fields(self)}
         vars(other).update({**kept, "mesh": model.mesh, "pose": pose, "model": model})
         return other
+
+    def with_modes(self, count: int, kept: Iterable[int] | None = None) -> Modes:
+        """Its vibrations with some nodes held, and displacements of these nodes: for a body that moves and turns.
+
+        Parameters
+        ----------
+        count : int
+            Vibrations.
+        kept : sequence of int, optional
+            Nodes of the mesh; those of the contact boundaries unless given. Each costs 27 coordinates.
+
+        Raises
+        ------
+        InputError
+            For a body with supports, conditions, a law of finite strain or without density; unknown nodes.
+
+        Examples
+        --------
+        >>> import fecontact as fc
+        >>> bar = fc.shapes.block((4.0, 1.0, 1.0), (4, 1, 1))
+        >>> ElasticBody(bar, fc.Material(E=1.0, nu=0.3, density=1.0)).with_modes(3).functions.shape[1]
+        13
+        """
+        if self._finite_strain is not None or any(m.density is None for m in self.model.materials):
+            has = "none" if self._finite_strain is None else "a law of finite strain"
+            raise InputError(f"Modes are of linear bodies with a density; {self.name!r} has {has}.", code="modes")
+        boundaries = [self.mesh.face_nodes(self.mesh.faces(name)).ravel() for name in self.contact]
+        nodes = np.concatenate([np.zeros(0, np.int64), *boundaries]) if kept is None else index_array("kept", [*kept])
+        if len(nodes) and not 0 <= nodes.min() <= nodes.max() < len(self.mesh.points):
+            raise InputError(f"The body has {len(self.mesh.points)} nodes, counted from 0.", code="unknown-node")
+        return modes_of(self.model, count, np.unique(nodes))
 
     @property
     def n_dofs(self) -> int:

@@ -10,13 +10,11 @@ the polar decomposition A = R S of a matrix that is linear in the coordinates,
     A = sum_f q_f (x) B_f:    at a node, the deformation gradient;    on a boundary, int r (x) (X - X_mean) dA,
 
 so that on a boundary R is the rotation of the rigid motion that fits the surface best (least squares). From dA follow
-the axial vector w of R^T dR and the forces:
+the forces, see `ancf.rotation`,
 
-    T w = a(R^T dA),    T = tr S - S,    a_k(M) = - eps_kij M_ij,    dtheta = R w,
+    Q_f = R [g]x B_f,    T g = R^T m.
 
-    Q_f = R [g]x B_f,    T g = R^T m
-
-(differential of the polar decomposition: Bonet & Wood 2008, section 3.5, for F = R U). On a plane section Q is a
+On a plane section Q is a
 traction linear in X - X_mean that turns with it, which is the stress of pure bending.
 """
 
@@ -33,6 +31,7 @@ from numpy.typing import ArrayLike
 from fecontact.ancf.bricks.hexahedron import gauss
 from fecontact.ancf.bricks.solid import AncfSolid
 from fecontact.ancf.bricks.space import AncfSpace, SurfaceRule, vector_areas
+from fecontact.ancf.rotation import EPS, Rotation, skew
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import number, vector
 from fecontact.common.errors import InputError
@@ -68,11 +67,6 @@ class Surfaced(Protocol):
 
     def surface_rule(self, boundary: str) -> SurfaceRule:
         """Quadrature on a boundary."""
-
-
-#: Permutation symbol.
-_EPS = np.zeros((3, 3, 3))
-_EPS[[0, 1, 2], [1, 2, 0], [2, 0, 1]], _EPS[[0, 2, 1], [2, 1, 0], [1, 0, 2]] = 1.0, -1.0
 
 
 def weight(solid: AncfSolid, acceleration: ArrayLike) -> Array:
@@ -204,7 +198,7 @@ def pressure_tangent(space: Surfaced, q: Array, boundary: str, pressure: float) 
     functions, S, dS, W = space.surface_rule(boundary)
     along = np.einsum("fqaj,fai->fqji", dS, space.spread(q)[functions])
     # d(r_s x r_t)_i = eps_ikm (dS_s r_t,m - dS_t r_s,m) dq_k
-    cross_t, cross_s = (np.einsum("ikm,fqm->fqik", _EPS, along[:, :, j]) for j in (1, 0))
+    cross_t, cross_s = (np.einsum("ikm,fqm->fqik", EPS, along[:, :, j]) for j in (1, 0))
     change = dS[..., 0][..., None, None] * cross_t[:, :, None] - dS[..., 1][..., None, None] * cross_s[:, :, None]
     blocks = np.einsum("fqa,fqbik,q->faibk", S, change, -pressure * W, optimize=True)
     dofs = (3 * functions[:, :, None] + np.arange(3)).reshape(len(functions), -1)
@@ -221,10 +215,6 @@ def _summed(space: Surfaced, functions: IntArray, own: Array) -> Array:
     total = np.zeros((int(space.functions.max()) + 1, 3))
     np.add.at(total, functions, own)
     return space.gather(total)
-
-
-#: Sum of the two smaller stretches, relative to the largest, below which a rotation is not defined.
-FLAT = 1e-9
 
 
 class Follower(Protocol):
@@ -333,26 +323,17 @@ class Moment:
         B = self._weights(space)
         if B.any(axis=1).sum() == 1:
             return self._on_line(B, q)[0]
-        R, T = _rotation(q.reshape(-1, 3).T @ B)
-        g = np.linalg.solve(T, R.T @ np.asarray(self.moment, dtype=float))
-        return np.asarray(B @ (R @ _skew(g)).T).ravel()
+        turn = Rotation(q.reshape(-1, 3).T @ B)
+        return np.asarray(B @ turn.forces(turn.R.T @ np.asarray(self.moment, dtype=float)).T).ravel()
 
     def tangent(self, space: Any, q: Array) -> sp.csr_matrix:
         """Their derivative (n_dofs, n_dofs); symmetric if everything turns in one plane."""
         B = self._weights(space)
         if B.any(axis=1).sum() == 1:
             return self._on_line(B, q)[1]
-        R, T = _rotation(q.reshape(-1, 3).T @ B)
-        m = R.T @ np.asarray(self.moment, dtype=float)
-        g = np.linalg.solve(T, m)
-        dA = np.einsum("pr,js->pjrs", np.eye(3), np.eye(3)).reshape(9, 3, 3)
-        local = R.T @ dA
-        w = np.linalg.solve(T, -np.einsum("kij,nij->kn", _EPS, local)).T
-        spin = _skew(w)
-        dS = local - spin @ (R.T @ (q.reshape(-1, 3).T @ B))
-        dT = np.trace(dS, axis1=1, axis2=2)[:, None, None] * np.eye(3) - dS
-        dg = np.linalg.solve(T, (-spin @ m - dT @ g).T).T
-        dP = (R @ (spin @ _skew(g) + _skew(dg))).reshape(3, 3, 3, 3)  # p, j of dA, then those of P
+        turn = Rotation(q.reshape(-1, 3).T @ B)
+        m = turn.R.T @ np.asarray(self.moment, dtype=float)
+        dP = turn.tangent(m, -turn.spin @ m).reshape(3, 3, 3, 3)  # p, j of dA, then those of P
         used = np.flatnonzero(B.any(axis=1))
         blocks = np.einsum("ak,bj,pjrk->arbp", B[used], B[used], dP, optimize=True)
         dofs = (3 * used[:, None] + np.arange(3)).ravel()
@@ -366,27 +347,5 @@ class Moment:
         Q, size = np.zeros(len(q)), t @ t
         Q[3 * k : 3 * k + 3] = np.cross(m, t) / size
         K = sp.lil_matrix((len(q), len(q)))
-        K[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = _skew(m) / size - 2 * np.outer(np.cross(m, t), t) / size**2
+        K[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = skew(m) / size - 2 * np.outer(np.cross(m, t), t) / size**2
         return Q, sp.csr_matrix(K)
-
-
-def _rotation(A: Array) -> tuple[Array, Array]:
-    """R of A = R S with det R = 1, and T = tr S - S.
-
-    Raises
-    ------
-    InputError
-        If the rotation is not defined: A is flattened to a line.
-    """
-    U, stretch, V = np.linalg.svd(A)
-    turn = np.linalg.det(U) * np.linalg.det(V)
-    stretch[2] *= turn
-    U[:, 2] *= turn
-    if not stretch[1] + stretch[2] > FLAT * stretch[0]:
-        raise InputError("A moment acts where the body is flattened to a line, which has no rotation about itself.")
-    return U @ V, (V.T * (stretch.sum() - stretch)) @ V
-
-
-def _skew(g: Array) -> Array:
-    """Matrices [g]x (..., 3, 3)."""
-    return -np.einsum("ijk,...k->...ij", _EPS, g)

@@ -201,7 +201,7 @@ def drive(n: int, step: float, until: float, stiffer: float = 1.0, corotational:
     return Course(motion, bars, *_measured(motion.frames, n))
 
 
-def _axes(n: int) -> list[Array]:
+def bars(n: int) -> list[Array]:
     """Nodes (n + 1, 3) of crank, coupler and follower at the start."""
     crank = LINKAGE.crank * np.exp(1j * START)
     end = crank + LINKAGE.coupler * np.exp(1j * LINKAGE.angles(np.array([START]))[0][0])
@@ -210,13 +210,13 @@ def _axes(n: int) -> list[Array]:
 
 
 def _lines(n: int, stiffer: float) -> Structure:
-    return line(_axes(n), EA=stiffer * YOUNG * AREA, EI=stiffer * YOUNG * SECOND_MOMENT, mass=LINKAGE.mass)
+    return line(bars(n), EA=stiffer * YOUNG * AREA, EI=stiffer * YOUNG * SECOND_MOMENT, mass=LINKAGE.mass)
 
 
 def _corotational(n: int, stiffer: float) -> CorotationalBeam:
     EA, EI = stiffer * YOUNG * AREA, stiffer * YOUNG * SECOND_MOMENT
     return CorotationalBeam(
-        _axes(n), EA=EA, EI=EI, mass_per_length=LINKAGE.mass, rotary=ROTARY * DENSITY * SECOND_MOMENT
+        bars(n), EA=EA, EI=EI, mass_per_length=LINKAGE.mass, rotary=ROTARY * DENSITY * SECOND_MOMENT
     )
 
 
