@@ -81,7 +81,7 @@ class Rotation:
         return skew(self._by_T(axial(self.R.T @ UNIT)))
 
     def _by_T(self, t: Array) -> Array:
-        """g of T g = t, of vectors (.., 3)."""
+        """Solutions g of T g = t, of vectors (.., 3)."""
         return np.asarray(np.linalg.solve(self.T, t.T).T, dtype=float)
 
     def forces(self, t: Array) -> Array:
