@@ -10,8 +10,8 @@ from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.figure import Figure
 
 import fecontact as fc
-from fecontact.halfspace.contact import FrictionContact
 from fecontact.halfspace.path import FrictionPath
+from fecontact.halfspace.traction_contact import FrictionContact
 
 #: Modulus of rigidity 1 (forces are over it), mm; the ball's contact is 7 mm wide.
 NU, MU, CURVATURE, FORCE, SHARE, WIDTH = 0.28, 0.4013, 2 * 0.002963, 0.4705, 0.657, 7.0

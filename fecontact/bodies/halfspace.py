@@ -31,7 +31,8 @@ from fecontact.common.viscoelastic import Viscoelastic
 from fecontact.halfspace import kernels
 from fecontact.halfspace.adhesion import AdhesionCurve, Adhesive, AdhesiveContact, ApproachSteps, Dugdale, Given
 from fecontact.halfspace.compliance import SurfaceCompliance
-from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
+from fecontact.halfspace.contact import HalfSpaceContact
+from fecontact.halfspace.creep import CreepCoefficients, CreepCurve, CreepSteps, creep_coefficients
 from fecontact.halfspace.fft import array_module
 from fecontact.halfspace.friction import CERTIFIED, Friction, PressStep
 from fecontact.halfspace.friction_law import FrictionLaw, FrictionOfRolling
@@ -42,18 +43,9 @@ from fecontact.halfspace.layered import Layer
 from fecontact.halfspace.operator import CellModel, Part, coarse_pressure
 from fecontact.halfspace.path import CurveSteps, FrictionPath, FrictionSteps, LoadCurve
 from fecontact.halfspace.pressing import Load, check_settings, press
-from fecontact.halfspace.rolling import (
-    CreepCoefficients,
-    CreepCurve,
-    CreepSteps,
-    Pair,
-    RollingContact,
-    RollingFriction,
-    RollingStep,
-    creep_coefficients,
-    roll,
-)
+from fecontact.halfspace.rolling import Pair, RollingContact, RollingFriction, RollingStep, roll
 from fecontact.halfspace.steady import MovingContact, press_moving
+from fecontact.halfspace.traction_contact import FrictionContact
 from fecontact.halfspace.validity import overlap_between_cells
 from fecontact.halfspace.viscoelastic import elastic, memory_of
 from fecontact.halfspace.wear import WornSteps

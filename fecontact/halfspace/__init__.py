@@ -1,14 +1,16 @@
 """Half-spaces on a grid of cells: compliance, contact without friction and with it, results, pictures."""
 
 from fecontact.halfspace.adhesion import AdhesionCurve, AdhesiveContact, Dugdale
-from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
+from fecontact.halfspace.contact import HalfSpaceContact
+from fecontact.halfspace.creep import CreepCoefficients, CreepCurve
 from fecontact.halfspace.friction import PressStep
 from fecontact.halfspace.friction_law import FallingFriction
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.layered import Layer
 from fecontact.halfspace.path import FrictionPath, LoadCurve
-from fecontact.halfspace.rolling import CreepCoefficients, CreepCurve, RollingContact
+from fecontact.halfspace.rolling import RollingContact
 from fecontact.halfspace.steady import MovingContact
+from fecontact.halfspace.traction_contact import FrictionContact
 
 __all__ = [
     "AdhesionCurve",

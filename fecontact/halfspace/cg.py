@@ -69,7 +69,7 @@ class GridProblem:
     F : (m,) array
         Loads.
     workers : int, optional
-        Threads, see `common.threads`.
+        Threads, see `fft.each`.
     bound : (nx, ny) array, optional
         H, positive or infinite; none without it.
     """

@@ -251,7 +251,7 @@ class Convolution:
     product : bool
         Whether to count its use as a product with a compliance.
     workers : int, optional
-        Threads, see `common.threads`.
+        Threads, see `each`.
     factor : float
         Factor of the results.
     arrays : str, optional

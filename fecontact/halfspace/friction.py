@@ -29,17 +29,12 @@ from fecontact.halfspace.compliance import (
     is_coupled,
     tangential_compliance,
 )
-from fecontact.halfspace.contact import (
-    FrictionContact,
-    HalfSpaceContact,
-    SolverReport,
-    TangentialReport,
-    TractionContact,
-)
+from fecontact.halfspace.contact import HalfSpaceContact, SolverReport
 from fecontact.halfspace.fft import Convolution
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.hardness import dented, with_own_dent
 from fecontact.halfspace.pressing import Load, normal_residuals, press
+from fecontact.halfspace.traction_contact import FrictionContact, TangentialReport, TractionContact
 from fecontact.halfspace.tresca import TrescaIterate, TrescaProblem, solve_nested_tresca, solve_tresca
 from fecontact.halfspace.viscoelastic import creep_of
 from fecontact.solvers.coulomb import Residuals, ResidualScales, friction_limit, ratio
@@ -132,6 +127,11 @@ class PressStep:
         for name in ("torque", "twist"):
             if (value := getattr(self, name)) is not None:
                 checks.finite(f"the {name}", value)
+
+    @property
+    def normal_load(self) -> Load:
+        """Force or approach."""
+        return Load(self.force, self.approach, self.load_point)
 
     @property
     def loads(self) -> tuple[float | None, float | None, float | None]:
@@ -264,7 +264,7 @@ def press_step(
         As from `staggered`.
     """
     start = None if last is None else (last.traction, None)
-    load, z = Load(step.force, step.approach, step.load_point), dented(heights, last)
+    load, z = step.normal_load, dented(heights, last)
     creep = creep_of(friction, step.time, last)
 
     def tractions_of(normal: HalfSpaceContact) -> DraggedTractions:
@@ -370,7 +370,7 @@ def certified(
     """
     contact, creep = restored(friction, FrictionContact, known), creep_of(friction, step.time, last)
     tractions = DraggedTractions(creep.friction, contact, step, last, creep.slip)
-    load, z = Load(step.force, step.approach, step.load_point), creep.below(dented(heights, last))
+    load, z = step.normal_load, creep.below(dented(heights, last))
     return creep.memorised(recertified(tractions, contact, z, load, with_own_dent(contact, last)))
 
 

@@ -23,10 +23,11 @@ from fecontact.common.table import Table
 from fecontact.common.units import Units
 from fecontact.common.version import VERSION
 from fecontact.halfspace.compliance import SurfaceCompliance, check_thickness
-from fecontact.halfspace.contact import FrictionContact, HalfSpaceContact
+from fecontact.halfspace.contact import HalfSpaceContact
 from fecontact.halfspace.friction import Friction, PressStep, certified, press_step
 from fecontact.halfspace.pictures import Drawn, plot_over_force
 from fecontact.halfspace.pressing import Load
+from fecontact.halfspace.traction_contact import FrictionContact
 from fecontact.halfspace.viscoelastic import with_time_change
 
 #: Loads and motions by the names of `PressStep`, or figures of a load.

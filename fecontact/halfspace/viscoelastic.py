@@ -34,9 +34,9 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.viscoelastic import Viscoelastic
 from fecontact.halfspace.compliance import Memory, SurfaceCompliance
-from fecontact.halfspace.contact import FrictionContact
 from fecontact.halfspace.hardness import dented
-from fecontact.halfspace.pressing import Load, press
+from fecontact.halfspace.pressing import press
+from fecontact.halfspace.traction_contact import FrictionContact
 
 if TYPE_CHECKING:
     from fecontact.halfspace.friction import Friction, PressStep
@@ -202,7 +202,7 @@ def with_time_change(
         lift, z = creep.friction.lift, dented(creep.below(heights), last)
         now = press(
             creep.friction.body, z if lift is None else z + lift.apply(traction)[0],
-            Load(middle.force, middle.approach, middle.load_point), MIDDLE_TOLERANCE, symmetry, friction.workers,
+            middle.normal_load, MIDDLE_TOLERANCE, symmetry, friction.workers,
             boxed=False, start=replace(found, pressure=pressure), hardness=friction.hardness,
         )  # fmt: skip
         late = late + bow * (now.pressure - pressure)

@@ -18,10 +18,10 @@ from fecontact.common.errors import InputError
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.wear import NO_CYCLE, check_change, faded, steady, worn_in_halves
 from fecontact.halfspace.compliance import Box
-from fecontact.halfspace.contact import FrictionContact
 from fecontact.halfspace.friction import DraggedTractions, PressStep, certified, press_step, restored
 from fecontact.halfspace.path import KEPT, FrictionSteps
-from fecontact.halfspace.pressing import Load, press
+from fecontact.halfspace.pressing import press
+from fecontact.halfspace.traction_contact import FrictionContact
 
 #: Overlap left at an approach, over the worn depth, at which all is worn off: below it pressures are rounding.
 WORN_OFF = 1e-5
@@ -144,7 +144,7 @@ class WornSteps(FrictionSteps):
         by_traction = 0.0 if self.friction.lift is None else self.friction.lift.apply(found.traction)[0]
         own = self.wear * slip * (cycles * part if cycles else 1.0)
         pressed = press(
-            self.friction.body, self._shape(k, worn) + by_traction, Load(step.force, step.approach, step.load_point),
+            self.friction.body, self._shape(k, worn) + by_traction, step.normal_load,
             self.friction.tolerance, self.symmetry, self.friction.workers, own=own,
         )  # fmt: skip
         worn = worn + own * pressed.pressure

@@ -6,7 +6,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError
-from fecontact.halfspace import rolling, tresca
+from fecontact.halfspace import creep, rolling, tresca
 from fecontact.halfspace.compliance import tangential_compliance
 from fecontact.halfspace.rolling import RULES, RollingFriction, RollingStep
 from fecontact.surfaces import Paraboloid
@@ -335,9 +335,9 @@ def test_creep_curves_go_on_from_their_file(tmp_path, monkeypatch, against):
     rows = file.read_text().splitlines()
     file.write_text("\n".join(rows[:3]) + "\n")
     solved, pressed = [], []
-    roll, press = rolling.roll, rolling.press
-    monkeypatch.setattr(rolling, "roll", lambda *given: solved.append(1) or roll(*given))
-    monkeypatch.setattr(rolling, "press", lambda *given: pressed.append(1) or press(*given))
+    roll, press = creep.roll, creep.press
+    monkeypatch.setattr(creep, "roll", lambda *given: solved.append(1) or roll(*given))
+    monkeypatch.setattr(creep, "press", lambda *given: pressed.append(1) or press(*given))
     other = body.creep_curve(BALL, [2e-3, 6e-3], **options, path=file)
     assert (len(solved), len(pressed)) == (1, 1)
     np.testing.assert_allclose(other.tangential, one.tangential, atol=1e-9 * MU * FORCE)
