@@ -161,6 +161,7 @@ def _halfspace(parser: argparse.ArgumentParser) -> None:
     form.add_argument("--file", help="heights (.npy .txt .csv .xyz .asc) or a surface (.stl .ply .obj), facing down")
     form.add_argument("--height-unit", type=float, help="of the heights in that of lengths: 1e-6 for nm beside mm")
     form.add_argument("--peaks-up", action="store_const", const=True, help="heights as measured: the highest touch")
+    form.add_argument("--holes", choices=("fill", "open"), help="of heights: filled smoothly, or without a surface")
     form.add_argument("--trend", help="mean, plane or quadratic, subtracted from the heights; none unless given")
     form.add_argument("--hurst", type=float, help="rough; 0.8 unless given")
     form.add_argument("--rms-slope", type=float, help="rough; this or --rms-height")

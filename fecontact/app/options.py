@@ -84,7 +84,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     **{s.option: tuple(s.options) for s in SHAPES.values() if s.option},
     "wave": ("amplitude", "wavelength"),
     "rough": ("rms_slope", "rms_height", "longest", "shortest", "hurst", "seed"),
-    "heights": ("file", "height_unit", "peaks_up", "trend"),
+    "heights": ("file", "height_unit", "peaks_up", "trend", "holes"),
 }
 
 #: Studies of ``fecontact friction`` and what they show.

@@ -98,8 +98,8 @@ def checked_heights(heights: ArrayLike, grid: Grid) -> tuple[Array, Mask]:
         return z, np.ones(z.shape, bool)
     if np.isnan(z).any():
         raise InputError(
-            f"The heights hold {int(np.isnan(z).sum())} NaN. Fill the holes of a measurement, or use infinity where "
-            "there is no counter-surface.",
+            f"The heights hold {int(np.isnan(z).sum())} NaN. Fill the holes of a measurement "
+            "(surfaces.fill_holes, --holes fill), or leave them open by plus infinity (--holes open).",
             code="heights-nan",
         )
     if (z == -np.inf).any():

@@ -2,7 +2,7 @@
 
 from fecontact.surfaces.profile import Profile, read_profile
 from fecontact.surfaces.rigid.heightmap import FunctionSurface, HeightMap
-from fecontact.surfaces.rigid.rough import PowerSpectrum, RoughSurface, detrend, power_spectrum, self_affine
+from fecontact.surfaces.rigid.rough import PowerSpectrum, RoughSurface, detrend, fill_holes, power_spectrum, self_affine
 from fecontact.surfaces.rigid.shapes import Cone, Cylinder, Ellipsoid, FlatPunch, Paraboloid, Torus
 from fecontact.surfaces.rigid.topography import Topography, read_topography
 from fecontact.surfaces.rigid.triangulated import Facets
@@ -22,6 +22,7 @@ __all__ = [
     "Topography",
     "Torus",
     "detrend",
+    "fill_holes",
     "power_spectrum",
     "read_profile",
     "read_topography",

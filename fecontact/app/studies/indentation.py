@@ -30,7 +30,7 @@ from fecontact.halfspace.pictures import plot_over_force
 from fecontact.halfspace.pressing import Load
 from fecontact.mesh.read import POLYGON_READERS, read_surface
 from fecontact.results.report import peak_memory
-from fecontact.surfaces import Facets, detrend, read_topography, self_affine
+from fecontact.surfaces import Facets, detrend, fill_holes, read_topography, self_affine
 from fecontact.surfaces.rigid.shapes import Indenter
 
 Options = Mapping[str, Any]
@@ -603,4 +603,6 @@ def _heights(given: Options, cells: Cells, size: Size | None) -> tuple[Any, Cell
     z = -surface.z if given.get("peaks_up") else surface.z
     if given.get("trend", "none") != "none":
         z = detrend(z, given["trend"])
+    if holes := given.get("holes"):
+        z = fill_holes(z) if holes == "fill" else np.where(np.isnan(z), np.inf, z)
     return z - np.nanmin(z), (z.shape[0], z.shape[1]), surface.size

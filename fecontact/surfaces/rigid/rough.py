@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+import scipy.sparse.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from fecontact.common.arguments import items
@@ -143,11 +144,11 @@ def _root_mean_square(spectrum: NDArray) -> float:
     return float(np.linalg.norm(spectrum)) / spectrum.size
 
 
-def _heights(z: ArrayLike) -> Array:
-    """Heights (nx, ny) without holes."""
+def _heights(z: ArrayLike, holes: bool = False) -> Array:
+    """Heights (nx, ny), without holes unless they may be."""
     heights = number_array("the heights", z)
-    if heights.ndim != 2 or heights.size == 0 or not np.isfinite(heights).all():
-        raise InputError("Heights must be a finite array (nx, ny) to be detrended, or for a spectrum.")
+    if heights.ndim != 2 or heights.size == 0 or not (holes or np.isfinite(heights).all()):
+        raise InputError("Heights must be an array (nx, ny), of a spectrum without holes: see surfaces.fill_holes.")
     return heights
 
 
@@ -157,6 +158,7 @@ def detrend(z: ArrayLike, trend: str = "plane") -> Array:
     Parameters
     ----------
     z : (nx, ny) array_like
+        Those that are not finite, the holes of a measurement, do not count and stay.
     trend : {'mean', 'plane', 'quadratic'}
 
     Returns
@@ -166,7 +168,7 @@ def detrend(z: ArrayLike, trend: str = "plane") -> Array:
     Raises
     ------
     InputError
-        If the trend is unknown, or heights are not finite.
+        If the trend is unknown, or there are too few finite heights.
 
     Examples
     --------
@@ -175,14 +177,56 @@ def detrend(z: ArrayLike, trend: str = "plane") -> Array:
     >>> float(np.abs(detrend(3 + 2 * x - y)).max()) < 1e-12
     True
     """
-    heights = _heights(z)
+    heights = _heights(z, holes=True)
     among("trend", trend, TRENDS)
     x, y = (np.linspace(-1.0, 1.0, n) for n in heights.shape)
     X, Y = x[:, None] + 0 * y, y[None, :] + 0 * x[:, None]
     terms = [np.ones_like(X), X, Y, X**2, X * Y, Y**2]
     basis = np.stack(terms[: {"mean": 1, "plane": 3, "quadratic": 6}[trend]], axis=-1).reshape(heights.size, -1)
-    factors = np.linalg.lstsq(basis, heights.ravel(), rcond=None)[0]
+    known = np.isfinite(heights).ravel()
+    if known.sum() < basis.shape[1]:
+        raise InputError(f"A trend needs {basis.shape[1]} finite heights; found {known.sum()}.", code="few-heights")
+    factors = np.linalg.lstsq(basis[known], heights.ravel()[known], rcond=None)[0]
     return np.asarray(heights - (basis @ factors).reshape(heights.shape))
+
+
+def fill_holes(z: ArrayLike) -> Array:
+    """Heights with a harmonic surface in the holes of a measurement: each height there is the mean of its neighbours'.
+
+    It has no peaks of its own. At a rim that was not measured it goes on level.
+
+    Parameters
+    ----------
+    z : (nx, ny) array_like
+        Holes are NaN.
+
+    Returns
+    -------
+    (nx, ny) array
+
+    Raises
+    ------
+    InputError
+        If no height is known.
+
+    Examples
+    --------
+    >>> fill_holes([[0.0, 1.0, 2.0], [1.0, np.nan, 3.0], [2.0, 3.0, 4.0]])[1, 1].round(12)
+    np.float64(2.0)
+    """
+    heights = number_array("the heights", z)
+    holes = np.isnan(heights)
+    if heights.ndim != 2 or holes.all():
+        raise InputError("Heights must be an array (nx, ny), of which some are known.", code="no-heights")
+    number = np.arange(heights.size).reshape(heights.shape)
+    pairs = [(number[:-1].ravel(), number[1:].ravel()), (number[:, :-1].ravel(), number[:, 1:].ravel())]
+    i, j = (np.concatenate(each) for each in zip(*pairs, strict=True))
+    A = scipy.sparse.coo_array((np.ones(2 * len(i)), (np.r_[i, j], np.r_[j, i])), shape=2 * (heights.size,)).tocsr()
+    rows = A[np.flatnonzero(holes)]
+    L = scipy.sparse.diags_array(rows.sum(axis=1)) - rows[:, np.flatnonzero(holes)]
+    out = np.where(holes, 0.0, heights)
+    out[holes] = scipy.sparse.linalg.spsolve(L.tocsc(), rows @ out.ravel()) if holes.any() else 0.0
+    return out
 
 
 #: Power over the largest of a spectrum, up to which it is rounding: the squared one of heights, and what they sum up.

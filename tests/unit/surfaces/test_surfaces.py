@@ -16,6 +16,7 @@ from fecontact.surfaces import (
     Paraboloid,
     Torus,
     detrend,
+    fill_holes,
     read_topography,
     self_affine,
 )
@@ -103,6 +104,26 @@ def test_rough_surface_by_seed_and_spectrum():
 def test_bad_roughness(options, message):
     with refused(InputError, *message):
         self_affine((16, 16), (1.0, 1.0), seed=0, **options)
+
+
+def test_holes_do_not_count_in_a_trend_and_are_filled_by_harmonic_heights():
+    """A plane is harmonic: what is taken out of it comes back, also over a hole of many cells."""
+    x, y = np.meshgrid(np.arange(9.0), np.arange(7.0), indexing="ij")
+    plane = 3.0 + 2.0 * x - y
+    holed = plane.copy()
+    holed[2:5, 2:4] = holed[7, 5] = np.nan
+    left = detrend(holed, "plane")
+    assert (np.isnan(left) == np.isnan(holed)).all()
+    assert np.nanmax(np.abs(left)) < 1e-12  # rounding of heights up to 20
+    assert np.abs(fill_holes(holed) - plane).max() < 1e-12
+    rim = plane.copy()
+    rim[0] = np.nan
+    assert plane.min() <= fill_holes(rim).min()
+    assert np.isclose(fill_holes(rim)[0], rim[1]).mean() < 1  # smooth along the rim, too
+    with refused(InputError, "few-heights"):
+        detrend(np.full((3, 3), np.nan))
+    with refused(InputError, "no-heights"):
+        fill_holes(np.full((3, 3), np.nan))
 
 
 @pytest.mark.parametrize(("trend", "power"), [("mean", 0), ("plane", 1), ("quadratic", 2)])
