@@ -442,6 +442,8 @@ PLAIN, COLOURS, LISTED = (0.87, 0.87, 0.87), "tab20", 20
 PIXELS = (1100, 820)
 #: Cosine between a boundary's mean normal and the eye from which on its number is written on it.
 FACING = 0.15
+#: Size of such a number over that of the picture.
+NUMBER = 0.04
 #: Difference of colours, of which the brightest part is one, up to which they are the same in another light.
 SAME_HUE = 0.08
 
@@ -620,20 +622,24 @@ def _number_boundaries(
 ) -> None:
     """Write the number of each boundary on that of its facets which is nearest to the middle of those that are seen.
 
-    Facets are seen that face the eye and, without a veil, whose colour is where they are in the picture.
+    Facets are seen that face the eye and, without a veil, whose colour is where they are in the picture. Those on which
+    a number would cover another one are passed over while there are others.
     """
     corners = points[facets[:, :4]]
     middles = corners.mean(axis=1)
     areas = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     towards = areas @ camera.axes[2] / np.maximum(np.linalg.norm(areas, axis=1), np.finfo(float).tiny)
+    places = middles @ camera.axes[:2].T
+    apart, taken = NUMBER * np.ptp(places, axis=0).max(), np.empty((0, 2))
     for k, chosen in enumerate(boundaries.values(), start=1):
         facing = chosen[towards[chosen] > FACING]
         if image is not None and len(facing):
-            facing = facing[_coloured(image, middles[facing] @ camera.axes[:2].T, _colour(k - 1))]
+            facing = facing[_coloured(image, places[facing], _colour(k - 1))]
         if len(facing):
-            middle = middles[facing].mean(axis=0)
-            at = facing[np.argmin(((middles[facing] - middle) ** 2).sum(axis=1))]
-            _write_number(axes, k, camera.axes[:2] @ middles[at])
+            off = np.linalg.norm(middles[facing] - middles[facing].mean(axis=0), axis=1)
+            near = np.linalg.norm(places[facing][:, None] - taken, axis=2).min(axis=1, initial=np.inf) < apart
+            taken = np.vstack([taken, places[facing[np.lexsort((off, near))[0]]]])
+            _write_number(axes, k, taken[-1])
 
 
 def _coloured(image: Image, places: Array, colour: tuple[float, float, float]) -> Mask:

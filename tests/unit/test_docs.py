@@ -19,6 +19,8 @@ PAGES = [
 ]
 #: Words of docs/ without pictures and listings.
 MAX_WORDS = 45_000
+#: Letters of a line of code.
+WIDEST = 88
 #: What a shell block may begin with, besides names of files.
 PROGRAMS = ("fecontact", "make", "pip", "python", "apt", "conda", "source", "cd", ".venv/bin/pytest-benchmark")
 
@@ -68,8 +70,17 @@ def run(line, page):
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_indented_commands_are_understood(page):
     """Commands that take too long for a test have options that exist."""
-    for text in re.findall(r"^ {4}fecontact (.*)$", page.read_text(encoding="utf-8"), flags=re.MULTILINE):
+    whole = page.read_text(encoding="utf-8").replace("\\\n", " ")
+    for text in re.findall(r"^ {4}fecontact (.*)$", whole, flags=re.MULTILINE):
         _parser().parse_args(shlex.split(text, comments=True))
+
+
+@pytest.mark.parametrize("page", PAGES[1:], ids=name)
+def test_code_is_no_wider_than_a_page(page):
+    """Listings that are run or typed; what programs print is as they print it, and formulas are text."""
+    typed = [line for language, text in blocks(page) if language not in ("", "text") for line in text.splitlines()]
+    typed += re.findall(r"^ {4}(?:fecontact|make) .*$", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert not [line for line in typed if len(line) > WIDEST]
 
 
 def anchors(page):

@@ -76,7 +76,7 @@ def plot_columns(
         axes.set_ylabel(head)
         scale_by_decades(axes, place if label else (), curves.values())
         if axes.get_yscale() == "linear" and all((values >= 0).all() for values in curves.values()):
-            axes.set_ylim(bottom=0.0)
+            axes.set_ylim(0.0, 1.08 * max(float(values.max()) for values in curves.values()) or 1.0)
         axes.grid(color="0.9")
         if len(curves) > 1:
             axes.legend(loc="best", fontsize="small")

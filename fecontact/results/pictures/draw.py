@@ -213,7 +213,10 @@ def _title(contact: ContactFields, what: str, units: Units) -> str:
     whole, friction = contact._whole, contact.friction
     if not contact.active.any():
         return f"{contact.label}\nno contact"
-    kinds = [("force", np.linalg.norm(whole.force), "force", ""), ("area", whole.area, "length", "²")]
+    kinds: list[tuple[str, Any, str, str]] = [
+        ("force", np.linalg.norm(whole.force), "force", ""),
+        ("area", whole.area, "length", "²"),
+    ]
     if what == "friction" and friction is not None:
         kinds.insert(1, ("friction", np.linalg.norm(friction.force), "force", ""))
         kinds.append(("largest traction", np.linalg.norm(friction.traction, axis=1).max(), "stress", ""))
