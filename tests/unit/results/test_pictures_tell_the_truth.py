@@ -11,6 +11,7 @@ from matplotlib.image import AxesImage
 from matplotlib.text import Text
 
 import fecontact as fc
+from tests.refusals import refused
 
 STEEL = fc.Material(E=210e3, nu=0.3)
 SOFT = fc.Material(E=10.0, nu=0.3)
@@ -150,3 +151,37 @@ def test_numbers_of_boundaries_lie_where_their_colour_is_seen():
     for number, found in seen.items():
         wanted = colours[number - 1] / colours[number - 1].max()
         assert np.abs(found - wanted).max() < 0.1
+
+
+def test_a_map_tells_large_errors_and_the_sides_of_a_plane():
+    result = solved()
+    assert result.contacts[0].error_estimate.largest > 0.1
+    plane = fc.DividingPlane((1.0, 0.0, 0.0), (1.0, 0.0, 0.0), sides=("lateral", "medial"))
+    axes = result.plot("pressure", split=plane).axes[0]
+    assert "estimated errors: pressure" in axes.get_title()
+    places = {note.get_text(): note.xy[0] for note in axes.texts}
+    assert places["medial"] < 1.0 < places["lateral"]
+    (line,) = [c for c in axes.collections if type(c).__name__ == "TriContourSet"]
+    assert np.allclose(np.concatenate([p.vertices for p in line.get_paths()])[:, 0], 1.0)
+    other = fc.DividingPlane((0, 0, 0), (1, 0, 0), fc.RigidBody(fc.Plane(), name="elsewhere"))
+    with refused(fc.InputError, "no-contact"):
+        result.plot("pressure", split=other)
+
+
+def test_pressure_is_drawn_where_there_is_a_counter_surface_and_its_outlier_is_written():
+    heights = np.full((32, 32), np.inf)
+    heights[8:24, 8:24] = 1e-3 * np.random.default_rng(1).random((16, 16))
+    heights[10, 10] = -2e-2
+    axes = half_space().press(heights, force=500.0).plot(units=UNITS).axes[0]
+    shown = axes.images[0].get_array()
+    assert np.ma.masked_invalid(shown).count() == 16**2
+    assert axes.images[0].get_clim()[1] < np.nanmax(shown)
+    assert axes.get_title() == f"largest {np.nanmax(shown):.4g} MPa"
+
+
+def test_curves_over_decades_are_logarithmic_and_others_begin_at_zero():
+    curve = half_space().curve(fc.surfaces.Paraboloid(10.0), forces=[0.1, 3.0, 100.0])
+    assert curve.plot().axes[0].get_xscale() == "log"
+    axes = table().plot("force").axes[0]
+    assert axes.get_xscale() == axes.get_yscale() == "linear"
+    assert axes.get_ylim()[0] == 0.0 < 3e3 < axes.get_ylim()[1]
