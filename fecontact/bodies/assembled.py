@@ -56,7 +56,7 @@ class AssembledModel(Model):
         condensation: str = "auto",
     ) -> None:
         super().__init__(mesh, materials, supports, backend, "full", condensation)
-        self.given = self._checked(stiffness)
+        self.assembled = self._checked(stiffness)
 
     def _checked(self, stiffness: sp.sparray | sp.spmatrix) -> sp.csr_matrix:
         """Upper triangle of the given stiffness, checked to be that of a free body."""
@@ -94,7 +94,7 @@ class AssembledModel(Model):
     @property
     def stiffness(self) -> sp.csr_matrix:
         """Upper triangle of the stiffness (n_dofs, n_dofs)."""
-        return self.given
+        return self.assembled
 
 
 @compact_repr

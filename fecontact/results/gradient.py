@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,24 +10,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body
+from fecontact.common.arguments import items
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, number_array, whole
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
+from fecontact.contact.condensed_problem import BodyBlock
 from fecontact.results.contact_fields import ContactFields
 from fecontact.solvers.gradient import adjoint, of_largest, weakly_active
 
 if TYPE_CHECKING:
     from fecontact.results.result import ContactResult
-
-#: Figures of a contact that can be differentiated.
-FIGURES = ("max_pressure", "force")
+#: Figures of a contact that can be differentiated, and by what.
+FIGURES, BY = ("max_pressure", "force"), ("gaps", "loads", "E")
 
 
 @compact_repr
 @dataclass(frozen=True, eq=False)
 class Gradient:
-    """Derivatives of a figure of one contact of a scene.
+    """Derivatives of a figure of one contact of a scene, or of rigid motions; empty those that were not asked for.
 
     Attributes
     ----------
@@ -51,33 +52,69 @@ class Gradient:
     weak: tuple[IntArray, ...]
 
 
-def result_gradient(result: ContactResult, what: str | ArrayLike, contact: int) -> Gradient:
+def result_gradient(
+    result: ContactResult, what: str | ArrayLike | Mapping[Body, ArrayLike], contact: int, of: Sequence[str] = BY
+) -> Gradient:
     """Derivatives of a figure, see `ContactResult.gradient`."""
     _refuse(result)
+    for name in (of := items("of", of, "names")):
+        among("derivative", name, BY)
     number = whole("the number of the contact", contact, 0, len(result.contacts) - 1)
     solution = result.friction or result.solution
     problem, forces, q = solution.problem, solution.forces, solution.q
     rows = _rows(result)
-    value, weights = _figure(result.contacts[number], what)
-    by_forces = np.zeros(problem.n)
-    by_forces[rows[number]] = weights[result.contacts[number]._candidates]
-    found, weak = adjoint(problem, forces, q, by_forces), weakly_active(problem, forces, q)
+    by_forces, by_motions = np.zeros(problem.n), np.zeros(problem.m)
+    if isinstance(what, Mapping):
+        value, by_motions = _of_motions(result, what)
+    else:
+        value, weights = _figure(result.contacts[number], what)
+        by_forces[rows[number]] = weights[result.contacts[number]._candidates]
+    found, weak = adjoint(problem, forces, q, by_forces, by_motions), weakly_active(problem, forces, q)
     gaps = []
-    for at, fields in zip(rows, result.contacts, strict=True):
+    for at, fields in zip(rows, result.contacts, strict=True) if "gaps" in of else ():
         gaps.append(np.zeros(len(fields.gap)))
         gaps[-1][fields._candidates] = -found.response[at]
-    loads, moduli, start = {}, {}, 0
-    for body, part in zip(result.scene.bodies, result._condensed.parts, strict=True):
-        own = found.load[start : start + part.free.shape[1]]
-        start += len(own)
-        if part.hold is None and not part.frame.spread:
+    loads, moduli = {}, {}
+    for body, part, own in _by_body(result, found.load):
+        if "loads" in of and part.hold is None and not part.frame.spread:
             loads[body] = -part.free @ own
-        modulus = body._modulus if part.hold is None and part.frame.imposed is None else None
+        asked = "E" in of and part.hold is None and part.frame.imposed is None
+        modulus = body._modulus if asked else None
         if modulus is not None:
             moved = part.rows @ part.body.displacement(part.rows, forces[part.index], part.loads)
             moduli[body] = float(found.response[part.index] @ moved) / modulus
     each = tuple(c._candidates[np.isin(at, weak)] for at, c in zip(rows, result.contacts, strict=True))
     return Gradient(value, tuple(gaps), loads, moduli, each)
+
+
+def _by_body(result: ContactResult, values: Array) -> Iterator[tuple[Body, BodyBlock, Array]]:
+    """Each body with its part of the condensed problem, and of values (m,) those at its own free motions."""
+    parts = result._condensed.parts
+    ends = np.cumsum([part.free.shape[1] for part in parts])
+    return zip(result.scene.bodies, parts, np.split(values, ends[:-1]), strict=True)
+
+
+def _of_motions(result: ContactResult, what: Mapping[Body, ArrayLike]) -> tuple[float, Array]:
+    """A linear functional of rigid motions, and its derivatives (m,) by those that are free."""
+    value, slopes, bodies = 0.0, [], result.scene.bodies
+    if unknown := [body for body in what if body not in bodies]:
+        raise InputError(f"{unknown[0]!r} is no body of the scene.", code="not-in-scene")
+    for k, (body, part, own) in enumerate(_by_body(result, np.zeros(result._condensed.problem.m))):
+        if body in what:
+            weights = number_array(f"the weights of the motion of {body.name!r}", what[body])
+            if weights.shape != (6,):
+                raise InputError(
+                    f"A rigid motion has 6 components; found weights of {weights.shape}.", code="weights-shape"
+                )
+            if part.hold is not None or body.free_motions.shape[1]:
+                raise InputError(
+                    f"{body.name!r} floats: its mean motion depends on its strain, of which no gradient is offered.",
+                    code="no-gradient",
+                )
+            value += float(weights @ result._motions[k])
+            own = part.free.T @ weights
+        slopes.append(own)
+    return value, np.concatenate(slopes)
 
 
 def _refuse(result: ContactResult) -> None:

@@ -264,16 +264,24 @@ class ContactResult(FormerNames):
             raise InputError(f"The mesh of {body.name!r} has no element set {group!r}. Its sets are: {known}.")
         return inner.stress(None if group is None else groups[group])
 
-    def gradient(self, what: str | ArrayLike = "max_pressure", contact: int = 0) -> Gradient:
+    def gradient(
+        self,
+        what: str | ArrayLike | Mapping[Body, ArrayLike] = "max_pressure",
+        contact: int = 0,
+        of: Sequence[str] = ("gaps", "loads", "E"),
+    ) -> Gradient:
         """Derivatives of a figure of a contact by gaps, loads and moduli, by one back substitution (the adjoint).
 
         Parameters
         ----------
-        what : {'max_pressure', 'force'} or (n,) array_like
-            A figure, or the weights of a linear functional of the pressures at the contact's points. The gradient of a
-            function of the pressures is that with its derivatives as weights.
+        what : {'max_pressure', 'force'}, (n,) array_like or mapping of Body to (6,) array_like
+            A figure, or the weights of a linear functional of the pressures at the contact's points, or of the rigid
+            motions of bodies, as in `rigid_motion`. The gradient of a function of pressures or motions is that with its
+            derivatives as weights.
         contact : int
-            Its number in the scene.
+            Its number in the scene; of motions there is no need for it.
+        of : sequence of {'gaps', 'loads', 'E'}
+            By what; moduli take a solution of each body.
 
         Raises
         ------
@@ -291,7 +299,7 @@ class ContactResult(FormerNames):
         >>> round(slope.E[body], 9), round(float(slope.gaps[0].sum()), 9)
         (0.01, -1.0)
         """
-        return result_gradient(self, what, contact)
+        return result_gradient(self, what, contact, of)
 
     def strain_energy(self, body: Body) -> float:
         """Elastic energy of a body; of a section by its thickness or over the whole circle, as its forces are.

@@ -132,6 +132,48 @@ def test_gaps_of_a_scene_against_central_differences():
         assert abs(differences(pressure, 1e-7) - slope) < AGREE * np.abs(found).max()
 
 
+@pytest.mark.parametrize("mu", [0.0, pytest.param(0.3, marks=pytest.mark.full)])
+def test_motions_of_a_scene_against_central_differences(mu):
+    """How deep a ball is pressed, and beside it how far along: by the load and the modulus."""
+    weights = np.array([0.5 * (mu == 0), 0.0, -1.0, 0.0, 0.0, 0.0])  # along x it is held with friction
+
+    def solved(force=-2000.0, modulus=210e3):
+        scene = scene_of(mu, modulus)
+        moved = {scene.bodies[1]: {"x": 0.002}} if mu else None
+        load = {scene.bodies[1]: (0.0, 0.0, force)}
+        return scene, scene.solve(load, motions=moved, finite_motion=False, tolerance=1e-12)
+
+    def figure(**given):
+        scene, result = solved(**given)
+        motion = result.rigid_motion(scene.bodies[1])
+        return float(weights @ [*motion.translation, *motion.rotation])
+
+    scene, result = solved()
+    block, ball = scene.bodies
+    found = result.gradient({ball: weights}, of=["loads", "E"])
+    assert found.value == pytest.approx(figure(), rel=1e-12)
+    assert found.gaps == ()
+    by_force = differences(lambda h: figure(force=-2000.0 + h), 0.05)
+    assert abs(found.loads[ball][2] - by_force) < AGREE * abs(by_force)
+    by_modulus = differences(lambda h: figure(modulus=210e3 + h), 5.0)
+    assert abs(found.E[block] - by_modulus) < AGREE * abs(by_modulus)
+
+
+def test_only_what_is_asked_for():
+    scene = scene_of()
+    result = scene.solve({scene.bodies[1]: (0.0, 0.0, -2000.0)}, finite_motion=False)
+    whole, part = result.gradient("force"), result.gradient("force", of=["gaps"])
+    np.testing.assert_array_equal(whole.gaps[0], part.gaps[0])
+    assert not part.loads
+    assert not part.E
+    with refused(fc.InputError, "unknown-name", "'mass'"):
+        result.gradient(of=["mass"])
+    with refused(fc.InputError, "not-in-scene"):
+        result.gradient({fc.RigidBody(fc.Plane()): np.zeros(6)})
+    with refused(fc.InputError, "weights-shape", "6 components"):
+        result.gradient({scene.bodies[1]: np.zeros(3)})
+
+
 def test_points_about_to_open_are_listed():
     """Of two springs one just touches: forces are one-sided there, and it is told."""
     problem = ContactProblem(np.eye(3), np.array([-1.0, 0.0, 1.0]))
