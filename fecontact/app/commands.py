@@ -172,8 +172,6 @@ def solve(options: argparse.Namespace) -> int:
         return 0
     if options.report and (scene.cases or scene.steps):
         raise InputError("--report is of one state; this scene has several, of which there is a table.", code="cases")
-    if scene.cases and options.beside:
-        raise InputError(f"--beside compares the last state; {options.scene} has cases, each of its own.", code="cases")
     if scene.cases:
         for note in scene.notes:  # a table has none
             say(f"note: {note}", sys.stderr)
@@ -192,7 +190,11 @@ def solve(options: argparse.Namespace) -> int:
 
 def _sweep(scene: SceneFile, options: argparse.Namespace) -> int:
     table = scene.sweep(("pressure",) if options.montage or options.animate else ())
-    remarks = _show(_titled(scene, table), {"cases": list(table)}, options.json)
+    text, figures = _titled(scene, table), {"cases": list(table)}
+    if options.beside:  # the other program ends with the last of the deck's steps
+        name, result = scene.last_case()
+        text, figures = _beside(options, result, text, figures, int(name.split()[-1]))
+    remarks = _show(text, figures, options.json)
     _write(options.montage, lambda to: table.montage(path=to), remarks)
     _write(options.animate, table.animate, remarks)
     for output in scene.outputs:
@@ -201,12 +203,16 @@ def _sweep(scene: SceneFile, options: argparse.Namespace) -> int:
 
 
 def _beside(
-    options: argparse.Namespace, result: ContactResult, text: str, figures: dict[str, Any]
+    options: argparse.Namespace,
+    result: ContactResult,
+    text: str,
+    figures: dict[str, Any],
+    n_steps: int | None = None,
 ) -> tuple[str, dict[str, Any]]:
-    """Text and figures with those of another program, if asked."""
+    """Text and figures with those of another program, if asked, after some steps of the deck."""
     if not options.beside:
         return text, figures
-    beside = beside_ccx(Path(options.scene), result)
+    beside = beside_ccx(Path(options.scene), result, n_steps)
     if options.beside_plot:
         beside.plot(options.beside_plot, units=result.unit_names)
         text = f"{text}\nwrote {options.beside_plot}"

@@ -61,6 +61,8 @@ def tied(mesh: M, ties: Sequence[DeckPair]) -> M:
 
 #: Deviation of prescribed displacements from a rigid motion, relative to the largest, that is rounding of a deck.
 ROUNDING = 1e-6
+#: Part of a component in the motions that supports leave free, of unit length, that is rounding.
+LOOSE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -536,7 +538,8 @@ def _move(
 def _frame_motion(body: ElasticBody, held: Array) -> dict[str, float] | None:
     """Motion of a body's frame that gives prescribed displacements (n_points, 3), NaN where free.
 
-    None where there is none, as the displacements deform the body.
+    None where there is none, as the displacements deform the body, or where its supports let it turn so that its
+    reference point moves along: a motion of the frame would hold that.
     """
     node, component = np.nonzero(np.isfinite(held))
     values = held[node, component]
@@ -550,5 +553,7 @@ def _frame_motion(body: ElasticBody, held: Array) -> dict[str, float] | None:
         q *= scale
         if np.abs(A @ q - values).max() <= ROUNDING * np.abs(values).max():
             q[np.abs(q / scale) <= ROUNDING * np.abs(values).max()] = 0.0
+            if np.abs(body.free_motions[q != 0]).max(initial=0.0) > LOOSE:
+                return None
             return {COMPONENTS[c]: float(q[c]) for c in np.flatnonzero(q).tolist()}
     return None

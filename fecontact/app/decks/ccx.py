@@ -6,18 +6,23 @@ at the nodes of a body are reactions and loads; their sum is what contacts take 
 its contact gives way by a penalty, of which the deck states the stiffness or ccx takes its own.
 
 Source: G. Dhondt, CalculiX CrunchiX User's Manual 2.20, *NODE FILE, *CONTACT FILE; the format of results files
-(.frd), whose numbers are of single precision, in CalculiX GraphiX, "Results Format". What a stated penalty costs
-is read off a second run with penalties `STIFFER` times as stiff: their overlap is pressure over stiffness.
+(.frd), whose numbers are of single precision, in CalculiX GraphiX, "Results Format". A second run solves what is
+solved here. Its penalties are `STIFFER` times as stiff: overlap is pressure over the one of *SURFACE BEHAVIOR,
+`DEFAULT` times Young's modulus where none is given, and what sticks slips by shear over the one of *FRICTION; a
+pressure over overlap that is meant, and solved here as it is, stays. Elements of reduced integration become those of
+full, and strains are small (no NLGEOM), unless poses were carried along here, or laws are of finite strain.
 """
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +38,7 @@ from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, MissingPackageError, SolverError
 from fecontact.common.files import save_figure
 from fecontact.common.units import UnitNames, Units
-from fecontact.mesh.formats.abaqus_deck import KeywordSection, read_sections
+from fecontact.mesh.formats.abaqus_deck import KeywordSection, read_sections, values_of
 from fecontact.results.result import ContactResult
 
 if TYPE_CHECKING:
@@ -47,6 +52,8 @@ PLANE_REQUESTS = "*NODE FILE, OUTPUT=2D\nU, RF\n"
 DISPLACEMENTS, FORCES, CONTACT = "DISP", "FORC", "CONTACT"
 #: How many times as stiff the penalties of the second run are.
 STIFFER = 50.0
+#: The penalty of hard contact in ccx over the largest Young's modulus (measured; per length).
+DEFAULT = 50.0
 #: Lines of a log that are shown of a run that failed.
 LAST = 5
 
@@ -113,15 +120,21 @@ class BesideCcx:
         Name of a figure, ours and that of ccx.
     apart : mapping of str to float
         Largest difference of the displacements of each body, over the largest of ccx.
-    stiffer : mapping of str to float
-        The figures of ccx with its penalties `STIFFER` times as stiff; empty where the deck states none, or means them.
+    alike : mapping of str to float
+        The figures of the second run of ccx; empty where nothing is to be changed, or it does not solve it.
+    alike_apart : mapping of str to float
+        As `apart`, of these.
+    changes : str
+        What the second run changes.
     moved : mapping of str to (2, n) array
         Size of the displacement of each node of a body: ours and that of ccx.
     """
 
     rows: Sequence[tuple[str, float, float]]
     apart: Mapping[str, float]
-    stiffer: Mapping[str, float] = field(default_factory=dict)
+    alike: Mapping[str, float] = field(default_factory=dict)
+    alike_apart: Mapping[str, float] = field(default_factory=dict)
+    changes: str = ""
     moved: Mapping[str, Array] = field(default_factory=dict)
 
     def plot(self, path: str | Path | None = None, *, units: UnitNames = ()) -> Figure:
@@ -147,8 +160,8 @@ class BesideCcx:
         left.legend(frameon=False)
         compared = [(name, ours, theirs) for name, ours, theirs in self.rows if ours and name != "seconds"]
         sets = {"ccx": {name: theirs for name, _, theirs in compared}}
-        if self.stiffer:
-            sets[f"ccx, penalty x {STIFFER:g}"] = dict(self.stiffer)
+        if self.alike:
+            sets[f"ccx, {self.changes}"] = dict(self.alike)
         for k, (label, figures) in enumerate(sets.items()):
             off = [100 * (figures[name] / ours - 1) for name, ours, _ in compared]
             bars = right.barh(np.arange(len(compared)) + 0.4 * k, off, height=0.4, label=label)
@@ -164,22 +177,26 @@ class BesideCcx:
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
         figures: dict[str, Any] = {name: {"fecontact": ours, "ccx": theirs} for name, ours, theirs in self.rows}
-        for name, value in self.stiffer.items():
-            figures[name]["ccx_stiffer"] = value
-        return {**figures, "displacements_apart": dict(self.apart)}
+        for name, value in self.alike.items():
+            figures[name]["ccx_alike"] = value
+        figures["displacements_apart"] = dict(self.apart)
+        return figures | ({"displacements_apart_alike": dict(self.alike_apart)} if self.alike else {})
 
     def __str__(self) -> str:
         width = max(len(name) for name, _, _ in self.rows)
-        more = f" {f'penalty x {STIFFER:g}':>13}  difference" if self.stiffer else ""
+        more = f" {'ccx alike':>13}  difference" if self.alike else ""
         lines = [f"{'Beside CalculiX':{width}}  {'fecontact':>13} {'ccx':>13}  difference {more}".rstrip()]
         for name, ours, theirs in self.rows:
             line = f"{name:{width}}  {ours:>13.6g}"
-            for value in (theirs, *([self.stiffer[name]] if self.stiffer else [])):
+            for value in (theirs, *([self.alike[name]] if self.alike else [])):
                 share = f"{100 * (value / ours - 1):+9.3f} %" if ours and name != "seconds" else ""
                 line += f" {value:>13.6g}  {share:11}"
             lines.append(line.rstrip())
-        off = ", ".join(f"{name} {100 * value:.2g} %" for name, value in self.apart.items())
-        return "\n".join([*lines, f"Displacements differ by at most, over the largest: {off}"])
+        sets = {"": self.apart, ", alike": self.alike_apart}
+        for which, apart in sets.items():
+            if off := ", ".join(f"{name} {100 * value:.2g} %" for name, value in apart.items()):
+                lines.append(f"Displacements differ by at most, over the largest{which}: {off}")
+        return "\n".join([*lines, *([f"Alike: {self.changes}"] * bool(self.changes))])
 
 
 def check_ccx(deck: Path) -> str:
@@ -199,8 +216,8 @@ def check_ccx(deck: Path) -> str:
     return found
 
 
-def beside_ccx(deck: Path, result: ContactResult) -> BesideCcx:
-    """Solve a deck by ccx and compare with a result of it, of its last step.
+def beside_ccx(deck: Path, result: ContactResult, n_steps: int | None = None) -> BesideCcx:
+    """Solve a deck by ccx and compare with a result of it, of its last step, or the last of its first `n_steps`.
 
     Raises
     ------
@@ -209,18 +226,29 @@ def beside_ccx(deck: Path, result: ContactResult) -> BesideCcx:
     SolverError
         If ccx fails, with the end of what it said.
     """
-    program, sections = check_ccx(deck), _static(list(read_sections(deck)))
+    program, sections = check_ccx(deck), list(read_sections(deck))
+    ends = [k + 1 for k, section in enumerate(sections) if section.keyword == "END STEP"]
+    sections = _static(sections if n_steps is None else sections[: ends[n_steps - 1]])
     beside = compared(result, *_solved(program, deck.name, sections))
-    penalties = [k for k, section in enumerate(sections) if _penalty(section)]
-    if not penalties or any(contact.overclosure is not None for contact in result.scene.contacts):
+    modulus = max((m.E for body in elastic_among(result.scene.bodies) for m in body.model.materials), default=0.0)
+    soft = any(contact.overclosure is not None for contact in result.scene.contacts)
+    changes = []
+    for what, change in (
+        (f"penalties x {STIFFER:g}", partial(_stiffened, modulus=modulus, soft=soft)),
+        ("full integration", _in_full),
+        ("small strains", list if result._originals or result.finite_strain else _small),
+    ):
+        changed = change(sections)
+        changes += [what] * (changed != sections)
+        sections = changed
+    if not changes:
         return beside
-    for k in penalties:
-        first, *others = sections[k].lines
-        slope, _, rest = first.partition(",")
-        line = ",".join([f"{STIFFER * float(slope):.12g}", rest]).rstrip(",")
-        sections[k] = replace(sections[k], lines=[line, *others])
-    stiffer = compared(result, *_solved(program, f"{deck.name} with penalties {STIFFER:g} times as stiff", sections))
-    return replace(beside, stiffer={name: value for name, _, value in stiffer.rows})
+    try:
+        alike = compared(result, *_solved(program, deck.name, sections))
+    except SolverError:
+        return replace(beside, changes=f"ccx does not solve it with {', '.join(changes)}.")
+    figures = {name: value for name, _, value in alike.rows}
+    return replace(beside, alike=figures, alike_apart=alike.apart, changes=", ".join(changes))
 
 
 def _static(sections: list[KeywordSection]) -> list[KeywordSection]:
@@ -237,10 +265,53 @@ def _static(sections: list[KeywordSection]) -> list[KeywordSection]:
     return kept + step
 
 
-def _penalty(section: KeywordSection) -> bool:
-    """Whether this is the contact pressure over the overlap, as a number."""
-    linear = section.parameters.get("PRESSURE-OVERCLOSURE", "").upper() == "LINEAR"
-    return section.keyword == "SURFACE BEHAVIOR" and linear and bool(section.lines)
+def _in_full(sections: list[KeywordSection]) -> list[KeywordSection]:
+    """Sections with elements of full integration in place of reduced."""
+    reduced = re.compile(r"(?<=\d)R$", re.IGNORECASE)
+    return [
+        replace(s, parameters={k: reduced.sub("", v) if k == "TYPE" else v for k, v in s.parameters.items()})
+        if s.keyword == "ELEMENT"
+        else s
+        for s in sections
+    ]
+
+
+def _small(sections: list[KeywordSection]) -> list[KeywordSection]:
+    """Sections with steps of small strains."""
+    return [
+        replace(s, parameters={k: v for k, v in s.parameters.items() if k != "NLGEOM"}) if s.keyword == "STEP" else s
+        for s in sections
+    ]
+
+
+def _stiffened(sections: list[KeywordSection], modulus: float, soft: bool) -> list[KeywordSection]:
+    """Sections with penalties `STIFFER` times as stiff, those of overlap unless they are meant to be soft.
+
+    One of what sticks, which decks often take far softer, becomes that of hard contact at least.
+    """
+    hard = STIFFER * DEFAULT * modulus
+    out = list[KeywordSection]()
+    for section in sections:
+        form = section.parameters.get("PRESSURE-OVERCLOSURE", "HARD").upper()
+        overlap = section.keyword == "SURFACE BEHAVIOR" and not soft
+        if overlap and form == "HARD":
+            section = replace(section, parameters={"PRESSURE-OVERCLOSURE": "LINEAR"}, lines=[f"{hard:.12g}"])
+        elif overlap and form in ("LINEAR", "TIED"):
+            section = _scaled(section, 0, 0.0)
+        elif section.keyword == "FRICTION":
+            section = _scaled(section, 1, hard)
+        out.append(section)
+    return out
+
+
+def _scaled(section: KeywordSection, word: int, least: float) -> KeywordSection:
+    """A keyword with a number of its first line `STIFFER` times as large or `least`, where it has one."""
+    first, *others = section.lines or [""]
+    words = first.split(",")
+    if len(words) <= word or not words[word].strip():
+        return section
+    words[word] = f"{max(STIFFER * values_of(words[word])[0], least):.12g}"
+    return replace(section, lines=[",".join(words), *others])
 
 
 def _solved(program: str, name: str, sections: list[KeywordSection]) -> tuple[dict[str, FrdField], float]:

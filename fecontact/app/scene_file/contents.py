@@ -98,6 +98,11 @@ class SceneFile:
             table.save(output.path)
         return table
 
+    def last_case(self) -> tuple[str, ContactResult]:
+        """Name and result of the last of its cases."""
+        case = {**self.options, **self.cases[-1]}
+        return case.pop("name"), self.scene.solve(**case)
+
     def write(self, result: ContactResult) -> list[Path]:
         """Write all outputs; returns their paths."""
         return [write_output(output, result, self.summary(result)) for output in self.outputs]
