@@ -58,7 +58,8 @@ if TYPE_CHECKING:
     from fecontact.contact.contact import Contact
     from fecontact.contact.overclosure import SoftContact
     from fecontact.contact.springs import Spring
-    from fecontact.fem.laws import Fibres, HolmesMow, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
+    from fecontact.fem.fibres import Fibres
+    from fecontact.fem.laws import HolmesMow, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
     from fecontact.halfspace import (
         AdhesionCurve,
         AdhesiveContact,
@@ -218,7 +219,8 @@ _MODULES = {
     "contact.contact": "Contact",
     "contact.overclosure": "SoftContact",
     "contact.springs": "Spring",
-    "fem.laws": "Fibres HolmesMow MooneyRivlin NeoHookean Ogden StVenantKirchhoff",
+    "fem.fibres": "Fibres",
+    "fem.laws": "HolmesMow MooneyRivlin NeoHookean Ogden StVenantKirchhoff",
     "halfspace": "AdhesionCurve AdhesiveContact CreepCoefficients CreepCurve Dugdale FallingFriction FrictionContact "
     "FrictionPath HalfSpaceContact Layer LoadCurve MovingContact PressStep RollingContact",
     "mesh.layer": "extrude",

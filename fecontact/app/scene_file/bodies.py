@@ -36,16 +36,8 @@ from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.fem.condensation import ROUTES
 from fecontact.fem.factor import DIRECT
-from fecontact.fem.laws import (
-    CompressibleOgden,
-    Fibres,
-    HolmesMow,
-    Law,
-    MooneyRivlin,
-    NeoHookean,
-    Ogden,
-    StVenantKirchhoff,
-)
+from fecontact.fem.fibres import Fibres
+from fecontact.fem.laws import CompressibleOgden, HolmesMow, Law, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
 from fecontact.fem.support import Support, checked_support
 from fecontact.halfspace import Layer
 from fecontact.mesh.mesh import Mesh
