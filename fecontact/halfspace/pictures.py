@@ -253,17 +253,13 @@ def _draw_cells(axes: Any, grid: Grid, values: Array, names: Units, **colours: A
     )
 
 
-def section(contact: Pressed, depth: float | None = None) -> tuple[float, Array, Array, Array]:
+def section(contact: Pressed) -> tuple[float, Array, Array, Array]:
     """Stress in the plane y = constant through the largest pressure, below the middles of the cells along x.
 
     Depths are half a cell apart at the surface and grow by `GROWTH`; both sides of interfaces are among them. Cells
     count by blocks whose side is a small share of the depth; by larger ones only beyond `SECTION_CELLS` cells.
 
-    Parameters
-    ----------
-    contact : HalfSpaceContact
-    depth : float, optional
-        Depth of the section; by default half the grid's side (a fifth if periodic) or, on a rigid base, the layers.
+    It is as deep as half the grid's side (a fifth if periodic) or, on a rigid base, the layers.
 
     Returns
     -------
@@ -276,7 +272,7 @@ def section(contact: Pressed, depth: float | None = None) -> tuple[float, Array,
         xx, yy, zz, xy, yz, xz, tension positive.
     """
     grid, y = contact.grid, float(contact.grid.y[np.unravel_index(contact.pressure.argmax(), contact.grid.shape)[1]])
-    deepest = grid.size[0] / (5 if contact.periodic else 2) if depth is None else depth
+    deepest = grid.size[0] / (5 if contact.periodic else 2)
     interfaces = np.cumsum([layer.thickness for layer in contact.layers])
     if contact.material is None:
         deepest, interfaces = min(deepest, interfaces[-1]), interfaces[:-1]

@@ -51,18 +51,16 @@ class Adjoint:
     load: Array
 
 
-def adjoint(
-    problem: ContactProblem, forces: Array, q: Array, by_forces: Array, by_motions: Array | None = None
-) -> Adjoint:
-    """Adjoint of a functional of a solution.
+def adjoint(problem: ContactProblem, forces: Array, q: Array, by_forces: Array) -> Adjoint:
+    """Adjoint of a functional of a solution's forces.
 
     Parameters
     ----------
     problem : ContactProblem
     forces, q : (n,) and (m,) arrays
         Its solution.
-    by_forces, by_motions : (n,) and (m,) arrays
-        Derivatives of the functional by them; none by motions unless given.
+    by_forces : (n,) array
+        Derivatives of the functional.
 
     Raises
     ------
@@ -91,7 +89,7 @@ def adjoint(
     else:
         solve = partial(by_products, partial(_among, problem, A))
     response = np.zeros(problem.n)
-    response[A], load = saddle(solve, B, a, np.zeros(problem.m) if by_motions is None else by_motions)
+    response[A], load = saddle(solve, B, a, np.zeros(problem.m))
     return Adjoint(response, load)
 
 

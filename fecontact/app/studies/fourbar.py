@@ -177,7 +177,7 @@ class Course:
         return self.motion.drift
 
 
-def drive(n: int, step: float, until: float, stiffer: float = 1.0, corotational: bool = False) -> Course:
+def drive(n: int, step: float, until: float, corotational: bool = False) -> Course:
     """Motion of bars of n elements each, an even number, from rest until a time.
 
     Raises
@@ -185,7 +185,7 @@ def drive(n: int, step: float, until: float, stiffer: float = 1.0, corotational:
     SolverError
         If the motion stops on the way.
     """
-    bars = _corotational(n, stiffer) if corotational else _lines(n, stiffer)
+    bars = _corotational(n) if corotational else _lines(n)
     joints, first, last = Joints([bars]), [0, n + 1, 2 * n + 2], [n, 2 * n + 1, 3 * n + 2]
     conditions = [joints.pinned((0, first[k]), np.eye(3)[:2]) for k in (0, 2)]
     # pins in the plane: slots along z; the crank's end on the coupler's start, both bars' ends on each other
@@ -209,12 +209,12 @@ def bars(n: int) -> list[Array]:
     return [straight(corners[a], corners[b], n) for a, b in ((0, 1), (1, 2), (3, 2))]
 
 
-def _lines(n: int, stiffer: float) -> Structure:
-    return line(bars(n), EA=stiffer * YOUNG * AREA, EI=stiffer * YOUNG * SECOND_MOMENT, mass=LINKAGE.mass)
+def _lines(n: int) -> Structure:
+    return line(bars(n), EA=YOUNG * AREA, EI=YOUNG * SECOND_MOMENT, mass=LINKAGE.mass)
 
 
-def _corotational(n: int, stiffer: float) -> CorotationalBeam:
-    EA, EI = stiffer * YOUNG * AREA, stiffer * YOUNG * SECOND_MOMENT
+def _corotational(n: int) -> CorotationalBeam:
+    EA, EI = YOUNG * AREA, YOUNG * SECOND_MOMENT
     return CorotationalBeam(
         bars(n), EA=EA, EI=EI, mass_per_length=LINKAGE.mass, rotary=ROTARY * DENSITY * SECOND_MOMENT
     )
