@@ -17,6 +17,7 @@ from fecontact.common.compact_repr import compact_repr
 from fecontact.common.error_estimate import percent
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.fingerprint import fingerprint
+from fecontact.common.html import cell
 from fecontact.common.path import HALVINGS, Path, Steps, each_step
 from fecontact.common.renamed import RenamedKeys, renamed, warn
 from fecontact.common.table import Table
@@ -149,6 +150,9 @@ class FrictionPath(Path[FrictionContact]):
             "steps": self.rows(),
             "warnings": list(self.warnings),
         }
+
+    def _repr_html_(self) -> str:
+        return cell(self)
 
     def __str__(self) -> str:
         shown = ("force", "tangential_x", "tangential_y", "shift_x", "shift_y", "stick_area", "friction_work")

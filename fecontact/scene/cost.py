@@ -23,6 +23,7 @@ from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.bodies.local import LocalBody
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
+from fecontact.common.html import cell
 from fecontact.common.material import Material
 from fecontact.common.stopwatch import Stopwatch, peak_memory
 from fecontact.contact.contact import Contact
@@ -182,6 +183,9 @@ class Explanation:
     def as_dict(self) -> dict[str, Any]:
         """All figures, ready for JSON."""
         return asdict(self)
+
+    def _repr_html_(self) -> str:
+        return cell(self)
 
     def __str__(self) -> str:
         lines = [

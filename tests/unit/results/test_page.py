@@ -158,20 +158,28 @@ def test_the_total_time_is_that_of_the_whole_solution(monkeypatch):
 
 def test_what_a_notebook_shows_leaves_the_notebook_alone(result):
     """Rules of style apply in the package's own element; each kind of object has a text and a picture."""
-    half = fc.HalfSpace(CORK, size=(3.0, 3.0), cells=(16, 16))
+    half = fc.HalfSpace(CORK, size=(3.0, 3.0), cells=(8, 8))
     shown = [
         result,
         result.scene,
         result.scene.bodies[0],
         half.press(fc.surfaces.Paraboloid(1.0), force=1.0),
         fc.hertz.spheres((1.0, 1.0), (CORK, CORK), force=1.0),
+        fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)),
     ]
-    for each in shown:
+    block, floor = result.scene.bodies
+    rubbing = fc.Scene([block, floor], [fc.Contact(block, floor, friction=0.3)])
+    told = [
+        rubbing.solve_path([{"motions": {block: {"z": -0.01}}}]),
+        result.scene.explain(),
+        half.press_path(fc.surfaces.Paraboloid(1.0), [fc.PressStep(force=1.0)], friction=0.3),
+    ]
+    for each, pictures in [*((s, 1) for s in shown), *((t, 0) for t in told)]:
         html = each._repr_html_()
         rules = re.findall(r"^([^{} ][^{}]*)\{", re.search(r"<style>(.*?)</style>", html, re.DOTALL)[1], re.MULTILINE)
         assert rules
         assert all(part.strip().startswith(".fecontact") for rule in rules for part in rule.split(","))
-        assert len(re.findall("<img", html)) == 1
+        assert len(re.findall("<img", html)) == pictures
 
 
 def test_arrays_of_a_result(result, tmp_path):
