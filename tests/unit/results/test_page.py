@@ -172,7 +172,6 @@ def test_what_a_notebook_shows_leaves_the_notebook_alone(result):
     told = [
         rubbing.solve_path([{"motions": {block: {"z": -0.01}}}]),
         result.scene.explain(),
-        half.press_path(fc.surfaces.Paraboloid(1.0), [fc.PressStep(force=1.0)], friction=0.3),
     ]
     for each, pictures in [*((s, 1) for s in shown), *((t, 0) for t in told)]:
         html = each._repr_html_()
