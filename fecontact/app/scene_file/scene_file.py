@@ -153,10 +153,10 @@ def _deck(
     if change is not None:
         change(values)
     root = Table(values, (), Faults(path, {}))
-    options = _solve_options(root.table("solve"))
+    options, units = _solve_options(root.table("solve")), _units(root.table("units"))
     root.faults.check()
     scene = read_deck_scene(path, laws)
-    scene = replace(scene, options={**scene.options, **options})
+    scene = replace(scene, options={**scene.options, **options}, scene=replace(scene.scene, units=units))
     if out is None:
         return scene
     kinds = ("cases",) if scene.cases else ("vtu", "json")

@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import meshio
 import numpy as np
@@ -36,8 +37,19 @@ slave = "block"
 master = "floor"
 """
 LOADS = "[loads]\nmotions.block = {z = -0.01}\n"
+DECKS = Path(__file__).parents[3] / "meshes" / "decks"
 # the same numbers computed in the same way
 SAME = 1e-12
+
+
+def test_units_of_the_command_line_are_those_of_the_scene(tmp_path, capsys, monkeypatch):
+    """They come before those of the file, and a deck has them too."""
+    (tmp_path / "scene.toml").write_text(BLOCK + LOADS)
+    monkeypatch.chdir(tmp_path)
+    for file in (tmp_path / "scene.toml", DECKS / "spinning-disc.inp"):
+        assert main(["solve", str(file), "--units", "um", "mN", "kPa", "--json", "-"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert found["units"] == {"length": "um", "force": "mN", "stress": "kPa"}
 
 
 @pytest.fixture
