@@ -71,6 +71,8 @@ def test_contact_forces_are_those_of_our_own_stiffness(case):
     basis, K = _assembled(case)
     given = fc.AssembledBody.from_skfem(basis, K, RUBBER, contact="bottom", supports=HELD)
     assert list(given.mesh.kinds) == [case]
+    assert given.describe().startswith(given.name)
+    assert given.notes == given.mesh.notes
     own = fc.ElasticBody(given.mesh, RUBBER, "bottom", HELD, pressure="nodal", integration="full")
     ours, theirs = own.model.stiffness, given.model.stiffness
     # two orders of summation
