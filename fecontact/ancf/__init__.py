@@ -37,6 +37,7 @@ equations in it.
 `InvertedError`                is raised where a law, ``fc.NeoHookean(E=, nu=)`` as the material, meets det F <= 0
 `Plastic`                      von Mises' yield with linear hardening, as the material of bricks or a layered `line`
 `FloatingBody(modes)`          a body of small strains that moves and turns, with modes of `ElasticBody.with_modes(n)`
+`Liquid`                       a liquid of bricks, for motion in time, with `Viscosity(newtonian=)`
 `Viscosity`                    Kelvin-Voigt and a Prony series beside the law, for motion in time
 `sides_by_label, released_at`  neighbours that do not share all gradients; `reentrant_points` finds such edges
 =============================  =======================================================================================
@@ -97,6 +98,7 @@ from fecontact.ancf.system.statics import Path, State, equilibrium
 from fecontact.common.renamed import renamed_names
 from fecontact.fem import laws
 from fecontact.fem.laws import InvertedError
+from fecontact.fem.liquid import Liquid
 from fecontact.fem.plastic import Plastic
 
 __all__ = [
@@ -111,6 +113,7 @@ __all__ = [
     "GeneralisedAlpha",
     "InvertedError",
     "Joints",
+    "Liquid",
     "Moment",
     "Motion",
     "Path",

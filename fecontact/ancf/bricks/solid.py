@@ -37,7 +37,7 @@ from fecontact.ancf.bricks.faces import Faces
 from fecontact.ancf.bricks.hexahedron import gauss
 from fecontact.ancf.bricks.space import AncfSpace, GradientBatch, deformation_gradients
 from fecontact.ancf.bricks.tangents import PAIRS, Pattern, element_tangents
-from fecontact.ancf.bricks.viscosity import Viscosity, relaxing, viscous_response
+from fecontact.ancf.bricks.viscosity import Viscosity, drag, relaxing, viscous_response
 from fecontact.ancf.system.member import Drawing
 from fecontact.ancf.system.memory import Remembering, Strained
 from fecontact.common.arrays import Array, IntArray, Mask
@@ -64,6 +64,8 @@ def _discrete(rate: Array, difference: Array, change: Array, large: Mask, size: 
     return np.asarray(rate + np.where(large, missing / np.where(large, size, 1.0), 0.0)[..., None, None] * change)
 
 
+#: Shear modulus over Lame's first one, below which only pressure resists.
+FLUID = 1e-7
 #: Corners and mid-sides of a cell, in VTK's order.
 NODES = np.vstack([CORNERS, CORNERS[EDGES].mean(axis=1)])
 #: Bytes of shape functions cached between calls; larger models recompute them.
@@ -171,6 +173,12 @@ class AncfSolid(Remembering):
                     f"{type(law).__name__} has no volumetric part to integrate apart: take NeoHookean, MooneyRivlin or "
                     "Ogden, or volumetric=None.",
                     code="needs-dilatation",
+                )
+            if self.volumetric is not None and rest.shear_modulus < FLUID * rest.lame:
+                raise InputError(
+                    "A liquid takes volumetric=None: where its dilatation is projected, what the projection leaves out "
+                    "is unstable under its weight.",
+                    code="liquid",
                 )
         if self.n_flowing and self.viscous is not None and len(self.viscous.branches):
             raise InputError(
@@ -575,7 +583,13 @@ class AncfSolid(Remembering):
             trace = lame * E[..., ::4].sum(axis=-1)
             return np.asarray(trace[..., None] * np.eye(3).ravel() + 2 * shear[..., None] * E)
 
-        return [Strained(partial(strain, part), partial(stress, part), part.batch.dV) for part in self.parts()]
+        def dragged(part: Part, q: Array, rate: Array) -> Array:
+            eta = 0.0 if self.viscous is None else part.rest * self.viscous.newtonian
+            return drag(eta, deformation_gradients(self.space.spread(q), part.batch), rate)
+
+        return [
+            Strained(*(partial(f, part) for f in (strain, stress, dragged)), part.batch.dV) for part in self.parts()
+        ]
 
     def step_forces(self, q0: Array, q1: Array, stresses: Sequence[Array]) -> Array:
         """Forces (n_dofs,) whose work from q0 to q1 is that of stresses of the parts by the change of their strains."""
@@ -591,10 +605,12 @@ class AncfSolid(Remembering):
 
         Without the part of the stress, which is small beside the elastic one.
         """
-        return self._tangent(
-            q,
-            lambda e, part: (deformation_gradients(e, part.batch), viscous_response(self, h, part)),
-        )
+
+        def respond(e: Array, part: Part) -> tuple[Array, Response]:
+            F = deformation_gradients(e, part.batch)
+            return F, viscous_response(self, h, part, F)
+
+        return self._tangent(q, respond)
 
     def _tangent(
         self, q: Array, respond: Callable[[Array, Part], tuple[Array, Response]], coupled: bool = False

@@ -24,6 +24,7 @@ from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 from fecontact.common.renamed import warn
 from fecontact.common.viscoelastic import beside, prony_pairs
+from fecontact.fem.element_stiffness import determinant_3x3, inverse_3x3
 from fecontact.fem.laws import Response
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ class Viscosity:
     ----------
     retardation : float
         Time t_r of Kelvin and Voigt: creep under a constant force approaches its end as exp(-t/t_r).
+    newtonian : float
+        Dynamic viscosity of a liquid, in place of the others: Cauchy stress 2 eta dev d of the rate of deformation d.
     prony : sequence of (float, float)
         Former way to give branches (g, t), as shares beside the moduli after a long time; a solid that takes them
         warns. Now they are of its material, ``fc.Viscoelastic(material, prony=)``, as shares of the moduli at t = 0.
@@ -55,14 +58,19 @@ class Viscosity:
 
     retardation: float = 0.0
     prony: ArrayLike = ()
+    newtonian: float = 0.0
 
     def __post_init__(self) -> None:
-        times = np.array([self.retardation, *prony_pairs(self.prony).ravel()], dtype=float)
-        if not (np.isfinite(times).all() and (times >= 0).all() and (times[1:] > 0).all() and times.any()):
+        times = np.array([self.retardation, self.newtonian, *prony_pairs(self.prony).ravel()], dtype=float)
+        if not (np.isfinite(times).all() and (times >= 0).all() and (times[2:] > 0).all() and times.any()):
             raise InputError(
-                "Viscosity needs a retardation time or a Prony series of positive shares and times, all finite; found "
-                f"retardation {self.retardation!r} and {self.prony!r}.",
+                "Viscosity needs a retardation time, a Prony series of positive shares and times, or that of a liquid, "
+                f"all finite; found retardation {self.retardation!r}, {self.prony!r} and newtonian {self.newtonian!r}.",
                 code="retardation",
+            )
+        if self.newtonian and times.sum() > self.newtonian:
+            raise InputError(
+                "A liquid, newtonian=, has no moduli for a retardation time or a Prony series.", code="liquid"
             )
 
     @property
@@ -92,7 +100,7 @@ def relaxing(material: Any, viscosity: Viscosity | None) -> tuple[Any, Viscosity
             stacklevel=5,
         )
         return material, viscosity
-    return relaxed, Viscosity(viscosity.retardation if viscosity else 0.0, pairs) if len(pairs) else viscosity
+    return relaxed, Viscosity(viscosity.retardation if viscosity else 0.0, pairs, viscosity.newtonian if viscosity else 0.0) if len(pairs) else viscosity
 
 
 def stiffening(viscosity: Viscosity, h: float) -> float:
@@ -101,9 +109,29 @@ def stiffening(viscosity: Viscosity, h: float) -> float:
     return float(viscosity.retardation / h + (g / (2 + h / t)).sum())
 
 
-def viscous_response(solid: AncfSolid, h: float, part: Part) -> Response:
-    """Moduli of some cells for the tangent of a step, without the stress."""
+def drag(eta: float, F: Array, rate: Array) -> Array:
+    """Second Piola-Kirchhoff stress (..., 9) of a liquid by the rate (..., 9) of Green-Lagrange strains.
+
+    As d = F^-T dE/dt F^-1, it is 2 eta J C^-1 dE/dt C^-1 less its pressure.
+
+    Examples
+    --------
+    >>> drag(0.5, np.eye(3), np.array([0.0, 1, 0, 1, 0, 0, 0, 0, 0])).reshape(3, 3).tolist()  # sheared at a rate of 2
+    [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+    """
+    X, J = inverse_3x3(np.swapaxes(F, -1, -2) @ F)[0], determinant_3x3(F)
+    turned = X @ rate.reshape(F.shape) @ X
+    spread = (X * rate.reshape(F.shape)).sum(axis=(-1, -2))[..., None, None] * X
+    return np.asarray(2 * eta * (J[..., None, None] * (turned - spread / 3)).reshape(rate.shape))
+
+
+def viscous_response(solid: AncfSolid, h: float, part: Part, F: Array) -> Response:
+    """Moduli of some cells for the tangent of a step, without the stress, at deformation gradients F of its middle."""
     assert solid.viscous is not None
+    if solid.viscous.newtonian:
+        eta = part.rest * solid.viscous.newtonian / h * determinant_3x3(F)
+        X = inverse_3x3(np.swapaxes(F, -1, -2) @ F)[0]
+        return Response(0 * eta, np.zeros_like(F), -2 / 3 * eta, eta, None, X)
     shape, share = part.batch.dV.shape, stiffening(solid.viscous, h)
     lame, shear = solid.moduli(part.batch.cells[:, None], part.volume, part.rest)
     unit = np.broadcast_to(np.eye(3), (*shape, 3, 3))

@@ -195,7 +195,7 @@ class Structure(Nodal, Remembering):
         --------
         >>> from fecontact.ancf.slender import line
         >>> line(straight((0, 0, 0), (1, 0, 0), 1), EA=1.0, EI=1.0).damped(0.1).viscous
-        Viscosity(retardation=0.1, prony=())
+        Viscosity(retardation=0.1, prony=(), newtonian=0.0)
         """
         return replace(self, viscous=Viscosity(retardation))
 
@@ -497,7 +497,9 @@ class Structure(Nodal, Remembering):
 
     def strained(self) -> list[Strained]:
         """Strains of its parts."""
-        return [Strained(partial(self.strains, k=k), part.elastic, part.weighted) for k, part in enumerate(self.parts)]
+        return [
+            Strained(partial(self.strains, k=k), part.elastic, None, part.weighted) for k, part in enumerate(self.parts)
+        ]
 
     def step_forces(self, q0: Array, q1: Array, stresses: Sequence[Array]) -> Array:
         """Forces (n_dofs,) whose work from q0 to q1 is that of stresses by the change of strains, see `BETWEEN`."""

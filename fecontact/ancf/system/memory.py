@@ -60,11 +60,14 @@ class Strained:
         Strains (n_cells, n_q, m) at coordinates (n_dofs,).
     stress : callable
         Elastic stresses (..., n_cells, n_q, m) of strains of that shape.
+    drag : callable
+        Stresses (n_cells, n_q, m) of a liquid at coordinates (n_dofs,), by rates of strains of that shape.
     weights : (n_cells, n_q) array
     """
 
     strain: Callable[[Array], Array]
     stress: Callable[[Array], Array]
+    drag: Callable[[Array, Array], Array] | None
     weights: Array
 
     def work(self, one: Array, other: Array) -> Array:
@@ -160,6 +163,10 @@ class Remembering:
             A1 = A0 + h / t * away
             rate = retardation / h * (E1 - E0)
             stresses.append(part.stress(rate + (g * away).sum(axis=0)))
+            if viscous.newtonian and part.drag is not None:
+                dragged = part.drag((q0 + q1) / 2, (E1 - E0) / h)
+                stresses[-1] = stresses[-1] + dragged
+                lost += float(((dragged * (E1 - E0)).sum(axis=-1) * part.weights).sum())
             lost += float(part.work(rate, E1 - E0) + (shares * h / times * part.work(away, away)).sum())
             stored += float((shares / 2 * part.work(E1 - A1, E1 - A1)).sum())
             kept.append(A1.ravel())

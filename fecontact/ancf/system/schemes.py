@@ -31,7 +31,7 @@ import scipy.sparse as sp
 
 from fecontact.ancf.system.assembly import Assembly
 from fecontact.ancf.system.memory import Lapse
-from fecontact.ancf.system.newton import Ties, newton_step
+from fecontact.ancf.system.newton import Ties, newton_step, stable_step
 from fecontact.ancf.system.slip import Slips, SlipStart, slips, stopped
 from fecontact.ancf.system.stage import Stage, StageAt, Start, rate
 from fecontact.ancf.system.tangent import Tangent, UnstableError
@@ -91,7 +91,13 @@ class ModifiedNewton:
         assert self.tangent is not None
         Z, still = a.free, np.zeros(a.n_dofs)
         along = None if ties is None else ties.along(Z, still)
-        step = newton_step(self.tangent, Z.T @ rest, slip.rows(G, gap, near, Z, still, guess), ties=along)
+        rows = slip.rows(G, gap, near, Z, still, guess)
+        # what walls hold, as a liquid, may be stable through its active contacts only
+        step = (
+            stable_step(self.tangent, Z.T @ rest, rows)
+            if along is None
+            else newton_step(self.tangent, Z.T @ rest, rows, ties=along)
+        )
         if ties is not None:
             self.stresses = step.stresses + self.weight * ties.value
         return Z @ step.change, *slip.spread(near, step.forces, len(gap))
