@@ -27,7 +27,7 @@ def angle(t: float) -> float:
     return SPEED / TIME * (t**2 / 2 + (np.cos(w * t) - 1) / w**2)
 
 
-def main(n: int = 8, until: float = 20.0, step: float = 0.05, out: Path | None = None) -> dict[str, float]:
+def main(n: int = 6, until: float = 20.0, step: float = 0.025, out: Path | None = None) -> dict[str, float]:
     """Move n elements, draw and print."""
     folder = Path("out") if out is None else out
     folder.mkdir(exist_ok=True)

@@ -7,6 +7,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+import scipy.integrate
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
@@ -583,3 +584,70 @@ def test_report_half_space(tmp_path):
     report = by_rule.pop("twice the nearest (report)")
     assert 2 * max(by_rule.values()) < report < 0.15
     assert (tmp_path / "report_half_space.png").stat().st_size > 10_000
+
+
+@pytest.mark.full
+def test_dent(tmp_path):
+    figures = load("dent").main(n=4, steps=4, out=tmp_path)
+    assert figures["plastic force"] < 0.5 * figures["elastic force"]
+    assert figures["elastic dent"] < 1e-9
+    assert 0.01 < figures["plastic dent"] < 0.02  # of a depth of 0.02
+    assert (tmp_path / "dent.png").stat().st_size > 10_000
+
+
+@pytest.mark.full
+def test_tank(tmp_path):
+    figures = load("tank").main(n=4, periods=0.25, out=tmp_path)
+    assert figures["success"]
+    assert figures["change of volume"] < 1e-3
+
+
+def lag_by_modes(example):
+    """Largest lag of the blade's tip by three powers of the place, with the stiffness due to its tension.
+
+    rho A (v'' + alpha x - w^2 v) + EI v'''' - (N v')' = 0, N = rho A w^2 (L^2 - x^2) / 2.
+    """
+    L, n = example.LENGTH, np.arange(2, 6)
+    x, w = np.polynomial.legendre.leggauss(12)
+    x, w = L * (1 + x) / 2, L * w / 2
+    f, df, ddf = (
+        (x / L)[:, None] ** n,
+        n * (x / L)[:, None] ** (n - 1) / L,
+        n * (n - 1) * (x / L)[:, None] ** (n - 2) / L**2,
+    )
+    M, K = example.MASS * f.T * w @ f, example.EI * ddf.T * w @ ddf
+    tension = example.MASS * df.T * (w * (L**2 - x**2) / 2) @ df
+    drive, rate = example.MASS * f.T @ (w * x), example.SPEED / example.TIME
+    turn = 2 * np.pi / example.TIME
+
+    def motion(t, y):
+        speed, grown = rate * (t - np.sin(turn * t) / turn), rate * (1 - np.cos(turn * t))
+        return [*y[4:], *np.linalg.solve(M, grown * drive - (K + speed**2 * (tension - M)) @ y[:4])]
+
+    return scipy.integrate.solve_ivp(motion, (0, 9), np.zeros(8), rtol=1e-6, max_step=0.05).y[:4].sum(axis=0).max()
+
+
+@pytest.mark.full
+def test_spin_up(tmp_path):
+    example = load("spin_up")
+    figures = example.main(n=4, until=7.5, step=0.05, out=tmp_path)
+    assert figures["success"]
+    assert abs(figures["largest lag"] / lag_by_modes(example) - 1) < 0.025  # of second order in the step
+    assert (tmp_path / "spin_up.png").stat().st_size > 10_000
+
+
+@pytest.mark.full
+def test_leaf_spring(tmp_path):
+    example = load("leaf_spring")
+    figures = example.main(out=tmp_path)
+    # beams that touch at the ends of the shorter ones: their forces P make both sink alike there
+    L, b, c = example.LEAVES
+    sunk = lambda a, x: min(a, x) ** 2 * (3 * max(a, x) - min(a, x)) / 6  # noqa: E731  by a force at a, times EI
+    A = [[2 * sunk(b, b), -sunk(c, b)], [-sunk(b, c), 2 * sunk(c, c)]]
+    P = np.linalg.solve(A, [sunk(L, b), 0.0])
+    linear = example.FORCE * (sunk(L, L) - P[0] * sunk(b, L))
+    linear /= example.SPRING_STEEL * example.WIDTH * example.THICKNESS**3 / 12
+    assert abs(figures["sunk by, friction 0"] / linear - 1) < 0.03  # large displacements
+    assert abs(figures["work taken up, friction 0"]) < 1e-3
+    assert figures["work taken up, friction 0.3"] > 800.0
+    assert (tmp_path / "leaf_spring.png").stat().st_size > 10_000

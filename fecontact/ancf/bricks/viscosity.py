@@ -100,7 +100,9 @@ def relaxing(material: Any, viscosity: Viscosity | None) -> tuple[Any, Viscosity
             stacklevel=5,
         )
         return material, viscosity
-    return relaxed, Viscosity(viscosity.retardation if viscosity else 0.0, pairs, viscosity.newtonian if viscosity else 0.0) if len(pairs) else viscosity
+    return relaxed, Viscosity(
+        viscosity.retardation if viscosity else 0.0, pairs, viscosity.newtonian if viscosity else 0.0
+    ) if len(pairs) else viscosity
 
 
 def stiffening(viscosity: Viscosity, h: float) -> float:
