@@ -327,8 +327,9 @@ def _of_spring(state: SpringState, after: dict[int, _Motion]) -> LinearisationEr
     return LinearisationError(abs(length - linear), abs(state.elongation), turn if state.tension else 0.0)
 
 
-#: Largest force inside a body that counts as none, over its size and its largest stiffness.
-REST = 1e-9
+#: Largest force inside a body that counts as none, over its size and its largest stiffness: rounding, 2e-16 of these,
+#: is then below the tolerance of 1e-8.
+REST = 1e-7
 
 
 @dataclass(frozen=True)

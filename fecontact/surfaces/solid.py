@@ -38,6 +38,10 @@ CLOSE = 0.01
 HOLES, MOST_SIDES = 0.1, 500
 #: Half widths of the envelopes that are tried, over the diagonal of the surface's box.
 ENVELOPES = (2e-3, 5e-4)
+#: Facets above which gmsh's smaller elements are tried before an envelope, whose time grows with them (40 s of
+#: processor time for 30,000 facets, gmsh's 3 s). The smooth surface through so many has their own volume: on a ball of n
+#: triangles of side a the difference is 3 a^2 / (8 R^2) = 2 sqrt(3) pi / n of it, 1.1e-3.
+MANY = 10_000
 #: Parts of an element's edge into which facets are divided.
 NEAR_NODES = 6
 #: What notes say of an envelope.
@@ -103,8 +107,9 @@ def mesh_solid(
         groups of a ``.geo`` file by their names. Name others with `fecontact.pick`. A note says how far a surface was
         changed. A mesh within a surface that is more than 1 % off in volume, or in distance over its size, is made anew
         unless `size` is given, and one whose cells fold always: in an envelope of the facets (`mesh.envelope`) where
-        pytetwild is installed, with smaller elements otherwise. So is a surface that crosses itself or branches. A
-        warning, which results repeat, says what is left. Small holes are filled, with a note.
+        pytetwild is installed, with smaller elements otherwise, and first if there are over 10,000 facets. So is a
+        surface that crosses itself or branches. A warning, which results repeat, says what is left. Small holes are
+        filled, with a note.
 
     Raises
     ------
@@ -185,7 +190,8 @@ def _within(surface: SurfaceMesh, sizes: Sizes, source: str) -> Mesh:
     told: tuple[str, ...] = ()
     said = f"{source}: gmsh's elements of this size do not follow the surface."
     try:
-        best, told = _best_of_gmsh(points, triangles, shells, sizes, source)
+        tries = MAX_TRIALS if len(triangles) > MANY or not available() else 0
+        best, told = _best_of_gmsh(points, triangles, shells, sizes, source, tries)
     except MeshError as error:
         if not available():
             raise
@@ -228,15 +234,14 @@ def _told(best: _Trial, source: str, notes: tuple[str, ...]) -> Mesh:
 
 
 def _best_of_gmsh(
-    points: Array, triangles: IntArray, shells: ClosedComponents, sizes: Sizes, source: str
+    points: Array, triangles: IntArray, shells: ClosedComponents, sizes: Sizes, source: str, tries: int
 ) -> tuple[_Trial, tuple[str, ...]]:
-    """The best of a few meshes, and a note where its size was made smaller."""
+    """The best of 1 + tries meshes, and a note where its size was made smaller."""
     set_stage("gmsh")
     best = _trial(points, triangles, shells, sizes, source)
     told: tuple[str, ...] = ()
     wanted = sizes.size is not None
-    # where there is an envelope to turn to, it is the quicker way to a mesh that follows the surface
-    for _ in range(0 if available() else MAX_TRIALS):
+    for _ in range(tries):
         # a size that was asked for is kept, with a warning, where a body can be made of the mesh
         if best.off <= CLOSE or (wanted and best.fault is None):
             break
@@ -319,7 +324,8 @@ def _trial(points: Array, triangles: IntArray, shells: ClosedComponents, sizes: 
     held = f", {drawn} nodes less far on it, lest cells fold" if drawn else ""
     far = changed(points, facets, mesh.points, mesh.skin)
     told = f"{len(facets)} facets were replaced by {len(mesh.outer)}; {far}{held}"
-    flat, smooth = enclosed_volume(points, facets), _smooth_volume(points, triangles, part, fits)
+    flat = enclosed_volume(points, facets)
+    smooth = _smooth_volume(points, triangles, part, fits) if len(triangles) <= MANY else flat
     found = enclosed_volume(mesh.points, mesh.skin)
     low, high = sorted((flat, smooth))
     volume = max(low - found, found - high, 0.0) / abs(smooth)
@@ -333,10 +339,12 @@ def _smooth_volume(points: Array, triangles: IntArray, part: IntArray, fits: Map
     start = len(points)
     for k in range(part.max() + 1):
         own = triangles[part == k]
-        middles = ((points[own] + points[np.roll(own, -1, axis=1)]) / 2).reshape(-1, 3)
+        ends = np.sort(np.stack([own, np.roll(own, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+        sides, which = np.unique(ends, axis=0, return_inverse=True)
+        middles = points[sides].mean(axis=1)
         if (fit := fits.get(f"surface_{k + 1}")) is not None:
             middles = fit.placed(middles)
-        ab, bc, ca = (start + np.arange(3 * len(own))).reshape(-1, 3).T
+        ab, bc, ca = (start + which).reshape(-1, 3).T
         a, b, c = own.T
         facets.append(np.stack([a, b, c, c, ab, bc, c, ca], axis=1))
         x.append(middles)

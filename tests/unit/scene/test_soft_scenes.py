@@ -13,6 +13,7 @@ from scipy.optimize import brentq, fsolve
 import fecontact as fc
 from fecontact.common.path import in_parts
 from fecontact.contact.hold import IndefiniteError, held, held_inside, semidefinite
+from fecontact.results.linearisation import unbalanced
 from fecontact.scene import finite_strain
 from tests.refusals import refused
 
@@ -227,6 +228,23 @@ def test_a_turned_scene_and_other_units_have_the_same_answer() -> None:
     assert np.abs(force(mesh, law, turn, 1.0) - turn @ straight).max() < 1e-9 * np.linalg.norm(straight)
     large = force(mesh.mapped(lambda x: 1e3 * x), fc.NeoHookean(E=1e6, nu=0.45), np.eye(3), 1e3)
     assert np.abs(large / 1e12 - straight).max() < 1e-9 * np.linalg.norm(straight)
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 25.4])
+def test_a_body_that_carries_no_force_is_certified_in_any_unit(unit: float) -> None:
+    # a ball between the corners of one cell: what is left on its nodes is rounding
+    mesh = fc.shapes.block((1.1 * unit, 0.9 * unit, 0.7 * unit), (1, 1, 1), element="hex8")
+    body = fc.ElasticBody(mesh, fc.NeoHookean(3.0 / unit**2, 0.49), "top", {"bottom": "xyz"}, name="soft")
+    ball = fc.RigidBody(fc.Sphere(2.0 * unit), name="ball")
+    ball = ball.placed((0.5 * unit, 0.4 * unit, 0.74 * unit))
+    result = fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(motions={ball: {"z": -0.03 * unit}})
+    assert result.contacts[0].total_force == 0
+    assert result.residuals().equilibrium <= 1e-8
+    # a force of a strain of 1e-12 is seen
+    part = result._condensed.parts[0]
+    inner = result._forces_inside(part.body).ravel()
+    inner[3 * int(np.argmax(mesh.points[:, 2]))] += 1e-12 * body.size * float(body.model.stiffness.diagonal().max())
+    assert unbalanced(part, np.zeros(result.problem.n), inner) >= 9e-6
 
 
 def test_a_linear_body_is_the_partner_of_a_soft_one() -> None:

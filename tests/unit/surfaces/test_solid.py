@@ -11,6 +11,7 @@ import fecontact as fc
 from fecontact.fem.stiffness import moments_of_volume
 from fecontact.mesh.check import check_mesh
 from fecontact.mesh.orient import closed_components, crossing_triangles, oriented
+from fecontact.surfaces import solid
 from fecontact.surfaces.repair import enclosed_volume, triangulated
 
 
@@ -239,6 +240,22 @@ def test_elements_become_finer_until_they_follow_the_surface(gmsh_alone):
     assert volume_of_triangles(points, triangles) * 0.99 < volume < 2 * np.pi**2 * 0.12**2 * 1.01
     assert any("elements of size 0.0847, as larger ones do not follow the surface" in note for note in mesh.notes)
     assert not mesh.warnings
+
+
+@pytest.mark.parametrize("many", [True, False])
+def test_of_many_facets_smaller_elements_are_tried_before_an_envelope(monkeypatch, many):
+    block = fc.shapes.block((2.0, 1.0, 1.0), (4, 2, 2), element="hex8")
+    made = {off: solid._Trial(replace(block, notes=(str(off),)), off, 0.0, None) for off in (0.05, 0.009, 0.008)}
+    left = [made[0.05], made[0.009]]
+    monkeypatch.setattr(solid, "available", lambda: True)
+    monkeypatch.setattr(solid, "_trial", lambda *given: left.pop(0))
+    monkeypatch.setattr(solid, "_enveloped", lambda *given, closed: made[0.008])
+    given = skin(block)
+    monkeypatch.setattr(solid, "MANY", 2 * len(given.facets) - many)
+    mesh = fc.mesh_solid(given)
+    assert mesh.notes[-1] == "0.009" if many else "0.008" in mesh.notes
+    assert any("smaller" in note or "larger ones do not follow" in note for note in mesh.notes) == many
+    assert len(left) == (0 if many else 1)
 
 
 @pytest.mark.full
