@@ -28,50 +28,32 @@ import fecontact as fc
 CARTILAGE = fc.Material(E=5.0, nu=0.45)  # MPa; mm and N throughout
 LEAST = {"femur": 1.0, "tibia": 2.0}  # thickness where the bone is nearer, of the model's <min_thickness>
 COORDINATES = tuple(f"knee_{name}_r" for name in ("flex", "add", "rot", "tx", "ty", "tz"))
+FORCE = "smith2019/forceset/Smith2018ArticularContactForce/tf_contact/tibia_cartilage/total_contact_force"
+KNEE = {"surfaces": "cartilage", "material": CARTILAGE, "anatomy": "opensim", "units": ("mm", "N", "MPa")}
+AXES = {"lateral": (0, 0, 1), "anterior": (1, 0, 0)}
 
 
-def surface(folder: Path, name: str, turned: float, size: float | None = None) -> fc.SurfaceMesh:
-    """A surface in millimetres and in its bone's axes."""
-    found = fc.repair_surface(next(folder.glob(f"*-R-{name}.stl")), size=size, scale=1000.0)
-    return found.mapped(lambda x: x @ fc.rotation_about((0, 1, 0), np.radians(turned)))
-
-
-def main(
-    folder: str | Path,
-    every: int = 1,
-    size: float = 2.0,
-    turned: float = 0.0,
-    cartilage: str = "foundation",
-    out: str | Path = "out",
-) -> fc.CaseTable:
-    folder, out = Path(folder), Path(out) / "jam_knee"
+def main(folder, every=1, size=2.0, turned=0.0, cartilage="foundation", out="out") -> fc.CaseTable:
+    out, turn = Path(out) / "jam_knee", fc.rotation_about((0, 1, 0), np.radians(turned))
     out.mkdir(parents=True, exist_ok=True)
-    with h5py.File(folder / "walking.h5") as file:
+    with h5py.File(Path(folder) / "walking.h5") as file:
         values = [file[f"smith2019/coordinateset/{name}/value"][::every] for name in COORDINATES]
         motion = fc.Motion(file["time"][::every], COORDINATES, np.stack(values, axis=1), in_degrees=True)
-        contact = "smith2019/forceset/Smith2018ArticularContactForce/tf_contact/tibia_cartilage/total_contact_force"
-        theirs = np.linalg.norm(file[contact][::every], axis=1)
-    poses = fc.read_osim(folder / "smith2019.osim").poses("femur_distal_r", "tibia_proximal_r", motion, scale=1000.0)
-    free, thick = {}, {}
+        theirs = np.linalg.norm(file[FORCE][::every], axis=1)
+    model = fc.read_osim(Path(folder) / "smith2019.osim")
+    poses = model.poses("femur_distal_r", "tibia_proximal_r", motion, scale=1000.0)
+    free, thick = {}, []
     for bone, least in LEAST.items():
-        free[bone], under = (
-            surface(folder, f"{bone}-{s}", turned, n) for s, n in (("cartilage", size), ("bone", None))
-        )
-        thick[bone] = fc.thickness_between(free[bone].flipped(), under.flipped(), least)
-    joint = fc.Joint(
-        *free.values(),
-        thickness=tuple(thick.values()),
-        material=CARTILAGE,
-        surfaces="cartilage",
-        foundation=cartilage == "foundation",
-        anatomy="opensim",
-        units=("mm", "N", "MPa"),
-        names=tuple(free),
-        axes={"lateral": (0, 0, 1), "anterior": (1, 0, 0)},
-    )
+        for what, facets in (("cartilage", size), ("bone", None)):
+            (file,) = Path(folder).glob(f"*-R-{bone}-{what}.stl")
+            free[what] = fc.repair_surface(file, size=facets, scale=1000.0).mapped(lambda x: x @ turn)
+        free[bone] = free["cartilage"]
+        thick.append(fc.thickness_between(free[bone].flipped(), free["bone"].flipped(), least))
+    given = {"thickness": tuple(thick), "foundation": cartilage == "foundation", "names": tuple(LEAST), "axes": AXES}
+    joint = fc.Joint(free["femur"], free["tibia"], **KNEE, **given)
     table = joint.follow(poses, times=motion.times, parameters={"force of JAM": theirs}, keep="pressure")
-    ours = table.column("force")
-    print(table, f"Force over JAM's: {np.min(ours / theirs):.3f} to {np.max(ours / theirs):.3f}", sep="\n")
+    ours = table.column("force") / theirs
+    print(table, f"Force over JAM's: {ours.min():.3f} to {ours.max():.3f}", sep="\n")
     table.save(out / f"{cartilage}.csv")
     table.plot("force", "force of JAM", "max_pressure", over="time", path=out / f"{cartilage}.png")
     shown = np.linspace(0, len(poses) - 1, min(6, len(poses))).astype(int)
@@ -86,5 +68,4 @@ if __name__ == "__main__":
     parser.add_argument("--every", type=int, default=1, help="take every so many poses")
     parser.add_argument("--turned", type=float, default=0.0, help="degrees by which the surfaces are turned about y")
     parser.add_argument("--cartilage", choices=["foundation", "solid"], default="foundation")
-    given = parser.parse_args()
-    main(given.folder, given.every, turned=given.turned, cartilage=given.cartilage)
+    main(**vars(parser.parse_args()))

@@ -39,8 +39,8 @@ HOLES, MOST_SIDES = 0.1, 500
 #: Half widths of the envelopes that are tried, over the diagonal of the surface's box.
 ENVELOPES = (2e-3, 5e-4)
 #: Facets above which gmsh's smaller elements are tried before an envelope, whose time grows with them (40 s of
-#: processor time for 30,000 facets, gmsh's 3 s). The smooth surface through so many has their own volume: on a ball of n
-#: triangles of side a the difference is 3 a^2 / (8 R^2) = 2 sqrt(3) pi / n of it, 1.1e-3.
+#: processor time for 30,000 facets, gmsh's 3 s). The smooth surface through so many has their own volume: on a ball of
+#: n triangles of side a the difference is 3 a^2 / (8 R^2) = 2 sqrt(3) pi / n of it, 1.1e-3.
 MANY = 10_000
 #: Parts of an element's edge into which facets are divided.
 NEAR_NODES = 6

@@ -130,7 +130,7 @@ class OpenSimModel:
         shift = np.einsum("nij,nj->ni", turned, p - q)
         return [Pose(turn, scale * move) for turn, move in zip(turned @ R, shift, strict=True)]
 
-    def ligaments(self, moving: str, fixed: str, *, scale: float, straight: bool = False) -> list[Ligament]:
+    def ligaments(self, moving: str, fixed: str, *, scale: float, straight: bool | None = None) -> list[Ligament]:
         """Ligaments between two bodies, for `Joint(springs=...)`.
 
         Parameters
@@ -138,15 +138,33 @@ class OpenSimModel:
         moving, fixed : str
         scale : float
             Lengths per metre.
-        straight : bool
-            Whether ligaments that wrap round surfaces are taken along the straight line between their ends; they are
-            left out otherwise, as are those with points between their ends.
+        straight : bool, optional
+            Whether ligaments that wrap round surfaces, or have points between their ends, are taken along the straight
+            line between their ends, or left out. It is asked for where there are any.
+
+        Raises
+        ------
+        InputError
+            If there are such ligaments and `straight` is not given.
         """
         positive("the scale of a model", scale)
-        out = []
-        for name, path in self.paths.items():
-            ends = dict(path.points)
-            if len(path.points) == 2 and set(ends) == {moving, fixed} and (straight or not path.wraps):
+        out: list[Ligament] = []
+        between = {
+            name: path
+            for name, path in self.paths.items()
+            if {path.points[0][0], path.points[-1][0]} == {moving, fixed}
+        }
+        bent = [name for name, path in between.items() if path.wraps or len(path.points) > 2]
+        if bent and straight is None:
+            raise InputError(
+                f"Ligaments between {moving!r} and {fixed!r} wrap round surfaces or have points between their ends, "
+                f"which is not offered: {', '.join(bent)}. Take them along straight lines, with straight=True, which "
+                "shortens them where they would bend, or leave them out, with straight=False.",
+                code="wraps",
+            )
+        for name, path in between.items():
+            ends = dict((path.points[0], path.points[-1]))
+            if straight or name not in bent:
                 start, end = scale * ends[moving], scale * ends[fixed]
                 slack = scale * path.slack_length
                 out.append(Ligament(name, tuple(start.tolist()), tuple(end.tolist()), path.stiffness, slack, path.toe))

@@ -1,5 +1,7 @@
 """Models of OpenSim: transforms of joints against products of rotations, functions, units, and ligaments."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from refusals import refused
@@ -160,11 +162,19 @@ def test_the_spline_is_the_one_of_forsythe_malcolm_and_moler():
 
 def test_ligaments_have_their_units_and_those_that_wrap_are_asked_for(tmp_path):
     model = read(tmp_path)
-    (acl,) = model.ligaments("femur", "tibia", scale=1000.0)
+    with refused(fc.InputError, "wraps", "MCL"):
+        model.ligaments("femur", "tibia", scale=1000.0)
+    (acl,) = model.ligaments("femur", "tibia", scale=1000.0, straight=False)
     assert acl == fc.Ligament("ACL", (1.0, 2.0, 3.0), (4.0, 5.0, 6.0), 800.0, 30.0, 0.06)
     both = model.ligaments("femur", "tibia", scale=1000.0, straight=True)
     assert both[1] == fc.Ligament("MCL", (0.0, 100.0, 0.0), (0.0, 0.0, 0.0), 500.0, 90.0, 0.03)
-    assert model.ligaments("femur", "bone", scale=1000.0, straight=True) == []
+    assert model.ligaments("femur", "bone", scale=1000.0) == []
+    # a point between the ends bends it, too
+    bent = replace(model.paths["ACL"], points=[model.paths["ACL"].points[0], *model.paths["ACL"].points])
+    other = replace(model, paths={"ACL": bent})
+    with refused(fc.InputError, "wraps", "ACL"):
+        other.ligaments("femur", "tibia", scale=1000.0)
+    assert other.ligaments("femur", "tibia", scale=1000.0, straight=True) == [acl]
 
 
 @pytest.mark.parametrize(
