@@ -319,7 +319,7 @@ def solve_contact(
 
 
 def _by_active_sets(system: System, guess: Array, problem: ContactProblem, tolerance: float) -> Outcome:
-    active, q = _first_set(guess, problem)
+    active, q = _set_of(guess, problem, problem.g)
     history: list[float] = []
     forces = np.zeros(problem.n)
     for nit in range(1, MAX_SETS + 1):
@@ -336,6 +336,8 @@ def _by_active_sets(system: System, guess: Array, problem: ContactProblem, toler
             system.keep()
             return Outcome(np.maximum(forces, 0.0), q, Status.SOLVED, "solved", nit, history)
         active = active ^ wrong
+        if nit == 1:  # what the bodies deflect more than half-spaces under the same forces counts as gap
+            active, q = _set_of(guess, problem, problem.g + deflection - guess @ forces)
     return Outcome(np.maximum(forces, 0.0), q, Status.ITERATION_LIMIT, f"{MAX_SETS} sets", MAX_SETS, history)
 
 
@@ -373,13 +375,13 @@ def _half_spaces(n: int, shares: Sequence[tuple[IntArray, MultigridCompliance]])
     return S
 
 
-def _first_set(guess: Array, problem: ContactProblem) -> tuple[Mask, Array]:
-    """Active set and motions of half-spaces in place of the bodies."""
-    found = attempt(ContactProblem((guess + guess.T) / 2, problem.g, problem.B, problem.F), tolerance=1e-6)
+def _set_of(guess: Array, problem: ContactProblem, g: Array) -> tuple[Mask, Array]:
+    """Active set and motions of half-spaces in place of the bodies, with gaps g (n,)."""
+    found = attempt(ContactProblem((guess + guess.T) / 2, g, problem.B, problem.F), tolerance=1e-6)
     active = found.forces > 0
     if active.any():
         return active, found.q
-    return problem.g <= problem.g.min(), np.zeros(problem.m)
+    return g <= g.min(), np.zeros(problem.m)
 
 
 @dataclass(frozen=True, eq=False)

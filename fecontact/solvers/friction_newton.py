@@ -34,7 +34,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import LinAlgError, lstsq
-from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
+from scipy.linalg.lapack import dgecon, dgetrf, dgetrs, sgecon, sgetrf, sgetrs
 
 from fecontact.solvers.coulomb import friction_limit
 from fecontact.solvers.problem import Outcome, Status
@@ -68,6 +68,18 @@ tolerance. Strips and belts stay below ten; no bound holds for a compliance that
 
 SINGULAR = 1e-14
 """Reciprocal condition number below which the smallest step is taken: forces of rigid bodies are not unique."""
+
+MANY = 1000
+"""Unknowns from which a factor is made in single precision, in half the time, and kept for the next steps."""
+
+SINGULAR_IN_SINGLE = 1e-4
+"""Least reciprocal condition number for that: some hundred times the rounding of such a factor."""
+
+RATE = 0.1
+"""Share of the residual that a refinement may leave: ten of them take the time of another factor."""
+
+EPS = float(np.finfo(float).eps)
+"""Rounding in double precision."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +153,7 @@ def friction_newton(
     trial = _trial(problem, x, p, weight)
     history: list[float] = []
     merits: list[float] = []
+    last: list[_Factor] = []
     best = (np.inf, x, p)
     largest = bound(problem, x, p)
     orientation, eases, thrown, first = 1, not x[problem.tangents].any(), False, (x, p)
@@ -158,13 +171,13 @@ def friction_newton(
         eased = _with_reduced_friction(problem, nit) if eases else problem
         if eased is not problem:
             trial, merits = _trial(eased, x, p, weight), []
-        dx, dp, orientation = _step(eased, x, trial)
+        dx, dp, orientation = _step(eased, x, trial, last)
         merits = [*merits, trial.merit][-MEMORY:]
         trial = _trial(problem, x + dx, p + dp, weight)
         share = 1.0
         thrown = thrown or (nit == 0 and weight == 1 and trial.merit > DIVERGED_GROWTH * merits[0])
         if nit == 0 and thrown:
-            dx, dp, orientation = _step(problem, x, _trial(problem, x, p, GAP_WEIGHT))
+            dx, dp, orientation = _step(problem, x, _trial(problem, x, p, GAP_WEIGHT), last)
             trial, merits, eases = _trial(problem, x + dx, p + dp), [], False
         elif eased is problem:
             for _ in range(HALVINGS):
@@ -202,11 +215,13 @@ def stick_solution(
     chosen = np.zeros(problem.n, bool)
     chosen[problem.normals[pressed]] = True
     rough = np.full(len(problem.mu), np.inf)
-    dx, dp, _ = _step(problem, x, replace(_trial(problem, x, p), pressed=chosen, limit=rough))
+    dx, dp, _ = _step(problem, x, replace(_trial(problem, x, p), pressed=chosen, limit=rough), [])
     return x + dx, p + dp
 
 
-def _step(problem: ScaledProblem, x: np.ndarray, trial: _Trial) -> tuple[np.ndarray, np.ndarray, int]:
+def _step(
+    problem: ScaledProblem, x: np.ndarray, trial: _Trial, last: list[_Factor]
+) -> tuple[np.ndarray, np.ndarray, int]:
     """Newton step of forces (N,) and motion (r,), and the sign of the Jacobian's determinant."""
     S, B, r = problem.matrix, problem.B, problem.r
     touching = trial.pressed[problem.points]
@@ -225,7 +240,7 @@ def _step(problem: ScaledProblem, x: np.ndarray, trial: _Trial) -> tuple[np.ndar
     A[a:, :a] = B[:, kept]
     right = np.concatenate([-y[kept], -trial.balance - B @ released])
     _slip_rows(A, right, problem, x, (y - trial.y)[slipping], trial, slips, len(closed), kept)
-    solution, orientation = _solved(A, right, r)
+    solution, orientation = _solved(A, right, r, last)
     step = released
     step[kept] = solution[:a]
     return step, solution[a:], orientation
@@ -276,20 +291,57 @@ def _slip_rows(
     right[place] -= R * np.einsum("fij,fj->fi", across @ T, released)
 
 
-def _solved(A: np.ndarray, right: np.ndarray, r: int) -> tuple[np.ndarray, int]:
-    """Solution, of least norm where A is singular, and the sign of det A times (-1)^r."""
+@dataclass(frozen=True, eq=False)
+class _Factor:
+    """Triangular factors of a large matrix in single precision, which serve those near it, too."""
+
+    factor: np.ndarray
+    pivots: np.ndarray
+
+    @classmethod
+    def of(cls, A: np.ndarray, norm: float) -> list[_Factor]:
+        """Of a matrix of this norm; none where it is nearly singular."""
+        factor, pivots, info = sgetrf(A.T)
+        return [cls(factor, pivots)] if info == 0 and sgecon(factor, norm)[0] > SINGULAR_IN_SINGLE else []
+
+    def solution(self, A: np.ndarray, right: np.ndarray, norm: float) -> np.ndarray | None:
+        """Solution by refinements, to rounding in double precision; None where A is too far from the factorised one."""
+        solution, residual, size = np.zeros_like(right), right, float(np.abs(right).max())
+        rounding, largest = EPS, size
+        while size > rounding:
+            solution += size * sgetrs(self.factor, self.pivots, residual / size, trans=1)[0]
+            residual, before = right - A @ solution, size
+            size, rounding = float(np.abs(residual).max()), EPS * (norm * float(np.abs(solution).max()) + largest)
+            if size > max(RATE * before, rounding):
+                return None
+        return solution
+
+
+def _sign(factor: np.ndarray, pivots: np.ndarray, r: int) -> int:
+    """Sign of the determinant times (-1)^r; also that of matrices which refinements by these factors converge for."""
+    swaps = int((pivots != np.arange(len(pivots))).sum())
+    negative = int((factor.diagonal() < 0).sum())
+    return -1 if (swaps + negative + r) % 2 else 1
+
+
+def _solved(A: np.ndarray, right: np.ndarray, r: int, last: list[_Factor]) -> tuple[np.ndarray, int]:
+    """Solution, of least norm where A is singular, and the sign of det A times (-1)^r; `last` has a factor to try."""
     if len(right) == 0:
         return right, 1
-    # by its transpose, whose columns lie one after the other
     norm = float(np.abs(A).sum(axis=1).max())
+    if len(right) >= MANY:
+        for make in (lambda: [f for f in last if len(f.pivots) == len(right)], lambda: _Factor.of(A, norm)):
+            for each in make():
+                if (found := each.solution(A, right, norm)) is not None:
+                    last[:] = [each]
+                    return found, _sign(each.factor, each.pivots, r)
+    # by its transpose, whose columns lie one after the other
     factor, pivots, info = dgetrf(A.T)
     if info == 0 and dgecon(factor, norm)[0] > SINGULAR:
-        swaps = int((pivots != np.arange(len(pivots))).sum())
-        negative = int((factor.diagonal() < 0).sum())
         solution, _ = dgetrs(factor, pivots, right, trans=1)
         # one refinement: the bordered matrix is badly scaled where contact is stiff
         solution += dgetrs(factor, pivots, right - A @ solution, trans=1)[0]
-        return np.asarray(solution), -1 if (swaps + negative + r) % 2 else 1
+        return np.asarray(solution), _sign(factor, pivots, r)
     try:
         return np.asarray(lstsq(A, right, cond=SINGULAR, lapack_driver="gelsy")[0]), 0
     except LinAlgError:

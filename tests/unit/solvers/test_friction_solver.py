@@ -21,7 +21,7 @@ from fecontact.solvers import (
     solve,
     solve_friction,
 )
-from fecontact.solvers.friction_newton import DIVERGED, friction_newton, friction_sweeps
+from fecontact.solvers.friction_newton import DIVERGED, MANY, _Factor, _solved, friction_newton, friction_sweeps
 from fecontact.solvers.friction_slide import least_friction, unbalanced_motion
 
 
@@ -407,3 +407,36 @@ def test_rows_that_do_not_fit_are_refused() -> None:
     for points, tangents in (([0], [[0]]), ([0], [[3]]), ([0, 1], [[2]]), ([0], [[1, 2, 2]])):
         with pytest.raises(InputError):
             replace(rows, points=np.array(points), tangents=np.array(tangents), mu=np.full(len(points), 0.1))
+
+
+@pytest.mark.parametrize("flip", [1.0, -1.0], ids=["positive", "negative"])
+def test_a_large_step_is_solved_in_single_precision_to_rounding_in_double(flip: float) -> None:
+    """Refinement: an error of cond A times 2e-16, and the sign of the determinant, against LAPACK's in double."""
+    rng = np.random.default_rng(0)
+    A = np.eye(MANY) + 0.3 * rng.standard_normal((MANY, MANY)) / MANY**0.5
+    A[0] *= flip
+    right, last = rng.standard_normal(MANY), []
+    x, sign = _solved(A, right, 0, last)
+    assert len(last) == 1
+    assert last[0].factor.dtype == np.float32
+    np.testing.assert_allclose(x, np.linalg.solve(A, right), rtol=0, atol=1e-13)
+    assert sign == np.linalg.slogdet(A)[0]
+    near, kept = A + 1e-3 * rng.standard_normal((MANY, MANY)) / MANY**0.5, list(last)
+    x, _ = _solved(near, right, 0, last)
+    assert last == kept  # the factor serves a matrix nearby
+    np.testing.assert_allclose(x, np.linalg.solve(near, right), rtol=0, atol=1e-13)
+    x, sign = _solved(A.T, right, 0, last)
+    assert last != kept  # and is renewed for another
+    np.testing.assert_allclose(x, np.linalg.solve(A.T, right), rtol=0, atol=1e-13)
+
+
+def test_a_large_step_that_is_nearly_singular_is_solved_in_double_precision() -> None:
+    """Reciprocal condition 1e-8: a factor in single precision knows nothing of it; error 1e8 times 2e-16."""
+    rng = np.random.default_rng(0)
+    Q = np.linalg.qr(rng.standard_normal((MANY, MANY)))[0]
+    exact = rng.standard_normal(MANY)
+    A = (Q * np.geomspace(1.0, 1e-8, MANY)) @ Q.T
+    assert _Factor.of(A, float(np.abs(A).sum(axis=1).max())) == []
+    x, _ = _solved(A, A @ exact, 0, last := [])
+    assert last == []
+    assert np.abs(x - exact).max() < 1e-7
