@@ -34,7 +34,7 @@ verification: $(READY)  ## tests against closed forms; the record of their figur
 	$(PYTEST) tests/verification --figures out/verification.json
 
 doctest: $(READY)
-	$(PYTEST) --doctest-modules fecontact tests/benchmarks/baselines.py tests/benchmarks/compare --ignore-glob="*/test_*.py"
+	$(PYTEST) --doctest-modules fecontact tests/benchmarks/compare --ignore-glob="*/test_*.py"
 
 # instructions of NumPy beyond the basic ones, as this processor has them
 EXTRAS = $$($(BIN)/python -c "from numpy._core import _multiarray_umath as m; print(*(f for f in m.__cpu_dispatch__ if m.__cpu_features__[f]))")

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from baselines import Approximation, condition_number, gap_elements, penalty
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import fecontact as fc
 from fecontact.common.files import save_figure
+from fecontact.solvers.baselines import Approximation, condition_number, gap_elements, penalty
 
 RADIUS, FORCE = 250.0, 7124.0  # mm, N
 STEEL = fc.Material(E=2.0e5, nu=0.3)

@@ -3,13 +3,13 @@
 import numpy as np
 import penalty_and_gaps
 import pytest
-from baselines import condition_number, gap_elements, penalty
 from refusals import refused
 from solver_cases import duplicates, hertz, pressed_in
 from solver_cases import half_space as pressed
 
 from fecontact import InputError
 from fecontact.solvers import ContactProblem, solve
+from fecontact.solvers.baselines import condition_number, gap_elements, penalty
 
 
 def guess(problem):

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -177,8 +178,19 @@ class Course:
         return self.motion.drift
 
 
-def drive(n: int, step: float, until: float, corotational: bool = False) -> Course:
-    """Motion of bars of n elements each, an even number, from rest until a time.
+def constant(_: float) -> float:
+    """The moment on the crank at a time, N m, unless another one is given."""
+    return MOMENT
+
+
+def drive(
+    n: int,
+    step: float,
+    until: float,
+    corotational: bool = False,
+    moment: Callable[[float], float] = constant,
+) -> Course:
+    """Motion of bars of n elements each, an even number, from rest until a time, by a moment on the crank over time.
 
     Raises
     ------
@@ -191,11 +203,14 @@ def drive(n: int, step: float, until: float, corotational: bool = False) -> Cour
     # pins in the plane: slots along z; the crank's end on the coupler's start, both bars' ends on each other
     conditions += [joints.slot((0, a), (0, b), (0, 0, 1)) for a, b in ((last[0], first[1]), (last[1], last[2]))]
     assembly = Assembly([bars], conditions if corotational else [*conditions, joints.flat()])
-    load, turning = assembly.gravity(np.array([0.0, -GRAVITY, 0.0])), [Moment(0, 0, (0.0, 0.0, MOMENT))]
-    if corotational:
-        load, turning = load + np.eye(1, assembly.n_dofs, 2)[0] * MOMENT, []
-    stage = Stage(assembly, load, follow=turning)
-    motion = move(lambda _: stage, until=until, step=step, scheme=EnergyMomentum(), every=1, tolerance=1e-7)
+    weight, on_angle = assembly.gravity(np.array([0.0, -GRAVITY, 0.0])), np.eye(1, assembly.n_dofs, 2)[0]
+
+    def stage(time: float) -> Stage:
+        if corotational:
+            return Stage(assembly, weight + moment(time) * on_angle)
+        return Stage(assembly, weight, follow=[Moment(0, 0, (0.0, 0.0, moment(time)))])
+
+    motion = move(stage, until=until, step=step, scheme=EnergyMomentum(), every=1, tolerance=1e-7)
     if not motion.success:
         raise SolverError(f"The linkage did not go round. {motion.message}")
     return Course(motion, bars, *_measured(motion.frames, n))
@@ -243,6 +258,8 @@ def solve(n: int, step: float) -> Study:
         "crank, rigid bars": np.interp(times, passed, np.degrees(rigid), right=math.nan),
         "follower, found": follower,
         "follower, corotational": _at(times, other, np.degrees(other.angles[:, 2])),
+        "coupler's middle off its chord, mm": _at(times, found, 1e3 * found.sag),
+        "the same, corotational": _at(times, other, 1e3 * other.sag),
     }
     off = _turned_back(np.degrees(LINKAGE.angles(np.radians(crank))[1]) - follower)
     remarks = {

@@ -10,20 +10,26 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.ancf import Assembly, EnergyMomentum, Moment, Stage, equilibrium, move
-from fecontact.ancf.slender import Joints, Structure, line, straight
+from fecontact.ancf import Assembly, EnergyMomentum, Moment, Motion, Stage, equilibrium, move
+from fecontact.ancf.slender import CorotationalBeam, Joints, Structure, line, straight
 from fecontact.app.studies import elastica, fourbar
+from fecontact.app.studies.fourbar import ROTARY
 from fecontact.app.studies.study import Study, slender_study
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError, SolverError
 
 LENGTH = 1.2
+#: The pendulum's rigidities and mass per length.
+EA, EI, MASS = 0.7e6 * 1.8e-3, 0.7e6 * 1.215e-8, 5540 * 1.8e-3
+#: Seconds to which the paper's figures show it.
+LATEST = 1.1
 #: Elements unless given.
 ELEMENTS = {"elastica": 10, "circle": 10, "pendulum": 12, "fourbar": 2}
 #: Problems that measure a bar's middle, which must be a node.
@@ -43,7 +49,7 @@ def run(name: str, options: Mapping[str, Any]) -> Study:
     ----------
     name : {'elastica', 'circle', 'pendulum', 'fourbar'}
     options : mapping
-        elements, measure, step of time, and of the pendulum gravity.
+        elements, measure, step of time, and of the pendulum gravity and the time until which it is followed.
 
     Raises
     ------
@@ -59,13 +65,16 @@ def run(name: str, options: Mapping[str, Any]) -> Study:
     n = options.get("elements") or ELEMENTS[name]
     if n < 1 or (name in EVEN and n % 2):
         raise InputError(f"Expected one element or more, an even number for pendulum and fourbar; found {n}.")
+    if name != "pendulum" and options.get("until") is not None:
+        raise InputError(
+            f"The time until which it is followed is an option of the pendulum, not of {name}.", code="until"
+        )
     return _RUN[name](n, options)
 
 
 def pendulum(n: int, measure: str = "turn") -> tuple[Structure, list[sp.csr_matrix]]:
     """The paper's falling bar, pinned at one end, and its conditions."""
-    rigidity = {"EA": 0.7e6 * 1.8e-3, "EI": 0.7e6 * 1.215e-8}
-    beam = line(straight((0, 0, 0), (LENGTH, 0, 0), n), **rigidity, mass=5540 * 1.8e-3, measure=measure)
+    beam = line(straight((0, 0, 0), (LENGTH, 0, 0), n), EA=EA, EI=EI, mass=MASS, measure=measure)
     joints = Joints([beam])
     return beam, [joints.flat(), joints.pinned((0, 0))]
 
@@ -98,27 +107,51 @@ def _circle(n: int, options: Mapping[str, Any]) -> Study:
 
 def _pendulum(n: int, options: Mapping[str, Any]) -> Study:
     began = time.perf_counter()
-    gravity, step = options.get("gravity", 9.81), options.get("step")
+    gravity, step, until = options.get("gravity", 9.81), options.get("step"), options.get("until")
     if gravity not in FALLING:
         raise InputError(f"Fine solutions are known for gravity {' and '.join(map(str, FALLING))}; found {gravity!r}.")
     step = STEPS[gravity] if step is None else step
+    known = FALLING[gravity]
+    if until is not None and not 0.1 * len(known) <= until <= LATEST:
+        raise InputError(f"The pendulum is followed to 0.4 s and up to {LATEST:g} s; found {until!r}.", code="until")
+    times: Array = 0.1 * np.arange(1.0, 1 + round(10 * (until or 0.4)))
     beam, conditions = pendulum(n, options.get("measure") or "turn")
-    assembly = Assembly([beam], conditions)
-    motion = move(assembly, until=0.4, step=step, gravity=(0, -gravity, 0), scheme=EnergyMomentum(), every=1)
+    motion = _fallen(Assembly([beam], conditions), times[-1], step, gravity)
     if not motion.success:
         raise SolverError(f"The pendulum did not fall to the end. {motion.message}")
+    seconds, sag = time.perf_counter() - began, _sag_at(times, beam, motion)
+    cases = {f"t = {t:.1f} s": (float(s), k) for t, s, k in zip_longest(times, sag, known, fillvalue=math.nan)}
+    shapes = {f"{t:.1f} s": _axis(beam, motion.frames[np.argmin(np.abs(motion.frame_times - t))]) for t in times}
+    remarks = {"drift of the energy": motion.drift}
+    beside: dict[str, list[float]] = {}
+    for procedure in ("1986", "modern") if until is not None else ():
+        other = CorotationalBeam(
+            straight((0, 0, 0), (LENGTH, 0, 0), n),
+            EA=EA,
+            EI=EI,
+            mass_per_length=MASS,
+            rotary=ROTARY * MASS * EI / EA,
+            procedure=procedure,
+        )
+        held = Assembly([other], [Joints([other]).pinned((0, 0), np.eye(3)[:2])])
+        fallen = _fallen(held, times[-1], step, gravity)
+        beside[f"corotational, {procedure}"] = _sag_at(times, other, fallen).tolist()
+        turned = max(float(np.abs(other.local_turns(q)).max()) for q in fallen.frames)
+        remarks[f"largest turn within an element, {procedure}, degrees"] = math.degrees(turned)
+    return slender_study("pendulum", "m", n, cases, shapes, seconds, remarks, beside)
+
+
+def _fallen(assembly: Assembly, until: float, step: float, gravity: float) -> Motion:
+    return move(assembly, until=until, step=step, gravity=(0, -gravity, 0), scheme=EnergyMomentum(), every=1)
+
+
+def _sag_at(times: Array, beam: Structure | CorotationalBeam, motion: Motion) -> Array:
+    """Deflections (n,) of the middle; NaN after a motion has stopped. Steps may have been halved."""
     sag = [_sag(beam, q) for q in motion.frames]
-    cases, shapes = {}, {}
-    for k, known in enumerate(FALLING[gravity]):
-        # steps may have been halved
-        t = 0.1 * (k + 1)
-        cases[f"t = {t:.1f} s"] = (float(np.interp(t, motion.frame_times, sag)), known)
-        shapes[f"{t:.1f} s"] = _axis(beam, motion.frames[np.argmin(np.abs(motion.frame_times - t))])
-    drift = {"drift of the energy": motion.drift}
-    return slender_study("pendulum", "m", n, cases, shapes, time.perf_counter() - began, drift)
+    return np.interp(times, motion.frame_times, sag, right=math.nan if not motion.success else None)
 
 
-def _sag(beam: Structure, q: Array) -> float:
+def _sag(beam: Structure | CorotationalBeam, q: Array) -> float:
     """Deflection of the middle from the chord."""
     x = beam.positions(q)
     chord = (x[-1] - x[0]) / np.linalg.norm(x[-1] - x[0])

@@ -133,7 +133,7 @@ def slender_study(
     n : int
         Elements.
     cases : mapping of str to (float, float)
-        Figure found and known figure, whose errors are differences.
+        Figure found and known figure, NaN where it is not, whose errors are differences.
     shapes : mapping of str to (m, 3) array
         Points of the axis, to draw.
     seconds : float
@@ -144,13 +144,16 @@ def slender_study(
     """
     remarks, beside = remarks or {}, beside or {}
     others = [{name: values[k] for name, values in beside.items()} for k in range(len(cases))]
-    error = max(abs(found - known) for found, known in cases.values())
+    error = max(abs(found - known) for found, known in cases.values() if math.isfinite(known))
     both = list(zip(cases.items(), map(finite, others), strict=True))
-    data = [{"case": case, "found": found, "known": known, **other} for (case, (found, known)), other in both]
+    data = [{"case": case, **finite({"found": f, "known": known}), **other} for (case, (f, known)), other in both]
     head = {"problem": name, "elements": n, "unit": unit, "seconds": seconds}
-    columns: list[Column | str] = ["case", "found", "known", Column("error", "+.1e")]
+    columns: list[Column | str] = ["case", "found", Column("known", blank="-"), Column("error", "+.1e", blank="-")]
     columns += [Column(other, blank="-") for other in beside]
-    rows = [(case, found, known, found - known, *other.values()) for (case, (found, known)), other in both]
+    rows = [
+        (case, found, *finite({"known": known, "error": found - known}).values(), *other.values())
+        for (case, (found, known)), other in both
+    ]
     title = f"{name}, {n} elements"
 
     def draw(_: Units) -> Picture:

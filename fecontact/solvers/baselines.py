@@ -1,8 +1,8 @@
 """Two methods that are not exact, on the same condensed problem: a penalty, and gap elements in load increments.
 
-They are here to be compared with and are not among `available_solvers`: both put springs between the bodies, and the
-answer moves with a stiffness that somebody has to guess. With a spring of compliance c_k at every candidate point
-both come down to linear solves of
+They are to be compared with, on ``result.problem`` of any contact without friction, and are not among
+`available_solvers`: both put springs between the bodies, and the answer moves with a stiffness that somebody has to
+guess. With a spring of compliance c_k at every candidate point both come down to linear solves of
 
     (S + diag c) l + B^T q = -(g, or what is left of it),     B l = F
 
@@ -33,9 +33,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fecontact import InputError, SolverError
 from fecontact.common.arrays import Array
-from fecontact.solvers import ContactProblem, Residuals
+from fecontact.common.errors import InputError, SolverError
+from fecontact.solvers.coulomb import Residuals
+from fecontact.solvers.problem import ContactProblem
 
 STEP_TOLERANCE = 1e-10
 """Change of the forces within one increment, relative to the largest, at which its cycles end."""
