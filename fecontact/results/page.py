@@ -22,6 +22,8 @@ from fecontact.results.report import model_size
 if TYPE_CHECKING:
     from fecontact.results.result import ContactResult
 
+#: Distance of a contact from the end of the bodies, over their size, from which on a cut shows more than their side.
+EDGE = 0.1
 #: The width of a page, which a notebook keeps for itself.
 PAGE = "body { max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }"
 
@@ -128,8 +130,28 @@ def _pictures(result: ContactResult, units: Units) -> Iterator[tuple[str, Figure
         yield "Friction", plot_result(result, "friction", units=units)
     if result._meshed_bodies:
         yield "Stress", plot_result(result, "von_mises", units=units)
+    if (cut := _through_the_contact(result)) is not None:
+        yield f"Stress, {escape(cut)}", plot_result(result, "von_mises", units=units, cut=cut)
     if result.convergence is not None:
         yield "Steps to the accuracy", plot_result(result, "convergence")
+
+
+def _through_the_contact(result: ContactResult) -> str | None:
+    """A cut of solids through the contact with the largest force, along it, that is open to the eye of the picture."""
+    found = [c for c in result.contacts if c.active.any() and not c._is_curve]
+    solid = bool(result._meshed_bodies) and not any(b.mesh.is_flat for b in result._meshed_bodies)
+    if not (found and solid):
+        return None
+    contact = max(found, key=lambda c: float(np.linalg.norm(c._whole.force)))
+    share = np.abs(contact._whole.force) / np.linalg.norm(contact._whole.force)
+    across = np.round(share, 2) + np.array([0.001, 0.0, 0.002])  # of equal ones that which faces the eye most
+    k = int(np.argmin(across))
+    sign, middle = "<><"[k], contact.centre_of_pressure[k]
+    ends = np.concatenate([b.pose.to_world(b.mesh.points)[:, k] for b in result._meshed_bodies])
+    low, high = float(ends.min()), float(ends.max())
+    if not low + EDGE * (high - low) < middle < high - EDGE * (high - low):
+        return None  # the contact is at the side already, as on a plane of symmetry
+    return f"{'xyz'[k]}{sign}{middle:.4g}"
 
 
 def _certificate(result: ContactResult) -> str:

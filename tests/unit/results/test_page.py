@@ -64,7 +64,7 @@ def test_a_page_needs_no_other_file(result, tmp_path):
     text = path.read_text(encoding="utf-8")
     page = read(text)
     assert page.links == []
-    assert len(page.pictures) == 3  # pressure, gap, stress
+    assert len(page.pictures) == 4  # pressure, gap, stress, and inside
     for picture in page.pictures:
         head, data = picture.split(",")
         assert head == "data:image/png;base64"
@@ -208,3 +208,15 @@ def test_friends_are_imported_when_they_are_asked_for(result, monkeypatch):
         assert float(fields.pressure.max()) == half.max_pressure == fields.attrs["max_pressure"]
     if util.find_spec("pyvista"):
         assert result.to_pyvista().point_data["displacement"].shape[1] == 3
+
+
+def test_a_report_opens_bodies_where_they_touch(tmp_path):
+    """Of a ball on a block off the middle: the plane across y, which faces the eye, through the contact."""
+    mesh = fc.shapes.block((2.0, 2.0, 1.0), (4, 4, 2))
+    block = fc.ElasticBody(mesh, CORK, contact="top", supports={"bottom": "xyz"}, name="block")
+    ball = fc.RigidBody(fc.Sphere(5.0), name="ball").placed((1.0, 1.1, 1.0))
+    scene = fc.Scene([block, ball], [fc.Contact(block, ball)])
+    pressed = scene.solve(motions={ball: {"z": -0.02}}, finite_motion=False)
+    page = pressed.report(tmp_path / "page.html").read_text()
+    y = float(re.search(r"<h2>Stress, y&gt;([0-9.]+)</h2>", page)[1])
+    assert abs(y - pressed.contacts[0].centre_of_pressure[1]) < 1e-3
