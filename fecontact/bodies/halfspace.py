@@ -36,7 +36,7 @@ from fecontact.halfspace.creep import CreepCoefficients, CreepCurve, CreepSteps,
 from fecontact.halfspace.fft import array_module
 from fecontact.halfspace.friction import CERTIFIED, Friction, PressStep
 from fecontact.halfspace.friction_law import FrictionLaw, FrictionOfRolling
-from fecontact.halfspace.gradient import PressGradient, press_gradient
+from fecontact.halfspace.gradient import PressGradient, friction_gradient, press_gradient
 from fecontact.halfspace.grid import Grid, GridSurface, grid_surface
 from fecontact.halfspace.hardness import hardness_field
 from fecontact.halfspace.layered import Layer
@@ -907,18 +907,22 @@ class HalfSpace(SurfaceBody):
         what: str | ArrayLike = "max_pressure",
         *,
         load_point: tuple[float, float] | None = None,
+        by_shift: bool = False,
     ) -> PressGradient:
         """Derivatives of a figure of a contact with this half-space, by one solution with the cells in contact.
 
         Parameters
         ----------
         contact : HalfSpaceContact
-            Of `press`, elastic, without friction, adhesion, hardness or velocity.
+            Of `press`, elastic, without adhesion, hardness or velocity. With friction of up to 1500 cells in contact.
         what : {'max_pressure', 'force', 'area', 'approach'} or (nx, ny) array_like
-            A figure, or the weights of a linear functional of the pressures. The gradient of a function of the
-            pressures is that with its derivatives as weights.
+            A figure, or the weights of a linear functional of the pressures, with friction (3, nx, ny) of pressures and
+            tractions. The gradient of a function of them is that with its derivatives as weights. With friction there
+            is no area.
         load_point : (float, float), optional
             As in `press`.
+        by_shift : bool
+            With friction: whether the shift was prescribed, not the tangential force.
 
         Returns
         -------
@@ -940,10 +944,12 @@ class HalfSpace(SurfaceBody):
         >>> round(slope.load * ball.force / slope.value, 2), round(slope.E / slope.value, 2)
         (0.33, 0.67)
         """
+        if type(contact) is FrictionContact and contact.dent is None and contact.retarded is None:
+            return friction_gradient(self.compliance, self._modulus, contact, what, by_shift)
         elastic_contact = type(contact) is HalfSpaceContact and contact.dent is None
         if not elastic_contact or (any(contact.tilt) and load_point is None):
             raise InputError(
-                "A gradient is of a frictionless elastic contact of `press`, and of one free to tilt with its "
+                "A gradient is of an elastic contact of `press`, and of one free to tilt with its "
                 f"load_point; found {contact!r}.",
                 code="no-gradient",
             )

@@ -2,6 +2,8 @@
 
 The area has its edge within its cells (`grid_error`): each of its terms depends on pressures and gaps up to two cells
 away. They are differentiated by central differences of all cells that are five apart at once; all else is exact.
+
+With friction the adjoint is that of the pressures and tractions of the cells in contact, by a full matrix.
 """
 
 from __future__ import annotations
@@ -18,16 +20,20 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import among, number_array
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
-from fecontact.halfspace.compliance import SurfaceCompliance
+from fecontact.halfspace.compliance import SurfaceCompliance, tangential_compliance
 from fecontact.halfspace.contact import HalfSpaceContact
 from fecontact.halfspace.fft import Tally
 from fecontact.halfspace.grid_error import edge_cells
 from fecontact.halfspace.nested import compliance
 from fecontact.halfspace.pressing import Load, grid_level
-from fecontact.solvers.gradient import WEAK, by_products, of_largest, saddle
+from fecontact.halfspace.traction_contact import FrictionContact
+from fecontact.solvers import ContactProblem
+from fecontact.solvers.gradient import WEAK, adjoint, by_products, of_largest, saddle, weakly_active
 
 #: Figures that can be differentiated, and cells between those that share no term of the area.
 FIGURES, APART = ("max_pressure", "force", "area", "approach"), 5
+#: Cells in contact of which the matrix with friction is made.
+MOST_CELLS = 1500
 #: Relative step of central differences of the terms of the area.
 STEP = 1e-6
 
@@ -48,7 +54,9 @@ class PressGradient:
     E : float or None
         By Young's modulus of the half-space, its Poisson's ratio fixed; None for layers.
     weak : (n, 2) int array
-        Cells about to open or to close: derivatives are one-sided there.
+        Cells about to open or to close, with friction to stick or to slide: derivatives are one-sided there.
+    tangential : (2,) array or None
+        With friction: by the tangential force, or by the shift where that was prescribed.
     """
 
     value: float
@@ -56,6 +64,7 @@ class PressGradient:
     load: float
     E: float | None
     weak: IntArray
+    tangential: Array | None = None
 
 
 def press_gradient(
@@ -141,3 +150,84 @@ def _weak(contact: HalfSpaceContact, allowed: Mask) -> IntArray:
     least = WEAK * (float(gap[opened].mean()) if opened.any() else 0.0)
     slight = (p > 0) & (p < WEAK * p[p > 0].mean()) if (p > 0).any() else p > 0
     return np.argwhere(slight | (opened & (gap <= least)))
+
+
+def friction_gradient(
+    body: SurfaceCompliance, E: float | None, contact: FrictionContact, what: str | ArrayLike, by_shift: bool
+) -> PressGradient:
+    """Derivatives of a figure of a contact with friction, pressed in one step, see `HalfSpace.gradient`."""
+    active, area = contact.active, contact.grid.area
+    n, flat = int(active.sum()), np.flatnonzero(active)
+    if n > MOST_CELLS:
+        raise InputError(
+            f"With friction {n} cells in contact make a matrix of {3 * n} rows; up to {MOST_CELLS} are offered. Take "
+            "coarser cells.",
+            code="no-gradient",
+        )
+    x = np.stack([contact.pressure, *contact.traction])[:, active].ravel()
+    rows = np.zeros((3, 3 * n))
+    for k in range(3):
+        rows[k, k * n : (k + 1) * n] = 1.0
+    motion = np.array([contact.approach, *contact.shift])
+    loose = np.array([contact.given != "approach", not by_shift, not by_shift])
+    S = _matrix(body, contact, flat)
+    place = np.arange(n)
+    g = np.concatenate([_heights(contact)[active], np.zeros(2 * n)]) - motion[~loose] @ rows[~loose]
+    problem = ContactProblem(
+        S,
+        g,
+        rows[loose],
+        rows[loose] @ x,
+        place,
+        np.stack([n + place, 2 * n + place], axis=1),
+        np.full(n, contact.friction),
+    )
+    value, by_forces, by_motion = _figure_of_friction(contact, what)
+    found = adjoint(problem, x, -motion[loose], by_forces[:, active].ravel(), -by_motion[loose])
+    heights = np.zeros(contact.grid.shape)
+    heights[active] = -found.response[:n]
+    loads = rows @ found.response + by_motion  # by motions that are given
+    loads[loose] = found.load / area
+    cells = np.unique(weakly_active(problem, x, -motion[loose]) % n)
+    by_modulus = None if E is None else float(found.response @ (S @ x)) / E
+    return PressGradient(value, heights, float(loads[0]), by_modulus, np.argwhere(active)[cells], loads[1:])
+
+
+def _matrix(body: SurfaceCompliance, contact: FrictionContact, flat: IntArray) -> Array:
+    """Displacements (3 n, 3 n) of the cells in contact, normal and tangential, by pressures and tractions on them."""
+    shape = contact.grid.shape
+    whole = (slice(0, shape[0]), slice(0, shape[1]))
+    normal, along = body.product(), tangential_compliance(body, whole)
+    S = np.zeros((3, len(flat), 3, len(flat)))
+    for j, cell in enumerate(flat):
+        for k in range(3):
+            unit = np.zeros((3, *shape))
+            unit[k].flat[cell] = 1.0
+            moved = [normal.apply(unit[0])] if k == 0 else [along.normal_displacement(unit[1:])]
+            moved += list(along.of_pressure(unit[0]) if k == 0 else along.apply(unit[1:]))
+            S[:, :, k, j] = [u.flat[flat] for u in moved]
+    matrix = S.reshape(3 * len(flat), -1)
+    return np.asarray((matrix + matrix.T) / 2)
+
+
+def _heights(contact: FrictionContact) -> Array:
+    """Heights of the surface pressed, where it is."""
+    return np.asarray(contact.gap - contact.displacement + contact.approach)
+
+
+def _figure_of_friction(contact: FrictionContact, what: str | ArrayLike) -> tuple[float, Array, Array]:
+    """A figure, its derivatives (3, nx, ny) by pressures and tractions, and (3,) by approach and shifts."""
+    by_forces, by_motion = np.zeros((3, *contact.grid.shape)), np.zeros(3)
+    if isinstance(what, str):
+        among("figure of a contact with friction", what, [name for name in FIGURES if name != "area"])
+        value, by_forces[0], _ = _figure(contact, what)
+        by_motion[0] = what == "approach"
+        return value, by_forces, by_motion
+    weights = number_array("the weights of pressures and tractions", what)
+    if weights.shape not in (by_forces.shape, by_forces.shape[1:]):
+        raise InputError(
+            f"Weights of pressures have the grid's shape {by_forces.shape[1:]}, of tractions too {by_forces.shape}; "
+            f"found {weights.shape}."
+        )
+    by_forces[: 1 if weights.ndim == 2 else 3] = weights
+    return float((by_forces * [contact.pressure, *contact.traction]).sum()), by_forces, by_motion

@@ -143,7 +143,7 @@ def by_products(product: Callable[[Array], Array], right: Array) -> Array:
 def saddle(solve: Callable[[Array], Array], B: Array, a: Array, b: Array) -> tuple[Array, Array]:
     """Response h (n,) and load u (m,) of S h + B^T u = a, B h = b, where S alone is solved; rows may be dependent."""
     alone, along = solve(a), np.array([solve(row) for row in B]).reshape(len(B), len(a))
-    u = np.linalg.pinv(along @ B.T) @ (B @ alone - b) if len(B) else np.zeros(0)
+    u = np.linalg.pinv(B @ along.T) @ (B @ alone - b) if len(B) else np.zeros(0)
     return alone - along.T @ u, u
 
 

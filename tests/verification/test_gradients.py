@@ -7,6 +7,7 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
+from fecontact.halfspace import gradient as halfspace_gradient
 from fecontact.solvers import ContactProblem, solve
 from fecontact.solvers.gradient import weakly_active
 
@@ -174,6 +175,65 @@ def test_only_what_is_asked_for():
         result.gradient({scene.bodies[1]: np.zeros(3)})
 
 
+def test_two_free_motions_with_friction_against_central_differences():
+    """A ball pressed and dragged by forces: the tangent is not symmetric, and both motions are free."""
+
+    def figure(force=-2000.0, along=300.0):
+        scene = scene_of(0.3)
+        load = {scene.bodies[1]: (along, 0.0, force)}
+        free = {scene.bodies[1]: "x z"}
+        return scene, scene.solve(load, free=free, finite_motion=False, tolerance=1e-12)
+
+    scene, result = figure()
+    contact, ball = result.contacts[0], scene.bodies[1]
+    assert contact.stick_area > 0
+    assert contact.slip_area > 0
+    found = result.gradient(of=["loads"]).loads[ball]
+    for k, name, start in ((0, "along", 300.0), (2, "force", -2000.0)):
+        slope = differences(lambda h, n=name, at=start: figure(**{n: at + h})[1].contacts[0].max_pressure, 0.05)
+        assert abs(found[k] - slope) < AGREE * abs(found[2])
+
+
+@pytest.mark.parametrize(
+    ("what", "driven"),
+    [
+        ("tractions", {"force": 1.0, "tangential": (0.12, 0.03)}),
+        pytest.param("tractions", {"approach": 0.85, "shift": (0.12, 0.02)}, marks=pytest.mark.full),
+        pytest.param("max_pressure", {"force": 1.0, "tangential": (0.12, 0.03)}, marks=pytest.mark.full),
+    ],
+)
+def test_friction_of_half_spaces_against_central_differences(what, driven):
+    """By heights along a smooth field, by both loads and the modulus; tractions lift the surface, pressures drag it."""
+    (normal, at), (tangential, along) = driven.items()
+    x, y = (np.linspace(-1.375, 1.375, 12)[:, None], np.linspace(-1.375, 1.375, 12)[None, :])
+    heights = (x**2 + 1.3 * y**2) / 2 + 0.003 * np.cos(5 * x + y)
+    field, weights = np.sin(2 * x + 0.3) * np.cos(3 * y), np.stack([1 + x + y**2, 1 + x / 2 - y, 0.3 + x * y])
+
+    def pressed(z=heights, E=1.0, by=0.0, drag=0.0):
+        half = fc.HalfSpace(fc.Material(E, 0.2), size=(3.0, 3.0), cells=(12, 12))
+        load = {normal: at + by, tangential: (along[0] + drag, along[1])}
+        return half, half.press(z, friction=0.3, tolerance=1e-12, symmetry=False, **load)
+
+    def figure(**given):
+        contact = pressed(**given)[1]
+        forces = np.stack([contact.pressure, *contact.traction])
+        return contact.max_pressure if what == "max_pressure" else float((weights * forces).sum())
+
+    half, contact = pressed()
+    assert contact.sticking.any()
+    assert contact.slipping.any()
+    found = half.gradient(contact, weights if what == "tractions" else what, by_shift=tangential == "shift")
+    assert found.value == pytest.approx(figure(), rel=1e-12)
+    for slope, change in (
+        ((found.heights * field).sum(), lambda h: figure(z=heights + h * field)),
+        (found.load, lambda h: figure(by=h)),
+        (found.tangential[0], lambda h: figure(drag=h)),
+        (found.E, lambda h: figure(E=1.0 + h)),
+    ):
+        by = differences(change, 1e-6)
+        assert abs(slope - by) < AGREE * max(abs(by), abs(found.value))
+
+
 def test_points_about_to_open_are_listed():
     """Of two springs one just touches: forces are one-sided there, and it is told."""
     problem = ContactProblem(np.eye(3), np.array([-1.0, 0.0, 1.0]))
@@ -182,15 +242,22 @@ def test_points_about_to_open_are_listed():
     assert not len(weakly_active(firm, np.array([1.0, 0.0, 0.0]), np.zeros(0)))
 
 
-def test_what_has_no_gradient_is_refused():
+def test_what_has_no_gradient_is_refused(monkeypatch):
     half = half_space()
     ball = half.press(fc.surfaces.Paraboloid(1.0), force=1.4)
     with refused(fc.InputError, "unknown-name", "'peak'"):
         half.gradient(ball, "peak")
     with refused(fc.InputError, "input", "(64, 64)"):
         half.gradient(ball, np.ones(3))
-    with refused(fc.InputError, "no-gradient"):
-        half.gradient(half.press(fc.surfaces.Paraboloid(1.0), force=1.4, friction=0.3))
+    coarse = half_space(cells=16)
+    rubbed = coarse.press(fc.surfaces.Paraboloid(1.0), force=0.2, friction=0.3)
+    with refused(fc.InputError, "unknown-name", "'area'"):
+        coarse.gradient(rubbed, "area")
+    with refused(fc.InputError, "input", "(3, 16, 16)"):
+        coarse.gradient(rubbed, np.ones((2, 16, 16)))
+    monkeypatch.setattr(halfspace_gradient, "MOST_CELLS", 5)
+    with refused(fc.InputError, "no-gradient", "coarser"):
+        coarse.gradient(rubbed)
     scene = scene_of()
     load = {scene.bodies[1]: (0.0, 0.0, -100.0)}
     with refused(fc.InputError, "no-gradient", "finite_motion=False"):
