@@ -110,12 +110,15 @@ class Law:
         What a result should warn of, with these constants; empty where there is nothing.
     n_memory : int
         Numbers that it remembers at a point, see `fem.plastic`.
+    isotropic : bool
+        Whether its moduli at rest are those of `at_rest`.
     """
 
     density: float | None
     bulk: float
     caution: str = ""
     n_memory: int = 0
+    isotropic: bool = True
 
     @property
     @abstractmethod
@@ -161,8 +164,7 @@ class Law:
         H, moduli = inverse_3x3(F)[0], found.moduli
         other = np.swapaxes(H, -1, -2)
         if moduli is not None:
-            T = H[..., FIRST[:, None], FIRST] * H[..., SECOND[:, None], SECOND]
-            T += (FIRST != SECOND) * H[..., FIRST[:, None], SECOND] * H[..., SECOND[:, None], FIRST]
+            T = carried(H)
             moduli = T @ moduli @ np.swapaxes(T, -1, -2)
         return replace(found, stress=H @ found.stress @ other, moduli=moduli, metric=H @ other)
 
@@ -342,6 +344,13 @@ class InvariantLaw(Law):
         first = A[..., 0, :]
         c += 4 * W2[..., None, None] * (first[..., :, None] * first[..., None, :] - crossed(b))
         return Response(energy, stress, zero, -Wy, c)
+
+
+def carried(H: Array) -> Array:
+    """T (..., 6, 6) with T C T^T = H_Ii H_Jj H_Kk H_Ll C_ijkl for moduli C by components."""
+    T = H[..., FIRST[:, None], FIRST] * H[..., SECOND[:, None], SECOND]
+    T += (FIRST != SECOND) * H[..., FIRST[:, None], SECOND] * H[..., SECOND[:, None], FIRST]
+    return np.asarray(T)
 
 
 def crossed(b: Array) -> Array:

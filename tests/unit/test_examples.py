@@ -651,3 +651,12 @@ def test_leaf_spring(tmp_path):
     assert abs(figures["work taken up, friction 0"]) < 1e-3
     assert figures["work taken up, friction 0.3"] > 800.0
     assert (tmp_path / "leaf_spring.png").stat().st_size > 10_000
+
+
+@pytest.mark.full
+def test_tyre(tmp_path):
+    figures = load("tyre").main(n=8, steps=2, out=tmp_path)
+    assert 3e3 < figures["load"] < 7e3
+    # the shell bears a part beside the pressure inside
+    assert figures["load / patch"] > 0.2
+    assert (tmp_path / "tyre.png").stat().st_size > 10_000

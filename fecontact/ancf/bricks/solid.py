@@ -40,11 +40,13 @@ from fecontact.ancf.bricks.tangents import PAIRS, Pattern, element_tangents
 from fecontact.ancf.bricks.viscosity import Viscosity, drag, relaxing, viscous_response
 from fecontact.ancf.system.member import Drawing
 from fecontact.ancf.system.memory import Remembering, Strained
+from fecontact.common.anisotropic import DirectedMaterial
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.common.renamed import warn
 from fecontact.common.viscoelastic import Viscoelastic
+from fecontact.fem.directed import directed
 from fecontact.fem.element_stiffness import determinant_3x3, element_stiffness
 from fecontact.fem.laws import InvertedError, Law, Response, StVenantKirchhoff, at_rest, law_of, laws_of
 from fecontact.fem.model import materials_of_cells
@@ -64,6 +66,8 @@ def _discrete(rate: Array, difference: Array, change: Array, large: Mask, size: 
     return np.asarray(rate + np.where(large, missing / np.where(large, size, 1.0), 0.0)[..., None, None] * change)
 
 
+#: What a solid may be made of.
+Solid = Material | DirectedMaterial | Law | Viscoelastic | Plastic
 #: Shear modulus over Lame's first one, below which only pressure resists.
 FLUID = 1e-7
 #: Corners and mid-sides of a cell, in VTK's order.
@@ -118,8 +122,9 @@ class AncfSolid(Remembering):
     Parameters
     ----------
     space : AncfSpace
-    material : Material, Law, Viscoelastic or Plastic, or mapping of element set to one
-        A law of finite strain, such as ``fc.NeoHookean(E=, nu=)``; that of St. Venant and Kirchhoff for a Material.
+    material : Material, DirectedMaterial, Law, Viscoelastic or Plastic, or mapping of element set to one
+        A law of finite strain, such as ``fc.NeoHookean(E=, nu=)``; that of St. Venant and Kirchhoff for a Material, one
+        like it for an ``fc.OrthotropicMaterial``.
         Visco-elastic ones relax in motion; statics has their moduli after a long time. Plastic ones keep their volume
         as they flow: take ``volumetric="linear"``.
     law : optional
@@ -145,7 +150,7 @@ class AncfSolid(Remembering):
     """
 
     space: AncfSpace
-    material: Material | Law | Viscoelastic | Plastic | Mapping[str, Material | Law | Viscoelastic | Plastic]
+    material: Solid | Mapping[str, Solid]
     law: type[Law] | None = None
     points: int = 4
     volumetric: int | Literal["linear"] | None = None
@@ -166,7 +171,7 @@ class AncfSolid(Remembering):
             warn("AncfSolid(law=) is now the material, as fecontact.NeoHookean(E=, nu=); law= will be removed.", 4)
             object.__setattr__(self, "material", material)
             object.__setattr__(self, "law", None)
-        object.__setattr__(self, "_relaxing", relaxing(flowing(self.material), self.viscosity))
+        object.__setattr__(self, "_relaxing", relaxing(directed(flowing(self.material)), self.viscosity))
         for law, rest in zip(self._laws, self.materials, strict=True):
             if self.volumetric is not None and rest.lame and not law.volumetric:
                 raise InputError(
@@ -180,6 +185,8 @@ class AncfSolid(Remembering):
                     "is unstable under its weight.",
                     code="liquid",
                 )
+        if self.viscous is not None and not all(law.isotropic for law in self._laws):
+            raise InputError("Viscosity is that of isotropic materials; this one has directions.", code="directed")
         if self.n_flowing and self.viscous is not None and len(self.viscous.branches):
             raise InputError(
                 "A solid that flows plastically takes a damper, Viscosity(retardation=), but no Prony series.",
@@ -588,7 +595,8 @@ class AncfSolid(Remembering):
             return drag(eta, deformation_gradients(self.space.spread(q), part.batch), rate)
 
         return [
-            Strained(*(partial(f, part) for f in (strain, stress, dragged)), part.batch.dV) for part in self.parts()
+            Strained(partial(strain, part), partial(stress, part), partial(dragged, part), part.batch.dV)
+            for part in self.parts()
         ]
 
     def step_forces(self, q0: Array, q1: Array, stresses: Sequence[Array]) -> Array:
@@ -639,6 +647,8 @@ class AncfSolid(Remembering):
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
         """Linear stiffness (n_dofs, n_dofs) of the initial shape by Hooke's law, the limit of every law."""
+        if not all(law.isotropic for law in self._laws):
+            return self.tangent(self.q0)
         return self.stiffness_of_linear_dilatation if self.volumetric == "linear" else self._linear(self.rules())
 
     @cached_property
