@@ -14,7 +14,7 @@ import numpy as np
 
 from fecontact.bodies.pose import Pose
 from fecontact.bodies.rigid import RigidBody, RigidShape
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import ROUNDING, Array
 from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.mesh.mesh import Mesh
@@ -28,8 +28,6 @@ Geometry = str | RigidShape | RigidBody | Placement | None
 CHOICES = ("auto", "plain")
 #: Part of the height of curved faces by which nodes move without being worth a note.
 UNTOLD = 0.01
-#: Shift of nodes, relative to the size of the mesh, that is rounding.
-ROUNDING = 1e-9
 #: Distance from a given surface, in sizes of the face, above which it is another surface.
 FARTHEST = 0.5
 #: Share of a boundary's nodes that a smooth surface must represent for its faces to be placed on it.

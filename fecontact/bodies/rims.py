@@ -19,7 +19,7 @@ from fecontact.bodies.halfspace import HalfSpace
 from fecontact.bodies.layer import ElasticLayer
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.halfspace.grid import GridSurface
-from fecontact.mesh.facets import unit_vectors
+from fecontact.mesh.facets import sides_of, unit_vectors
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.pick import neighbouring_sides
 from fecontact.mesh.section_mesh import SectionMesh, line_shapes
@@ -109,7 +109,7 @@ def _goes_on(mesh: Mesh, name: str, sides: IntArray) -> Mask:
     inside = np.isin(number, mesh.faces(name) @ np.array([6, 1]))
     across = (cosine >= SMOOTH) & (inside[first // 4] != inside[second // 4])
     facets, side = mesh.face_nodes(outer), np.concatenate([first[across], second[across]])
-    ends = np.stack([facets[side // 4, side % 4], facets[side // 4, (side % 4 + 1) % 4]], axis=1)
+    ends = sides_of(facets).reshape(-1, 2)[side]
     n = len(mesh.points)
     return np.isin(np.sort(sides, axis=1) @ np.array([n, 1]), np.sort(ends, axis=1) @ np.array([n, 1]))
 

@@ -16,11 +16,9 @@ from fecontact.common.errors import InputError
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem.rigid import rigid_modes
 from fecontact.mesh.mesh import Mesh
+from fecontact.solvers.problem import SYMMETRY_TOLERANCE
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.nodal_weights import contact_weights
-
-#: Largest asymmetry of a compliance, relative to its largest entry, that counts as rounding; as in `solvers.problem`.
-SYMMETRY_TOLERANCE = 1e-8
 
 
 def boundary_surface(mesh: Mesh, boundary: str) -> FacetSurface:

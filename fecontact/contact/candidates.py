@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask
 from fecontact.contact.coupling.nodal import SurfacePair
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading
@@ -27,8 +27,6 @@ MARGIN = 0.72
 LAYER_MARGIN = 1.0
 #: Least number of candidates of a contact.
 MIN_CANDIDATES = 12
-#: Differences of gaps, relative to the surface's size, that are rounding of its coordinates.
-ROUNDING = 1e-9
 
 
 def approach_for_load(gap: Array, area: Array, modulus: float, force: float, thickness: float | None = None) -> float:

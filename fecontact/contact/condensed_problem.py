@@ -622,8 +622,7 @@ def _part(
 def _resisting(body: Body, imposed: Array) -> Array:
     """Nodal forces (n_dofs,) against imposed displacements: -K u."""
     (elastic,) = elastic_among([body])
-    K = elastic.model.stiffness
-    return -np.asarray(K @ imposed + K.T @ imposed - K.diagonal() * imposed)
+    return -elastic.model.internal_forces(imposed)
 
 
 def _held_by_mean(

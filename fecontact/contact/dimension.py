@@ -9,7 +9,7 @@ import numpy as np
 
 from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import ROUNDING, Array
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Contact
 from fecontact.contact.rigid_motion import RigidMotionConstraints
@@ -18,8 +18,6 @@ from fecontact.fem.rigid import COMPONENTS
 from fecontact.mesh.section_mesh import Extent
 from fecontact.surfaces.facet_surface import Projection, Surface
 
-#: Sines and lengths (relative to a body's size) below this are rounding.
-ROUNDING = 1e-9
 #: Angle (radians) and shift (relative to the spread of the points) by which the symmetry of a rigid surface is tested.
 TRY_TURN, TRY_SHIFT = 0.7, 0.5
 

@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.contact.contact import Lay
@@ -322,9 +322,6 @@ def _across(normals: Array) -> Array:
 
 #: Times of a step at which points are placed, its ends included.
 TIMES = 33
-
-#: Share of a gap's range, and of the largest distance moved, that counts as rounding.
-ROUNDING = 1e-9
 
 
 def screw_paths(points: Array, start: Pose, end: Pose) -> Array:

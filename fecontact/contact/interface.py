@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.bodies.body import Body
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.contact.coupling.mortar import pair_anywhere
 from fecontact.contact.coupling.mortar_basis import has_mortar_basis
@@ -22,9 +22,6 @@ from fecontact.contact.rigid_motion import RigidMotionConstraints, after_prescri
 from fecontact.contact.search_region import SearchRadius, SearchRegion
 from fecontact.contact.springs import SpringState
 from fecontact.surfaces.facet_surface import FacetSurface, has_cells, with_nodes
-
-#: Force at a sample, relative to the largest, that is rounding.
-ROUNDING = 1e-9
 
 
 class UnilateralConstraints(Protocol):

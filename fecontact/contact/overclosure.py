@@ -24,13 +24,10 @@ from typing import cast
 import numpy as np
 
 from fecontact.bodies.body import Body
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import ROUNDING, Array, IntArray
 from fecontact.common.checks import array_of, positive
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
-
-#: Share of the largest pressure within which a point is at the end of its line.
-ROUNDING = 1e-9
 
 
 @compact_repr

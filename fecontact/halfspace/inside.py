@@ -51,6 +51,13 @@ LINE = 1_000_000
 OUTWARDS = np.array([1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
 
 
+def in_cells(points: Array, grid: Grid) -> Array:
+    """Positions (n, 2) of points in cells of a grid from its corner; integers on edges between cells."""
+    place = points[:, :2] / grid.cell + np.array(grid.shape) / 2
+    edge = np.rint(place)
+    return np.where(np.abs(place - edge) < ON_EDGE, edge, place)
+
+
 @dataclass(frozen=True, eq=False)
 class Loaded:
     """A half-space under pressures on the cells of a grid.
@@ -136,7 +143,7 @@ class Loaded:
 
         out = self._summed(point, points, chunk, given)
         number, centres, loads = self._cells(given)
-        place = self._in_cells(points)
+        place = in_cells(points, self.grid)
         depth = np.where(points[:, 2] < ON_EDGE * min(self.grid.cell), 0.0, points[:, 2])
         near = cKDTree(points).sparse_distance_matrix(
             cKDTree(centres), NEARBY * max(self.grid.cell), output_type="ndarray"
@@ -159,12 +166,6 @@ class Loaded:
             change = better - self.grid.area * np.einsum("nci,c->ni", gauss, GAUSS_WEIGHTS)
             np.add.at(out, i, change * loads[j, None])
         return out
-
-    def _in_cells(self, points: Array) -> Array:
-        """Positions (n, 2) in units of cells from the corner of the grid; integers on edges between cells."""
-        place = points[:, :2] / self.grid.cell + np.array(self.grid.shape) / 2
-        edge = np.rint(place)
-        return np.where(np.abs(place - edge) < ON_EDGE, edge, place)
 
     @property
     def _gauss(self) -> Array:

@@ -44,6 +44,7 @@ from fecontact.halfspace.kernels import love, symbol
 from fecontact.halfspace.nested import GridLevel
 from fecontact.halfspace.pictures import plot_moving
 from fecontact.halfspace.pressing import Load, press
+from fecontact.halfspace.rolling import ALONG_AXIS
 from fecontact.halfspace.tresca import LinearStep, TrescaIterate, TrescaProblem, solve_by_gmres
 
 #: Error of the drag, relative, over the square of that of the pressure, at least: drags on cells twice as large may be
@@ -55,8 +56,6 @@ OF_DRAG = 3
 PLACES = np.cos(np.pi * np.arange(8, -1, -1) / 8) / 2 * (np.arange(9) != 4)
 #: Nodes t of the rule of what lies beyond the grid, r = l exp(t - exp(-t)) (Takahasi & Mori 1974), and their distance.
 BEYOND, SPACING = np.arange(-4, 4.5, 1 / 16), 1 / 16
-#: Smaller component of a velocity along an axis of the grid: rounding of cosines.
-ALONG_AXIS = 1e-12
 #: Wave number times cell above which a wave is of two cells.
 TWO_CELLS = 0.999999 * math.pi
 

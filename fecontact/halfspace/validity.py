@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.surfaces.between_nodes import FALL, ROUNDING, overlap_outline, smallest_gaps, star_area
+from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask
+from fecontact.surfaces.between_nodes import FALL, overlap_outline, smallest_gaps, star_area
 
 #: A `HalfSpace` or a `HalfSpaceContact`, which ask for their own warnings: `grid`, `material`, `layers`, `periodic`.
 OnCells = Any

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.mesh.facets import components, triangular
+from fecontact.mesh.facets import components, sides_of, triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.pick import shared_sides, side_normals
 
@@ -183,7 +183,7 @@ def _bends(points: Array, facets: IntArray, first: IntArray, second: IntArray, c
 
 def _side_lines(points: Array, facets: IntArray, first: IntArray, second: IntArray) -> tuple[Array, Array, Array]:
     """Directions (n, 3) and middles (n, 3) of shared sides, distances (n,) across them between facets' middles."""
-    ends = np.stack([facets[first // 4, first % 4], facets[first // 4, (first % 4 + 1) % 4]], axis=1)
+    ends = sides_of(facets).reshape(-1, 2)[first]
     along = points[ends[:, 1]] - points[ends[:, 0]]
     along /= np.linalg.norm(along, axis=1)[:, None]
     centre = points[facets[:, :4]].mean(axis=1)

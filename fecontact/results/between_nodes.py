@@ -22,12 +22,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fecontact.bodies.body import Body
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask
 from fecontact.contact.coupling.nodal import STEEPEST
 from fecontact.contact.search_region import with_rings
 from fecontact.mesh.facets import facet_centres
 from fecontact.results.facet_samples import facet_samples
-from fecontact.surfaces.between_nodes import ROUNDING, overlap_outline, samples_of, smallest_gaps, star_area
+from fecontact.surfaces.between_nodes import overlap_outline, samples_of, smallest_gaps, star_area
 from fecontact.surfaces.facet_surface import FacetSurface, has_cells, own_facets, with_nodes
 
 if TYPE_CHECKING:

@@ -36,6 +36,7 @@ from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.rims import Rim, ends_near, rim_of_surface
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.error_estimate import UnboundedPeak
+from fecontact.halfspace.grid_error import FALLS
 from fecontact.mesh.facets import unit_vectors
 from fecontact.results.friction_fields import FrictionFields
 from fecontact.surfaces.facet_surface import FacetSurface, facets_of
@@ -110,8 +111,6 @@ def _fields(root: float, angle: float, kappa: float, shear_modulus: float) -> Ar
 
 #: Exponent 1 - lambda below which a pressure counts as bounded.
 BOUNDED = 0.05
-#: Mean pressure at an edge over that of the contact, below which the pressure falls to zero there.
-FALLS = 0.3
 #: The same of a single point with friction, above which it grows there.
 GROWS = 1.01
 #: Power of the distance up to which a rise is a kink, and its least slope times E*, over the highest pressure.

@@ -27,6 +27,7 @@ from fecontact.halfspace.validity import validity_warnings
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.convergence import accuracy_text, asked
 from fecontact.results.linearisation import BEARABLE, linearisation_error
+from fecontact.results.singular import ON_RIM
 from fecontact.surfaces.facet_surface import FacetSurface, has_cells
 
 if TYPE_CHECKING:
@@ -499,8 +500,6 @@ def springs_at_nodes(result: ContactResult) -> Iterator[str]:
 
 #: Share of a contact's force within one face of the rim above which a result warns.
 MIN_AT_RIM = 0.005
-#: Distance from its own rim, relative to a face, at which a node counts as on it.
-ON_RIM = 1e-3
 
 
 def node_sizes(surface: FacetSurface) -> Array:

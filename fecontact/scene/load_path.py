@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import file_path, instance, items, spelled
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import ROUNDING, Array
 from fecontact.common.checks import number_array, positive, share, whole
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, SolverError
@@ -212,8 +212,6 @@ MUCH_ANEW = 0.05
 #: Error of friction over its change by steps of half the size: 2 for errors of the first order, and 1.0 to 1.9 where
 #: rollers were pressed in 1 to 10 steps.
 ERROR_OVER_CHANGE = 1.5
-#: Gap, relative to a body's size, that is rounding.
-ROUNDING = 1e-9
 #: Advice where even the parts of a cut step turn too far.
 SMALLER = "Give smaller load steps."
 

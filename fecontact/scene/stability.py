@@ -18,14 +18,13 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from fecontact.bodies.elastic import elastic_among
+from fecontact.common.arrays import ROUNDING
 from fecontact.common.errors import FecontactError, place
 from fecontact.fem.factor import factorise, is_definite, symmetric
 from fecontact.results.result import ContactResult
 
 #: Springs over the median stiffness of the rows that they hold.
 STRENGTH = 1e4
-#: Opening by a free motion, relative to the largest, that is rounding: closed gaps do not resist it.
-ROUNDING = 1e-9
 #: Part of a unit vector along an axis from which it is told as along it.
 ALONG = 0.95
 

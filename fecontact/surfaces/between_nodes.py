@@ -18,8 +18,6 @@ FIRST, FACTOR, LAST = 0.25, 0.6, 1e-10
 FALL, STEEP = 2.0, 4.0
 #: Directions in which the extent of an overlap is measured, and halvings of its length.
 AROUND, HALVINGS = 16, 40
-#: Overlap, relative to the size of a face, that is rounding.
-ROUNDING = 1e-9
 
 #: Gaps (n,) at coordinates (n, 2) of given facets (n,); infinite where nothing is opposite.
 GapAt = Callable[[IntArray, Array], Array]

@@ -27,7 +27,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask
 from fecontact.mesh.facets import facet_nodes, unit_vectors
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.surfaces.closest_point import BLOCK, FacetPolynomials, cross, dot, facet_polynomials, first_derivatives
@@ -39,9 +39,6 @@ MAX_ANGLE = 25.0
 #: Largest inclination of an average to a plane of symmetry, relative to the change of the normal over the facets there:
 #: half of it for flat facets, more where they become narrower; curved ones are inclined by the cube of their size only.
 BIAS_FLAT, BIAS_CURVED = 2.0, 0.2
-#: Smallest nonzero eigenvalue of the sum of n n^T over planes of symmetry through a node, and difference of cosines;
-#: less is rounding.
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)

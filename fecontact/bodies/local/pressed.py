@@ -25,7 +25,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.material import Material
 from fecontact.fem.stress import components, strain_of
 from fecontact.halfspace.grid import unfold
-from fecontact.halfspace.inside import mean_distance
+from fecontact.halfspace.inside import ON_EDGE, in_cells, mean_distance
 
 #: Nodes along a side of a block.
 ORDER = 4
@@ -38,9 +38,6 @@ LARGEST = 4
 
 #: Points at a time, for memory.
 CHUNK = 2000
-
-#: Distance in cells from an edge between cells that is rounding of coordinates.
-ON_EDGE = 1e-9
 
 DOWNWARDS = np.array([0.0, 0.0, -1.0])
 HALVES = np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
@@ -244,14 +241,11 @@ class _Near:
     def of(cls, window: Window, points: Array, cells: IntArray) -> _Near:
         """Pairs of points (m, 3) and cells (m, 2) of a window."""
         grid = window.grid
-        place = points[:, :2] / grid.cell + np.array(grid.shape) / 2
-        edge = np.rint(place)
-        place = np.where(np.abs(place - edge) < ON_EDGE, edge, place)
         inwards = inwards_at(window, points[:, :2])
         slant = np.linalg.norm(inwards, axis=1)
         below = (-points[:, 2] - depth_at(window, points[:, :2])) / slant
         below = np.where(below < ON_EDGE * min(grid.cell), 0.0, below)
-        aside = (place - cells - 0.5) * grid.cell
+        aside = (in_cells(points, grid) - cells - 0.5) * grid.cell
         half = (grid.cell[0] / 2, grid.cell[1] / 2)
         return cls(np.stack([aside[:, 0], -aside[:, 1], below], axis=1), half, tangent_axes(inwards), slant)
 

@@ -35,6 +35,7 @@ import scipy.sparse as sp
 
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import FecontactError, MissingPackageError
+from fecontact.fem.amg import TIGHT
 from fecontact.fem.model import Model
 from fecontact.fem.multigrid import MultigridCompliance, OnRows, SparseRows
 from fecontact.fem.petsc.parts import layout, rows_of, write_parts
@@ -222,10 +223,6 @@ def _environment() -> dict[str, str]:
     keep = interpreter() == [sys.executable]
     kept = {k: v for k, v in os.environ.items() if keep or not k.startswith("PYTHON")}
     return {**kept, "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-
-
-#: Relative residual of a product, as `fem.amg.TIGHT`.
-TIGHT = 1e-12
 
 
 class SharedFactor:
