@@ -1,11 +1,24 @@
 """Bricks of orthotropic material: a bar pulled at an angle to its axes, turns, derivatives."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import scipy.linalg
 from refusals import refused
 
 import fecontact as fc
-from fecontact.ancf import AncfSolid, AncfSpace, Assembly, Joints, Stage, Viscosity, equilibrium, traction
+from fecontact.ancf import (
+    AncfSolid,
+    AncfSpace,
+    Assembly,
+    Joints,
+    Stage,
+    Viscosity,
+    equilibrium,
+    sides_by_label,
+    traction,
+)
 
 WOOD = {"E": (12.0, 0.9, 0.5), "nu": (0.4, 0.45, 0.5), "G": (0.7, 0.6, 0.1)}
 
@@ -88,3 +101,41 @@ def test_refused():
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
     with pytest.raises(fc.InputError):
         fc.AncfBody(mesh, fc.OrthotropicMaterial(**WOOD), contact="top", supports={"bottom": "xyz"}).model.stiffness  # noqa: B018
+
+
+def exact_deflection(plies, span, height):
+    """Of the middle of a laminate bent to a cylinder by a pressure sin(pi x / span) on its top.
+
+    Amplitudes (U, W, Z, T) of both displacements, normal stress and shear change by dy/dz = A y in a ply, and are the
+    same on both sides of an interface (N. J. Pagano, J. Composite Materials 3, 1969, 398-411).
+    """
+    k, through = np.pi / span, np.eye(4)
+    for C in plies:
+        c11, c13, c33, c55 = C[0, 0], C[0, 2], C[2, 2], C[5, 5]
+        A = [[0, -k, 0, 1 / c55], [k * c13 / c33, 0, 1 / c33, 0], [0, 0, 0, k]]
+        A += [[k**2 * (c11 - c13**2 / c33), 0, -k * c13 / c33, 0]]
+        through = scipy.linalg.expm(np.array(A) * height / len(plies)) @ through
+    below = np.linalg.solve(through[2:, :2], [1.0, 0.0])
+    return (through[1, :2] @ below + below[1]) / 2
+
+
+@pytest.mark.parametrize("ratio", [4.0, 10.0])
+def test_a_thick_laminate_is_paganos(ratio):
+    """Three plies at 0, 90, 0 degrees; thin theory has about a fifth (ratio 4) and a half (10) of the deflection."""
+    height, n, pull = 1.0, 6, 1e-6
+    span = ratio * height
+    mesh = fc.shapes.block((span / 2, 0.2, height), (n, 1, 3), element="hex8")
+    ply = np.floor(3 * mesh.points[mesh.cells].mean(axis=1)[:, 2] / height).astype(int)
+    mesh = replace(mesh, groups={f"ply {p}": np.flatnonzero(ply == p) for p in range(3)})
+    carbon = {"E": (25.0, 1.0, 1.0), "nu": (0.25, 0.25, 0.25), "G": (0.5, 0.5, 0.2)}
+    across = ((0, 1, 0), (-1, 0, 0), (0, 0, 1))
+    plies = [fc.OrthotropicMaterial(**carbon, axes=axes) for axes in (None, across, None)]
+    space = AncfSpace(mesh, sides_by_label(mesh, ply))
+    solid = AncfSolid(space, {f"ply {p}": m for p, m in enumerate(plies)}, points=3)
+    a = Assembly.of([solid], [{"x_min": "z", "x_max": "x", "y_min": "y", "y_max": "y"}])
+    load = traction(space, "top", lambda x, n: pull * np.sin(np.pi * x[:, :1] / span) * np.array([[0.0, 0.0, 1.0]]))
+    q = equilibrium(lambda s: Stage(a, s * load), steps=1).last.q
+    cells, X = space.located([(span / 2, 0.1, z) for z in (0.0, height)])
+    found = (space.points_at(q, cells, X) - space.points_at(a.q0, cells, X))[:, 2].mean() / pull
+    exact = exact_deflection([m.at(np.zeros((1, 3)))[0] for m in plies], span, height)
+    assert abs(found / exact - 1) < 5e-3
