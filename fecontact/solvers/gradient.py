@@ -51,16 +51,18 @@ class Adjoint:
     load: Array
 
 
-def adjoint(problem: ContactProblem, forces: Array, q: Array, by_forces: Array) -> Adjoint:
-    """Adjoint of a functional of a solution's forces.
+def adjoint(
+    problem: ContactProblem, forces: Array, q: Array, by_forces: Array, by_motions: Array | None = None
+) -> Adjoint:
+    """Adjoint of a functional of a solution.
 
     Parameters
     ----------
     problem : ContactProblem
     forces, q : (n,) and (m,) arrays
         Its solution.
-    by_forces : (n,) array
-        Derivatives of the functional.
+    by_forces, by_motions : (n,) and (m,) arrays
+        Derivatives of the functional by them; none by motions unless given.
 
     Raises
     ------
@@ -89,7 +91,7 @@ def adjoint(problem: ContactProblem, forces: Array, q: Array, by_forces: Array) 
     else:
         solve = partial(by_products, partial(_among, problem, A))
     response = np.zeros(problem.n)
-    response[A], load = saddle(solve, B, a, np.zeros(problem.m))
+    response[A], load = saddle(solve, B, a, np.zeros(problem.m) if by_motions is None else by_motions)
     return Adjoint(response, load)
 
 
