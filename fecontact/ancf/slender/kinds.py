@@ -16,12 +16,13 @@ the middle surface separate stretch, shear, bending and strains of the section, 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.ancf.slender import shapes
-from fecontact.ancf.slender.laminate import in_space, plane_stress
+from fecontact.ancf.slender.laminate import in_space, plane_stress, referred
 from fecontact.ancf.slender.layers import layers_of
 from fecontact.ancf.slender.shapes import ENDS_AND_MIDDLE, XX, XY, XZ, X, Y, Z, at_nodes, rule
 from fecontact.ancf.slender.strains import (
@@ -217,15 +218,17 @@ def beam(
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     vectors = np.stack([nodes, t, across, np.cross(t, across)], axis=1)
     box = np.column_stack([size, np.full(len(size), width), np.full(len(size), height)])
-    volume = size * width * height
     inside, weights = rule(4, 2, 2, across=(True, True))
-    inertia = (inside, _density(material) * weights, volume)
+    mass, volume = _density(material) * weights, box.prod(axis=1)
+    bare = Structure(shapes.BEAM, vectors, cells, box, (), (inside, mass, volume))
     if approach == "continuum":
-        parts = [Part((X, Y, Z), green_lagrange((0, 1, 2)), in_space(material), inside, weights, volume)]
-    else:
-        J = rectangle_torsion(width, height) if torsion is None else torsion
-        parts = _elastic_line(material, width, height, J, size)
-    return Structure(shapes.BEAM, vectors, cells, box, parts, inertia)
+        J0 = bare.fields(inside, (X, Y, Z))
+        volume = np.linalg.det(J0) * volume[:, None]
+        D = referred(in_space(material), J0)
+        parts = [Part((X, Y, Z), green_lagrange((0, 1, 2)), D, inside, weights, volume)]
+        return replace(bare, parts=parts, inertia=(inside, mass, volume))
+    J = rectangle_torsion(width, height) if torsion is None else torsion
+    return replace(bare, parts=_elastic_line(material, width, height, J, size))
 
 
 def rectangle_torsion(width: float, height: float) -> float:

@@ -157,6 +157,31 @@ def in_space(material: Material) -> Array:
     return D
 
 
+def referred(D: Array, J0: Array) -> Array:
+    """Rigidity (.., m, m) for strains along coordinates with derivatives J0 (.., k, k) of the position.
+
+    Parameters
+    ----------
+    D : (m, m) array
+        In orthonormal axes: normal strains, then those of shear, twice the tensor's.
+    J0 : (.., k, k) array
+        Rows are the derivatives by each coordinate.
+
+    Examples
+    --------
+    >>> referred(np.eye(1), np.array([[2.0]])).tolist()  # a strain of g . g / 2 is four times that of the length
+    [[0.0625]]
+    """
+    K, k = np.linalg.inv(J0), J0.shape[-1]
+    pairs = [(i, i) for i in range(k)] + [(i, j) for i in range(k) for j in range(i + 1, k)]
+    a, b = np.array(pairs).T
+    both = K[..., a[:, None], a] * K[..., b[:, None], b] + K[..., a[:, None], b] * K[..., b[:, None], a]
+    B = both * np.where(a == b, 0.5, 1.0)[:, None]
+    if len(D) > len(pairs):  # strains of two kinds
+        B = np.concatenate([np.concatenate([B, 0 * B], axis=-1), np.concatenate([0 * B, B], axis=-1)], axis=-2)
+    return np.asarray(np.swapaxes(B, -1, -2) @ D @ B)
+
+
 def sheet(material: Lamina | Material | Laminate, thickness: float | None) -> Laminate:
     """What a plate is made of.
 

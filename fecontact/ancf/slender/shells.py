@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.ancf.slender import shapes
-from fecontact.ancf.slender.laminate import Lamina, Laminate, in_space, plane_stress, sheet
+from fecontact.ancf.slender.laminate import Lamina, Laminate, in_space, plane_stress, referred, sheet
 from fecontact.ancf.slender.shapes import XX, XY, XZ, YY, YZ, X, Y, Z, at_nodes, rule
 from fecontact.ancf.slender.strains import Products, SurfaceCurvature, Together, green_lagrange
 from fecontact.ancf.slender.structure import Part, Structure
@@ -150,14 +150,14 @@ def shell(
         inertia = (*four, made.mass * middle.taper(four[0]) * middle.area(four[0]))
         return replace(bare, parts=middle.thin(four), inertia=inertia)
     inside, weights = rule(4, 4, 2, across=(False, True))
-    J0 = bare.fields(inside, (X, Y, Z))
-    volume = np.linalg.det(J0) * box.prod(axis=1)[:, None]
-    isotropic = cast(Material, material)
-    parts = middle.with_fibres(isotropic)
+    density, isotropic = made.mass / made.thickness * weights, cast(Material, material)
     if approach == "continuum":
-        D = referred(in_space(isotropic), J0)
-        parts = [Part((X, Y, Z), green_lagrange((0, 1, 2)), D, inside, weights, volume)]
-    return replace(bare, parts=parts, inertia=(inside, weights, made.mass / made.thickness * volume))
+        J0 = bare.fields(inside, (X, Y, Z))
+        volume = np.linalg.det(J0) * box.prod(axis=1)[:, None]
+        parts = [Part((X, Y, Z), green_lagrange((0, 1, 2)), referred(in_space(isotropic), J0), inside, weights, volume)]
+        return replace(bare, parts=parts, inertia=(inside, density, volume))
+    volume = made.thickness * middle.taper(inside) * middle.area(inside * [1, 1, 0])
+    return replace(bare, parts=middle.with_fibres(isotropic), inertia=(inside, density, volume))
 
 
 def _tapered(surface: Surface, thickness: ArrayLike | None) -> tuple[Array, float | None]:
@@ -170,31 +170,6 @@ def _tapered(surface: Surface, thickness: ArrayLike | None) -> tuple[Array, floa
     lengths(thickness=float(np.min(each)))
     mean = float(each.mean())
     return np.broadcast_to(each / mean, len(surface.nodes)), mean
-
-
-def referred(D: Array, J0: Array) -> Array:
-    """Rigidity (.., m, m) for strains along coordinates with derivatives J0 (.., k, k) of the position.
-
-    Parameters
-    ----------
-    D : (m, m) array
-        In orthonormal axes: normal strains, then those of shear, twice the tensor's.
-    J0 : (.., k, k) array
-        Rows are the derivatives by each coordinate.
-
-    Examples
-    --------
-    >>> referred(np.eye(1), np.array([[2.0]])).tolist()  # a strain of g . g / 2 is four times that of the length
-    [[0.0625]]
-    """
-    K, k = np.linalg.inv(J0), J0.shape[-1]
-    pairs = [(i, i) for i in range(k)] + [(i, j) for i in range(k) for j in range(i + 1, k)]
-    a, b = np.array(pairs).T
-    both = K[..., a[:, None], a] * K[..., b[:, None], b] + K[..., a[:, None], b] * K[..., b[:, None], a]
-    B = both * np.where(a == b, 0.5, 1.0)[:, None]
-    if len(D) > len(pairs):  # strains of two kinds
-        B = np.concatenate([np.concatenate([B, 0 * B], axis=-1), np.concatenate([0 * B, B], axis=-1)], axis=-2)
-    return np.asarray(np.swapaxes(B, -1, -2) @ D @ B)
 
 
 @dataclass(frozen=True, eq=False)

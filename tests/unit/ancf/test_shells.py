@@ -6,7 +6,8 @@ import scipy.sparse.linalg as spla
 from refusals import refused
 
 import fecontact as fc
-from fecontact.ancf.slender import Joints, Lamina, Laminate, Surface, plate, shell, thick_plate
+from fecontact.ancf import FollowerPressure
+from fecontact.ancf.slender import Joints, Lamina, Laminate, Surface, beam, plate, shell, thick_plate
 
 MATERIAL = fc.Material(E=3.0, nu=0.3, density=2.0)
 
@@ -29,6 +30,20 @@ def arch(n=4, angle=1.2, radius=2.0, width=0.7):
     return Surface.mapped(position, (1, n))
 
 
+def strained(s, volume):
+    """Energy of r = F X over its density times the volume, by a random F; of isotropic continua."""
+    F = np.eye(3) + 0.1 * np.random.default_rng(1).normal(size=(3, 3))
+    E = (F.T @ F - np.eye(3)) / 2
+    lame = 3.0 * 0.3 / (1.3 * 0.4)
+    density = lame / 2 * np.trace(E) ** 2 + 3.0 / 2.6 * (E * E).sum()
+    return s.energy((s.q0.reshape(-1, 3) @ F.T).ravel()) / (density * volume)
+
+
+def volume_of(s):
+    along = s.translation(np.array([0, 0, 1.0]))
+    return along @ s.mass @ along / MATERIAL.density
+
+
 @pytest.mark.parametrize("taper", [False, True])
 def test_volume_and_energy_of_a_homogeneous_strain(taper):
     """Of a thick arch, as a continuum: r = F X is one of its states, with the energy W V by hand, to rounding.
@@ -38,14 +53,32 @@ def test_volume_and_energy_of_a_homogeneous_strain(taper):
     radius, angle, width, t = 2.0, 1.2, 0.7, 0.8
     each = t * np.tile(np.linspace(0.5, 1.5, 5), 2) if taper else t
     s = shell(arch(4, angle, radius, width), MATERIAL, each, thick=True, approach="continuum")
-    along = s.translation(np.array([0, 0, 1.0]))
-    volume = along @ s.mass @ along / MATERIAL.density
-    assert abs(volume / (width * t * radius * angle) - (1 - 0.3**2 / 12)) < 1e-4
-    F = np.eye(3) + 0.1 * np.random.default_rng(1).normal(size=(3, 3))
-    E = (F.T @ F - np.eye(3)) / 2
-    lame = 3.0 * 0.3 / (1.3 * 0.4)
-    density = lame / 2 * np.trace(E) ** 2 + 3.0 / 2.6 * (E * E).sum()
-    assert abs(s.energy((s.q0.reshape(-1, 3) @ F.T).ravel()) / (density * volume) - 1) < 1e-12
+    assert abs(volume_of(s) / (width * t * radius * angle) - (1 - 0.3**2 / 12)) < 1e-4
+    assert abs(strained(s, volume_of(s)) - 1) < 1e-12
+    # by its middle surface it weighs all
+    thin = shell(arch(4, angle, radius, width), MATERIAL, each, thick=True)
+    assert abs(volume_of(thin) / (width * t * radius * angle) - 1) < 1e-4
+
+
+def test_a_thick_curved_beam_under_a_homogeneous_strain():
+    """The same of a beam on an arc of one radius, as high as half of it."""
+    a = np.linspace(0, 1.2, 5)
+    points, tangents = np.stack([np.sin(a), 1 - np.cos(a), 0 * a], 1), np.stack([np.cos(a), np.sin(a), 0 * a], 1)
+    s = beam(points, MATERIAL, width=0.5, height=0.4, tangents=tangents, approach="continuum")
+    assert abs(volume_of(s) / (1.2 * 0.2) - (1 - 0.3**2 / 12)) < 1e-4
+    assert abs(strained(s, volume_of(s)) - 1) < 1e-12
+
+
+def test_pressure_and_skin_of_an_arch():
+    """The resultant of a pressure on top is that on its chord; the areas of its skin add up to R a w."""
+    s = arch(4)
+    arched = shell(s, MATERIAL, 0.1)
+    radius, angle, width = 2.0, 1.2, 0.7
+    f = FollowerPressure(0, "top", 3.0).forces(arched, arched.q0)
+    # pressed inwards, towards the axis x: normals are outwards
+    chord = radius * np.array([0.0, 1 - np.cos(angle), np.sin(angle)])
+    assert np.allclose([arched.translation(e) @ f for e in np.eye(3)], 3.0 * width * chord, atol=1e-4)
+    assert abs(arched.side(0.05).quadrature[2].sum() / (radius * angle * width) - 1) < 1e-4
 
 
 @pytest.mark.parametrize("smooth", [False, True])
