@@ -271,8 +271,13 @@ def draw_division(axes: Any, contact: ContactFields, sides: tuple[str, str], poi
     beyond = ((N @ contact.nodes[contact.facets])[shown] - point) @ normal
     xy = _sample_places(contact, projection, shown)
     cells = Triangulation(xy[:, 0], xy[:, 1], _sample_triangles(len(shown)))
-    if beyond.min() < 0 < beyond.max():
-        axes.tricontour(cells, beyond.ravel(), levels=[0.0], colors="0.3", linestyles="--", linewidths=1.0)
+    look = {"linestyles": "--", "linewidths": 1.0, "colors": "0.3"}
+    if ((beyond.min(axis=1) < 0) & (beyond.max(axis=1) > 0)).any():
+        axes.tricontour(cells, beyond.ravel(), levels=[0.0], **look)
+    elif beyond.min() < 0 < beyond.max():  # between surfaces: the line of a plane of the map
+        c, *normal = np.linalg.lstsq(np.insert(xy, 0, 1.0, axis=1), beyond.ravel(), rcond=None)[0]
+        start = -c * np.array(normal) / np.dot(normal, normal)
+        axes.axline(start, start + np.array([-normal[1], normal[0]]), linestyle="--", linewidth=1.0, color="0.3")
     low, high = (np.array(limits) for limits in zip(axes.get_xlim(), axes.get_ylim(), strict=True))
     inside = ((xy >= low) & (xy <= high)).all(axis=1)
     for name, side in zip(sides, (beyond.ravel() > 0, beyond.ravel() < 0), strict=True):

@@ -156,13 +156,20 @@ def test_numbers_of_boundaries_lie_where_their_colour_is_seen():
 def test_a_map_tells_large_errors_and_the_sides_of_a_plane():
     result = solved()
     assert result.contacts[0].error_estimate.largest > 0.1
-    plane = fc.DividingPlane((1.0, 0.0, 0.0), (1.0, 0.0, 0.0), sides=("lateral", "medial"))
+    plane = fc.DividingPlane((1.1, 0.0, 0.0), (1.0, 0.0, 0.0), sides=("lateral", "medial"))
     axes = result.plot("pressure", split=plane).axes[0]
     assert "estimated errors: pressure" in axes.get_title()
     places = {note.get_text(): note.xy[0] for note in axes.texts}
     assert places["medial"] < 1.0 < places["lateral"]
     (line,) = [c for c in axes.collections if type(c).__name__ == "TriContourSet"]
-    assert np.allclose(np.concatenate([p.vertices for p in line.get_paths()])[:, 0], 1.0)
+    assert np.allclose(np.concatenate([p.vertices for p in line.get_paths()])[:, 0], 1.1)
+    pads = fc.merge([fc.shapes.block((1.0, 1.0, 0.5), (2, 2, 1)).translated((2.0 * k, 0, 0)) for k in (0, 1)], 1e-9)
+    pads = fc.ElasticBody(pads, STEEL, contact="bottom", supports={"top": "xyz"})
+    floor = fc.RigidBody(fc.Plane())
+    two = fc.Scene([pads, floor], [fc.Contact(pads, floor)]).solve(motions={pads: {"z": -1e-4}})
+    between = fc.DividingPlane((1.4, 0.0, 0.0), (1.0, 0.0, 0.0), sides=("lateral", "medial"))
+    (line,) = [n for n in two.plot(split=between).axes[0].lines if n.get_linestyle() == "--"]
+    assert np.allclose([line.get_xy1()[0], line.get_xy2()[0]], 1.4)
     other = fc.DividingPlane((0, 0, 0), (1, 0, 0), fc.RigidBody(fc.Plane(), name="elsewhere"))
     with refused(fc.InputError, "no-contact"):
         result.plot("pressure", split=other)
