@@ -1,11 +1,12 @@
 # Everything is set up on first use in .venv, from pyproject.toml and the pinned versions in constraints/.
 PYTHON ?= python3
 BIN := .venv/bin
+RUN := .venv/.run
 READY := .venv/.ready
 
 .PHONY: hertz test check day whole rest verification doctest lint types examples docs package release rounding pages gallery bench mutants fuzz compare clean
 
-hertz: $(READY)  ## the main job: two spheres, table and picture
+hertz: $(RUN)  ## the main job: two spheres, table and picture
 	@mkdir -p out
 	$(BIN)/fecontact hertz --plot out/hertz.png --vtu out/hertz.vtu
 	@if [ -n "$$DISPLAY" ] && command -v xdg-open >/dev/null; then xdg-open out/hertz.png; fi
@@ -100,9 +101,13 @@ PEERS ?= --peers tests/benchmarks/peers
 compare: $(READY)  ## speed against error; finished runs are kept in out/compare, so it may be interrupted
 	$(BIN)/python tests/benchmarks/compare hertz --enough 100 --out out/compare --page docs/compare.md --plot docs/images/compare.png $(PEERS)
 
-$(READY): pyproject.toml constraints/pinned.txt
+$(RUN): pyproject.toml constraints/pinned.txt
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet --constraint constraints/pinned.txt --editable '.[fast]'
+	@touch $(RUN)
+
+$(READY): $(RUN)  # what tests, types and the site need, when they are first asked for
 	$(BIN)/python -m pip install --quiet --constraint constraints/pinned.txt --editable '.[dev]'
 	@touch $(READY)
 
