@@ -564,6 +564,16 @@ class AncfSolid(Remembering):
             out[batch.cells] = law.memory[..., -1]
         return out
 
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """What results should warn of: large plastic strains, and cells that lock as they flow."""
+        if self.volumetric is not None or not self.plastic_strain.any():
+            return super().cautions
+        lock = (
+            'It flows, which keeps its volume, so that its cells lock: take volumetric="linear", or distrust stresses.'
+        )
+        return (*super().cautions, lock)
+
     def _memory_at(self, cells: IntArray, X: Array) -> Array:
         """The memory of plastic flow (n, 10), fitted linearly in each cell, at material points."""
         fitted = np.zeros((len(self.space.corners), 4, 10))

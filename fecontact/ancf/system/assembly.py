@@ -28,7 +28,6 @@ from fecontact.common.errors import InputError
 from fecontact.common.renamed import renamed
 from fecontact.contact.contact import Contact, Side, is_side
 from fecontact.fem.laws import InvertedError
-from fecontact.fem.plastic import MODERATE
 from fecontact.fem.support import Support
 
 #: What users are asked for.
@@ -399,14 +398,8 @@ class Assembly:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Of members that have flowed by more than their law bears."""
-        most = ((k, float(s.plastic_strain.max(initial=0.0))) for k, s in self._remembering)
-        return tuple(
-            f"The plastic strain of solid {k + 1} reaches {a:.2g}; strains are additive, as in metals, up to about "
-            f"{MODERATE:g}. In tension its yield stress is off by a share of {2 * a:.2g}: trust shapes, not stresses."
-            for k, a in most
-            if a > MODERATE
-        )
+        """Of members that have flowed by more than their law, or their cells, bear."""
+        return tuple(f"Solid {k + 1}: {each}" for k, s in self._remembering for each in s.cautions)
 
     def relaxed(self, q: Array) -> Array:
         """The memory (n,) of all members, at rest at coordinates q."""

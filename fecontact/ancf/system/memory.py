@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from fecontact.common.arrays import Array
+from fecontact.fem.plastic import MODERATE
 
 if TYPE_CHECKING:
     from fecontact.ancf.bricks.viscosity import Viscosity
@@ -113,6 +114,22 @@ class Remembering:
     @abstractmethod
     def _share(self) -> None:
         """Make what does not depend on the memory, for others with another one."""
+
+    @property
+    @abstractmethod
+    def plastic_strain(self) -> Array:
+        """Accumulated plastic strain of its points, up to its memory."""
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """What results should warn of."""
+        most = float(self.plastic_strain.max(initial=0.0))
+        if most <= MODERATE:
+            return ()
+        return (
+            f"The plastic strain reaches {most:.2g}; strains are additive, as in metals, up to about {MODERATE:g}. In "
+            f"tension its yield stress is off by a share of {2 * most:.2g}: trust shapes, not stresses.",
+        )
 
     @property
     def remembers(self) -> bool:

@@ -33,9 +33,9 @@ def cube(plastic, volumetric="linear", held=None, **given):
     return Assembly.of([solid], [held or {"x_min": "x", "x_max": "x", "y_min": "y", "bottom": "z"}])
 
 
-def bar(plastic, stretches, steps):
+def bar(plastic, stretches, steps, volumetric="linear"):
     """States of a cube stretched along x through these stretches, at equal levels, and its nominal stresses."""
-    a = cube(plastic)
+    a = cube(plastic, volumetric)
     space, levels = a.solids[0].space, np.linspace(0.0, 1.0, len(stretches))
     along = space.affine(np.diag([1.0, 0.0, 0.0]))
     path = equilibrium(lambda s: Stage(a, motion=np.interp(s, levels, stretches) * along), steps=steps)
@@ -74,6 +74,22 @@ def test_moderate_strains_are_not_warned_of_and_large_ones_are():
     assert path.warnings == ()
     path, _ = bar(Plastic(fc.Material(E, 0.3), Y), [0.0, 0.06], 1)
     assert "0.057" in path.warnings[0]
+    path, _ = bar(Plastic(fc.Material(E, 0.3), Y), [0.0, 0.045], 1, None)
+    assert [("lock" in text) for text in path.warnings] == [True]
+    path, _ = bar(Plastic(fc.Material(E, 0.3), Y), [0.0, 0.004], 1, None)
+    assert path.warnings == ()
+
+
+@pytest.mark.parametrize("scheme", [EnergyMomentum(), GeneralisedAlpha()], ids=["energy", "alpha"])
+def test_what_is_at_rest_stays_and_springs_back_when_let_go(scheme):
+    a = cube(Plastic(fc.Material(E, 0.3, density=1.0), Y, 5.0), held={"x_min": "x", "y_min": "y", "bottom": "z"})
+    pull = traction(a.solids[0].space, "x_max", (1.1, 0.0, 0.0))
+    still = equilibrium(lambda s: Stage(a, s * pull), steps=1).last
+    motion = move(a, until=0.02, step=0.01, start=still, forces=pull, scheme=scheme)
+    assert np.abs(motion.now.q - still.q).max() < 1e-9
+    assert motion.strain[0] == still.energy
+    let_go = move(a, until=0.02, step=0.01, start=still, scheme=scheme)
+    assert np.abs(let_go.now.q - still.q).max() > 1e-3
 
 
 @pytest.mark.parametrize("volumetric", [None, 2, "linear"])
