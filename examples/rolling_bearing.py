@@ -75,7 +75,10 @@ def ball_bearing(count=9, ball=9.525, pitch=46.0, grooves=(0.515, 0.52), angle=0
     ends = [((r, r), (race, -groove * ball)) for race, groove in zip(races, grooves, strict=True)]
     unit = [fc.hertz.ellipse(radii, (STEEL, STEEL), force=1.0) for radii in ends]
     k = sum(contact.approach for contact in unit) ** -1.5  # an approach grows with force^(2/3), a pressure with 1/3
-    law = lambda d: (k * d**1.5, 1.5 * k * d**0.5)  # noqa: E731
+
+    def law(depth):
+        return k * depth**1.5, 1.5 * k * depth**0.5
+
     return Bearing(count, pitch, law, lambda q: unit[0].p0 * np.cbrt(q), (sum(grooves) - 1) * ball, angle)
 
 
