@@ -403,13 +403,20 @@ def friction_sweeps(
 
 
 def _sweep_point(S: np.ndarray, y: np.ndarray, x: np.ndarray, n: int, problem: ScaledProblem, k: int | None) -> None:
-    """Forces of one point from its own gap and slip; x and y are changed in place."""
+    """Forces of one point from its own gap and slip; x and y are changed in place.
+
+    A point that gives way to no force, as of parts held on both sides, keeps what it has.
+    """
+    if not S[n, n] > 0:
+        return
     force = max(0.0, x[n] - y[n] / S[n, n])
     _set(S, y, x, np.array([n]), np.array([force]))
     if k is None:
         return
     t = problem.tangents[k]
-    trial = x[t] - y[t] / np.linalg.norm(S[np.ix_(t, t)], 2)
+    if not (slope := float(np.linalg.norm(S[np.ix_(t, t)], 2))) > 0:
+        return
+    trial = x[t] - y[t] / slope
     size, limit = float(np.linalg.norm(trial)), float(problem.mu[k] * force) if force > 0 else 0.0
     _set(S, y, x, t, trial if size <= limit else trial * (limit / size))
 

@@ -120,6 +120,18 @@ def test_sweeps_find_the_same_forces() -> None:
         assert np.abs(scaled.forces(swept.x) - exact).max() < 1e-6 * np.abs(exact).max()
 
 
+@pytest.mark.filterwarnings("error")
+def test_sweeps_leave_a_point_that_gives_way_to_no_force() -> None:
+    """Two points beside each other, the second of no compliance; the first has the force of its own gap, 1, by hand."""
+    empty = np.zeros((0, 4))
+    scaled = ScaledProblem(
+        np.diag([1.0, 0.0, 1.0, 0.0]), np.array([-1.0, 0.0, -0.2, 0.0]), empty, np.zeros(0), np.ones(4), np.ones(4),
+        np.zeros((0, 0)), np.zeros(0), np.arange(2), np.array([[2], [3]]), np.full(2, 0.5), np.zeros(2, bool),
+    )  # fmt: skip
+    swept = friction_sweeps(scaled, np.array([0.0, 0.3, 0.0, 0.1]), np.zeros(0))
+    np.testing.assert_allclose(swept.x, [1.0, 0.3, 0.2, 0.1], rtol=0, atol=1e-15)  # no sums: no rounding but one
+
+
 @pytest.mark.parametrize("coupling", [0.9, 1.5])
 @pytest.mark.parametrize("size", [1e-8, 1.0, 1e8])
 def test_sweeps_stop_where_they_diverge(coupling: float, size: float) -> None:
