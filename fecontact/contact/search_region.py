@@ -293,6 +293,7 @@ def search_region(
     translation: Array,
     search_radius: float | tuple[Array, Array],
     increment: RigidIncrement = STILL,
+    rings: int = 0,
 ) -> SearchRegion:
     """Parts of two surfaces whose distance, after a rigid motion, may be less than a search radius.
 
@@ -305,6 +306,8 @@ def search_region(
         Displacement of both surfaces together beyond the predicted motion, or of each part and of each facet.
     increment : RigidIncrement, optional
         Predicted rigid motion.
+    rings : int
+        Rings of facets round those within reach that are paired too.
 
     Returns
     -------
@@ -327,9 +330,8 @@ def search_region(
         # multipliers along divided sides are tied to others; a shape within reach takes all that it is made of
         nodes = slave.ties.with_tied(nodes)
     facets: Mask = np.asarray(nodes[slave.facets].any(axis=1))
-    if isinstance(search_radius, tuple):
-        # the edge of a contact is located by fits over two rings of facets round those that it crosses
-        whole = with_rings(slave, np.bincount(parts.owner, within, len(slave.facets)) > 0, RINGS)
+    if rings:
+        whole = with_rings(slave, np.bincount(parts.owner, within, len(slave.facets)) > 0, rings)
         nodes[slave.facets[whole]] = True
         facets = np.asarray(nodes[slave.facets].any(axis=1))
     rim = _at_rim(slave, master, facets, rotation, translation)

@@ -132,6 +132,10 @@ COARSER = 1.1 + EQUAL
 FINEST_CELLS = 0.25
 
 
+#: Rings of facets paired round those within reach: the edge of a contact is located by gaps that far from it.
+EDGE_RINGS = 2
+
+
 @dataclass(frozen=True, eq=False)
 class CouplingChoice:
     """How a contact is to be paired.
@@ -196,7 +200,7 @@ class CouplingChoice:
             if radius.local is not None:
                 reach = radius.local.here(surfaces, (self.slave.pose, self.master.pose))
         one, other = surfaces
-        near = search_region(one, other, relative.rotation, relative.translation, reach, increment)
+        near = search_region(one, other, relative.rotation, relative.translation, reach, increment, EDGE_RINGS)
         return near if near.nodes.any() else None
 
     def surface_pair(self, region: SearchRegion | None) -> SurfacePair:
