@@ -246,7 +246,7 @@ def _ancf(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--measure", default="turn", choices=("turn", "geometric", "chord"), help="strains of the axis")
     parser.add_argument("--gravity", type=float, default=9.81, help="pendulum: 9.81 or 50")
     parser.add_argument("--step", type=float, help="of time; pendulum: 0.002 or, under 50, 0.001; fourbar: 0.0005")
-    until = "pendulum: seconds, up to 1.1, with corotational beams beside; 0.4 without, unless given"
+    until = "pendulum: seconds, up to 1.1, with corotational beams beside to 0.7; 0.4 without, unless given"
     parser.add_argument("--until", type=float, metavar="T", help=until)
     _outputs(parser, "shapes on the way", "one row per case")
 
