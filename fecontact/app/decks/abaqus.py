@@ -430,7 +430,8 @@ def _pairs(
                 soft = _overclosure(part, stiffest, small, found.remarks)
         pair = replace(_pair(line, s.place, friction, found, mesh), overclosure=soft, adjust=_adjust(s))
         pair = replace(pair, clearance=found.clearances.get((pair.slave.upper(), pair.master.upper())))
-        (tied if ties else contacts).append(pair)
+        faces = s.parameters.get("TYPE", "").upper() == "SURFACE TO SURFACE" and pair.slave in mesh.boundaries
+        (tied if ties else contacts).append(replace(pair, of_faces=ties and faces))
     return contacts, tied
 
 

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from fecontact.app.decks.conditions import BodyConditions, of_body, with_supports_along
@@ -51,12 +52,21 @@ def tied(mesh: M, ties: Sequence[DeckPair]) -> M:
     """
     found = []
     for tie in ties:
+        sides = tie.slave, tie.master
+        if tie.of_faces:
+            sides = min(sides, sides[::-1], key=lambda pair: _spacing(mesh, pair[0]))
         try:
-            one = followers(mesh, tie.slave, tie.master, tie.reach)
+            one = followers(mesh, *sides, tie.reach)
         except InputError as error:
             raise InputError(f"{tie.place}: {error}", code=error.code) from None
         found.append(replace(one, loose=f"{tie.place}: {one.loose}") if one.loose else one)
     return joined_by(mesh, found)
+
+
+def _spacing(mesh: BaseMesh, boundary: str) -> float:
+    """Mean distance of the nodes of a boundary to the next."""
+    points = mesh.points[mesh.boundary_nodes(boundary)]
+    return float(cKDTree(points).query(points, k=2)[0][:, 1].mean())
 
 
 #: Deviation of prescribed displacements from a rigid motion, relative to the largest, that is rounding of a deck.

@@ -95,6 +95,8 @@ class DeckPair:
     #: Distance up to which nodes of the slave are moved onto the master, and the gap they get; None leaves them.
     adjust: float | None = None
     clearance: float | None = None
+    #: Of ties: whether faces are tied to faces, so that the side of closer nodes follows, whichever is named first.
+    of_faces: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -219,3 +219,23 @@ def test_what_cannot_be_done_is_said(model, loads, words, read):
     line = "*NSET, NSET=LINE\n5005, 5001\n"
     with refused(fc.InputError, *words):
         read("*BOUNDARY\nUP_top, 1, 2\n" + loads, NODES + line + model, meshes=SMALL)
+
+
+def test_faces_tied_to_faces_follow_the_coarser_side_whichever_is_named_first(tmp_path):
+    """As ccx ties face to face; node to surface the side named first follows."""
+    given = deck_of(
+        CUBES, step("*BOUNDARY\nUP_top, 1, 1, .01\n"), FIXED + SLIDING.replace("1, 2", "2, 3"), "",
+        "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n1.E5,\n",
+    )  # fmt: skip
+    path, first, turned = tmp_path / "deck.inp", "UP_face_bottom, LOW_face_top", "LOW_face_top, UP_face_bottom"
+    energies = []
+    for kind in ("SURFACE TO SURFACE", "NODE TO SURFACE"):
+        text = given.replace("*CONTACT PAIR, ", f"*CONTACT PAIR, TYPE={kind}, ")
+        for named in (first, turned):
+            path.write_text(text.replace(first, named))
+            result = fc.read_scene(path).solve()
+            body = result.scene.bodies[0]
+            energies.append(body.model.strain_energy(result.displacement(body).ravel()))
+    assert energies[1] == pytest.approx(energies[0], rel=1e-12)
+    assert energies[2] == pytest.approx(energies[0], rel=1e-12)
+    assert energies[3] < (1 - 1e-4) * energies[0]
