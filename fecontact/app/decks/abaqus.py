@@ -428,29 +428,22 @@ def _pairs(
             else:
                 ties |= _ties(part)
                 soft = _overclosure(part, stiffest, small, found.remarks)
-        pair = replace(_pair(line, s.place, friction, found, mesh), overclosure=soft, adjust=_adjust(s))
+        adjust, nodes = _adjust(s, mesh)
+        pair = replace(_pair(line, s.place, friction, found, mesh), overclosure=soft, adjust=adjust, adjusted=nodes)
         pair = replace(pair, clearance=found.clearances.get((pair.slave.upper(), pair.master.upper())))
         faces = s.parameters.get("TYPE", "").upper() == "SURFACE TO SURFACE" and pair.slave in mesh.boundaries
         (tied if ties else contacts).append(replace(pair, of_faces=ties and faces))
     return contacts, tied
 
 
-def _adjust(s: KeywordSection) -> float | None:
-    """Distance of ADJUST; None without it.
-
-    Raises
-    ------
-    InputError
-        If it names a set of nodes.
-    """
+def _adjust(s: KeywordSection, mesh: BaseMesh) -> tuple[float | None, str]:
+    """Distance of ADJUST, None without it, or the set of nodes that are adjusted at any distance."""
     given = s.parameters.get("ADJUST")
     try:
-        return None if given is None else values_of(given)[0]
+        return None if given is None else values_of(given)[0], ""
     except ValueError:
-        raise InputError(
-            f"{s.place}: ADJUST={given} is no distance; sets of nodes that are adjusted are not done here.",
-            code="not-supported",
-        ) from None
+        assert given is not None
+        return math.inf, look_up(given, mesh.node_sets, "node set", s.place)
 
 
 def _ties(part: KeywordSection) -> bool:

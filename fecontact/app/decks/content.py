@@ -94,6 +94,8 @@ class DeckPair:
     overclosure: SoftContact | None = None
     #: Distance up to which nodes of the slave are moved onto the master, and the gap they get; None leaves them.
     adjust: float | None = None
+    #: Node set of those that are moved; empty where it is all.
+    adjusted: str = ""
     clearance: float | None = None
     #: Of ties: whether faces are tied to faces, so that the side of closer nodes follows, whichever is named first.
     of_faces: bool = False

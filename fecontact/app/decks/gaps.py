@@ -1,7 +1,8 @@
 """Gaps that a deck sets before anything moves: ADJUST of *CONTACT PAIR, and *CLEARANCE.
 
 Nodes of the slave are moved, without strain: with ADJUST those that lie in the master or at most so far from it come
-onto it, with *CLEARANCE all of them to the given distance, negative in the master (Abaqus Keywords Reference).
+onto it, or those of a set of nodes, with *CLEARANCE all to the given distance, negative in the master (Abaqus Keywords
+Reference).
 """
 
 from __future__ import annotations
@@ -41,6 +42,10 @@ def with_gaps(mesh: M, pairs: Sequence[DeckPair]) -> M:
         kind = CurveSurface if mesh.is_flat else FacetSurface
         master = kind(mesh.points, facets)
         nodes = np.setdiff1d(mesh.boundary_nodes(pair.slave), master.nodes)
+        if pair.adjusted:
+            nodes = np.intersect1d(nodes, mesh.boundary_nodes(pair.adjusted))
+        if not len(nodes):
+            continue
         found = master.project(mesh.points[nodes])
         faces = ~found.outside
         moves = faces if pair.adjust is None else faces & (found.gap <= pair.adjust)

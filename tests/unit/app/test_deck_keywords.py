@@ -136,6 +136,19 @@ def test_adjust_closes_gaps_within_its_reach(adjust, closed, read):
     assert abs(contact.total_force - (0.05 * 100 / 2.1 if closed else 0)) <= 1e-9
 
 
+@pytest.mark.parametrize("given", ["UP_bottom", "UP_top", "nothing"])
+def test_adjust_moves_the_nodes_of_a_set(given, read):
+    """At any distance; a set without nodes of the slave moves none."""
+    lower, upper = SMALL
+    text = deck_of((lower, upper.translated((0, 0, 0.1))), step("*BOUNDARY\nUP_top, 3, 3, -.05\n"), SLIDES)
+    text = text.replace("*CONTACT PAIR, INTERACTION=I\n", f"*CONTACT PAIR, INTERACTION=I, ADJUST={given}\n")
+    if given == "nothing":
+        with refused(fc.InputError, "input", "there is no node set 'nothing'"):
+            read(text)
+        return
+    assert abs(read(text).solve().contacts[0].total_force - 0.05 * 100 / 2.1 * (given == "UP_bottom")) <= 1e-9
+
+
 @pytest.mark.parametrize("value", [0.02, -0.02])
 def test_clearance_sets_the_gap(value, read):
     text = deck_of(SMALL, step("*BOUNDARY\nUP_top, 3, 3, -.05\n"), SLIDES)
