@@ -20,7 +20,7 @@ mass, as in Elangovan 1978, eq. A-17), and its constraint force is distributed i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,6 +56,8 @@ class RigidMotionConstraints:
         Whether that load is distributed over the mass instead of acting through the supports.
     prescribed_components : tuple of int
         Components that `motions` prescribes, including zero values.
+    freed_in_vain : tuple of int
+        Components that `free` names though no support resists them, where others are as free.
     imposed : (n_dofs,) array, optional
         Displacements that supports and linear conditions prescribe beside the frame's, in the body's axes.
     heated : Heated, optional
@@ -69,6 +71,7 @@ class RigidMotionConstraints:
     load: Array
     spread: bool
     prescribed_components: tuple[int, ...] = ()
+    freed_in_vain: tuple[int, ...] = ()
     imposed: Array | None = None
     heated: Heated | None = None
 
@@ -192,8 +195,22 @@ def constrain_rigid_motion(
     work = np.abs(floating.T @ (load[:, None] / scale)).max(initial=0.0) if load.any() else 0.0
     spread = bool(work > 1e-9 * np.abs(load[:, None] / scale).max()) if work else False
     return RigidMotionConstraints(
-        body, released / scale, prescribed, mean_held / scale, load, spread, tuple(prescribed_components)
+        body,
+        released / scale,
+        prescribed,
+        mean_held / scale,
+        load,
+        spread,
+        tuple(prescribed_components),
+        _in_vain(floating, freed, prescribed_components) if freed else (),
     )
+
+
+def _in_vain(floating: Array, freed: Sequence[int], prescribed: Iterable[int]) -> tuple[int, ...]:
+    """Freed components that are motions without support, if these are more than the freed and the prescribed ones."""
+    basis = gram_schmidt(floating, 1e-8)
+    within = {c for c in range(6) if np.linalg.norm(basis[c]) > 1 - 1e-8}
+    return tuple(c for c in freed if c in within) if within - {*freed, *prescribed} else ()
 
 
 def _turns_about_pushes(

@@ -22,6 +22,7 @@ from fecontact.contact.coupling.nodal import STEEPEST, opposition
 from fecontact.contact.interface import Interface
 from fecontact.contact.search_region import with_rings
 from fecontact.fem.laws import laws_of
+from fecontact.fem.rigid import COMPONENTS
 from fecontact.fem.support import is_plane
 from fecontact.halfspace.validity import validity_warnings
 from fecontact.results.contact_fields import ContactFields
@@ -118,6 +119,17 @@ def carried_motions(result: ContactResult) -> Iterator[str]:
             f"Poses could not be carried along: linearised motions leave out {100 * error.worst:.2g} %, "
             "in gaps of the indentation, in directions of forces or in lengths."
         )
+
+
+def freed_in_vain(result: ContactResult) -> Iterator[str]:
+    """Notes on components that are named as free though no support holds them nor others."""
+    for frame in result._loading.frames:
+        if frame.freed_in_vain:
+            names = " ".join(COMPONENTS[c] for c in frame.freed_in_vain)
+            yield (
+                f"free={{{frame.body.name!r}: {names!r}}} changes nothing: no support resists it, and other motions of "
+                "this body are as free; motions= or supports= hold them."
+            )
 
 
 def unstable_bodies(result: ContactResult) -> Iterator[str]:
@@ -676,7 +688,12 @@ CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
     stiff_bodies,
     missed_accuracy,
 )
-NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (carried_motions, unbounded_pressures, soft_layers)
+NOTES: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
+    carried_motions,
+    freed_in_vain,
+    unbounded_pressures,
+    soft_layers,
+)
 FRICTION_CHECKS, FRICTION_NOTES = (tall_cells, friction_not_unique, large_steps), (single_step,)
 
 

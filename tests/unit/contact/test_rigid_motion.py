@@ -343,3 +343,31 @@ def test_a_force_at_a_point_in_plane_and_axisymmetric_scenes():
     disc = fc.AxisymmetricBody(section, STEEL, "top", {"bottom": "xz"})
     ring = fc.Scene([disc, punch], [fc.Contact(disc, punch)]).solve(forces={(punch, (0.45, 0.0, 0.0)): (0, 0, -1.0)})
     assert abs(ring.contacts[0].force[2]) == pytest.approx(1.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("supports", "arguments", "in_vain"),
+    [
+        ({}, {"free": "z"}, {"z"}),  # all six are free
+        ({}, {"free": "z", "motion": dict.fromkeys(("x", "y", "rx", "ry", "rz"), 0.0)}, set()),  # z alone is left
+        (SLIDE, {"free": "z"}, set()),  # only z is free, as is said
+        (SLIDE, {"free": "x"}, set()),  # x is supported
+        (HELD, {"free": "z rx"}, set()),
+    ],
+)
+@pytest.mark.parametrize("turn", [np.eye(3), Q])
+def test_components_that_are_freed_in_vain_are_known(supports, arguments, in_vain, turn):
+    body = cube(supports)
+    if not supports or turn is not Q:  # turned planes of symmetry do not span world components
+        found = constrain_rigid_motion(body.placed((3.0, 1.0, 0.0), turn), **arguments)
+        assert {COMPONENTS[c] for c in found.freed_in_vain} == in_vain
+
+
+def test_a_result_notes_components_that_are_freed_in_vain():
+    block = cube().placed((0.5, 0.6, 0.9), fc.rotation_about((1, 0, 0), np.pi))
+    plane = fc.RigidBody(fc.Plane(), name="plane")
+    scene = fc.Scene([block, plane], [fc.Contact(block, plane)])
+    held = dict.fromkeys(("x", "y", "rx", "ry", "rz"), 0.0)
+    for motions, n in (({}, 1), ({block: held}, 0)):
+        result = scene.solve(forces={block: (0, 0, -10.0)}, free={block: "z"}, motions=motions, finite_motion=False)
+        assert len([text for text in result.notes if "changes nothing" in text]) == n
