@@ -275,9 +275,9 @@ def draw_division(axes: Any, contact: ContactFields, sides: tuple[str, str], poi
     if ((beyond.min(axis=1) < 0) & (beyond.max(axis=1) > 0)).any():
         axes.tricontour(cells, beyond.ravel(), levels=[0.0], **look)
     elif beyond.min() < 0 < beyond.max():  # between surfaces: the line of a plane of the map
-        c, *normal = np.linalg.lstsq(np.insert(xy, 0, 1.0, axis=1), beyond.ravel(), rcond=None)[0]
-        start = -c * np.array(normal) / np.dot(normal, normal)
-        axes.axline(start, start + np.array([-normal[1], normal[0]]), linestyle="--", linewidth=1.0, color="0.3")
+        c, *slope = np.linalg.lstsq(np.insert(xy, 0, 1.0, axis=1), beyond.ravel(), rcond=None)[0]
+        start = -c * np.array(slope) / np.dot(slope, slope)
+        axes.axline(start, start + np.array([-slope[1], slope[0]]), linestyle="--", linewidth=1.0, color="0.3")
     low, high = (np.array(limits) for limits in zip(axes.get_xlim(), axes.get_ylim(), strict=True))
     inside = ((xy >= low) & (xy <= high)).all(axis=1)
     for name, side in zip(sides, (beyond.ravel() > 0, beyond.ravel() < 0), strict=True):
