@@ -620,9 +620,10 @@ def _part(
 
 
 def _resisting(body: Body, imposed: Array) -> Array:
-    """Nodal forces (n_dofs,) against imposed displacements: -K u."""
+    """Nodal forces (n_dofs,) against imposed displacements: -K u, at finite strain by the tangent K."""
     (elastic,) = elastic_among([body])
-    return -elastic.model.internal_forces(imposed)
+    K = elastic.model.stiffness
+    return -np.asarray(K @ imposed + K.T @ imposed - K.diagonal() * imposed)
 
 
 def _held_by_mean(

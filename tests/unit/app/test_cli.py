@@ -113,8 +113,11 @@ PRESS = ["halfspace", "sphere", "--radius", "10", "--E", "1", "--nu", "0", "--fo
 
 
 @pytest.mark.parametrize("signals", [0, 2])
-def test_ctrl_c_is_one_line_that_names_what_is_kept(signals, tmp_path, monkeypatch, capsys):
+def test_ctrl_c_is_one_line_that_names_what_is_kept(signals, tmp_path, monkeypatch, capsys, request):
     """Before anything is written, and after a file and two rows of another; no traceback."""
+    # what runs in the background of a shell ignores it from the start
+    kept_handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+    request.addfinalizer(lambda: signal.signal(signal.SIGINT, kept_handler))
 
     def work(_):
         if signals:
