@@ -491,7 +491,6 @@ def public_calls(folder: Path) -> dict[str, Call]:
             against=None,
             pressure="uniform",
             self_ratio=2.0,
-            arrays="numpy",
             name="h",
             use=lambda h: h.press(bowl, force=0.1),
         ),

@@ -33,7 +33,6 @@ from fecontact.halfspace.adhesion import AdhesionCurve, Adhesive, AdhesiveContac
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import HalfSpaceContact
 from fecontact.halfspace.creep import CreepCoefficients, CreepCurve, CreepSteps, creep_coefficients
-from fecontact.halfspace.fft import array_module
 from fecontact.halfspace.friction import CERTIFIED, Friction, PressStep
 from fecontact.halfspace.friction_law import FrictionLaw, FrictionOfRolling
 from fecontact.halfspace.gradient import PressGradient, friction_gradient, press_gradient
@@ -118,9 +117,6 @@ class HalfSpace(SurfaceBody):
         Seireg 1971).
     self_ratio : float
         With 'point': displacement under the force over that at the nearest neighbour.
-    arrays : str, optional
-        Module of another array library whose transforms are used, 'cupy' or 'array_api_compat.torch' for one: all that
-        follows the array API standard. The whole grid is then modelled, whatever its symmetry. None: numpy's.
     name : str, optional
 
     Attributes
@@ -157,7 +153,6 @@ class HalfSpace(SurfaceBody):
     against: Material | None
     pressure: str
     self_ratio: float
-    arrays: str | None
     name: str
     pose: Pose
     compliance: SurfaceCompliance = field(repr=False)
@@ -173,7 +168,6 @@ class HalfSpace(SurfaceBody):
         against: Material | Viscoelastic | None = None,
         pressure: str = "uniform",
         self_ratio: float = kernels.SELF_TERM_RATIO,
-        arrays: str | None = None,
         name: str = "half-space",
         shape: tuple[int, int] | None = None,
     ) -> None:
@@ -188,10 +182,7 @@ class HalfSpace(SurfaceBody):
             )
         for layer in items("the layers of a half-space", layers, "Layer objects"):
             instance("each of the layers of a half-space", layer, Layer)
-        if arrays is not None:
-            array_module(text("arrays, the name of a module,", arrays))
         fields = {
-            "arrays": arrays,
             "material": elastic(material),
             "grid": Grid(size, renamed_argument("HalfSpace", "shape", "cells", shape, cells)),
             "periodic": flag("periodic", periodic),
@@ -215,7 +206,6 @@ class HalfSpace(SurfaceBody):
                 pressure,
                 self_ratio,
                 self.periodic,
-                arrays=arrays,
                 memory=memory,
             ),
         )

@@ -80,8 +80,6 @@ class SurfaceCompliance:
     periodic : bool
     bent : tuple of Bend
         Curvatures of the surfaces of the bodies that it represents, whose first effect is added; for free ones.
-    arrays : str, optional
-        Module whose arrays are transformed, see `array_module`.
     memory : Memory, optional
         Creep of visco-elastic bodies, whose materials are those at once; the kernels are without it.
     """
@@ -94,7 +92,6 @@ class SurfaceCompliance:
     self_ratio: float
     periodic: bool
     bent: tuple[Bend, ...] = ()
-    arrays: str | None = None
     memory: Memory | None = None
 
     def __post_init__(self) -> None:
@@ -165,7 +162,7 @@ class SurfaceCompliance:
         spectrum, shape = self.kernel(), self.grid.shape
         if not self.periodic:
             spectrum = kernel_spectrum(spectrum, (padded(shape[0]), padded(shape[1])))
-        return Convolution.even(spectrum, shape, arrays=self.arrays)
+        return Convolution.even(spectrum, shape)
 
     def _symbol(self, level: int) -> Array:
         halves = [n // 2 ** (level + 1) for n in self.grid.shape]
@@ -199,11 +196,6 @@ class JointCompliance:
     def periodic(self) -> bool:
         """False: both are free."""
         return False
-
-    @property
-    def arrays(self) -> str | None:
-        """Module whose arrays are transformed: that of the first part that has one."""
-        return self.parts[0].arrays or self.parts[1].arrays
 
     def kernel(self, level: int = 0) -> Array:
         """Kernel of the grid coarsened `level` times by two, see `nested.GridLevel.kernel`."""
@@ -364,12 +356,12 @@ def tangential_compliance(body: SurfaceCompliance, box: Box, workers: int | None
     xy = None
     if constants.poisson != 0 or body.layers:
         yy, xy = spectrum(yy_table, (1, 1)), spectrum(xy_table, (-1, -1))
-    inverse = replace(_inverse(constants, shape, body.grid.cell, workers), arrays=body.arrays)
+    inverse = _inverse(constants, shape, body.grid.cell, workers)
     return _compliance(
         ((xx, xy), (xy, yy)),
         normal,
         inverse,
-        Convolution((), shape, lengths, workers=workers, arrays=body.arrays),
+        Convolution((), shape, lengths, workers=workers),
         float(both[0, 0]),
         False,
     )
@@ -458,8 +450,8 @@ def _periodic(body: SurfaceCompliance, constants: Elasticity, workers: int | Non
     return _compliance(
         ((xx, xy), (xy, yy)),
         (coupling * odd_x, coupling * odd_y) if is_coupled(body) else None,
-        replace(_inverse(constants, shape, body.grid.cell, workers), arrays=body.arrays),
-        Convolution((), shape, shape, workers=workers, arrays=body.arrays),
+        _inverse(constants, shape, body.grid.cell, workers),
+        Convolution((), shape, shape, workers=workers),
         constants.direct * math.sqrt(body.grid.area) * 4 * math.log(1 + math.sqrt(2)),
         True,
     )

@@ -11,10 +11,6 @@ Products for corrections need less accuracy: `rough` works in single precision, 
 With d(k) the type-1 cosine transform of an even kernel, both the complex (n padded to 2 m) and the cosine transform
 (type 2, n/2 padded to m) of a convolution are products with d(k).
 
-Transforms in the arrays of another library, of the Python array API standard, on a graphics processor for instance,
-need of its module `asarray`, `stack` and the extension `fft`, and arrays that give their memory by DLPack.
-https://data-apis.org/array-api/latest/
-
 Array operations release Python's lock, so that threads, as many as there are cores or as ``OMP_NUM_THREADS`` says, work
 at the same time where each has arrays of its own.
 
@@ -24,13 +20,11 @@ themselves.
 
 from __future__ import annotations
 
-import importlib
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
-from types import ModuleType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -39,7 +33,6 @@ from numpy.typing import NDArray
 
 from fecontact.analytic import curved_kernel
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import InputError, MissingPackageError
 from fecontact.common.material import Material
 from fecontact.halfspace.grid import Even, at_offsets, block_means
 
@@ -85,79 +78,6 @@ def each(function: Callable[[Item], Result], items: Sequence[Item], threads: int
 def _pool(threads: int) -> ThreadPoolExecutor:
     """Threads kept for the next call."""
     return ThreadPoolExecutor(threads, "fecontact")
-
-
-#: Functions that a module must have.
-NEEDED = ("asarray", "stack", "fft.rfft", "fft.irfft", "fft.fft", "fft.ifft")
-
-
-def array_module(name: str) -> ModuleType:
-    """Import a module of arrays.
-
-    Raises
-    ------
-    MissingPackageError
-        If it is not installed.
-    InputError
-        If it has not what is needed.
-
-    Examples
-    --------
-    >>> array_module("numpy").__name__
-    'numpy'
-    """
-    try:
-        module = importlib.import_module(name)
-    except ImportError as error:
-        raise MissingPackageError(
-            f"Arrays of {name!r} need a package of that name, which cannot be imported ({error}). Install it, or leave "
-            "arrays=None for numpy's."
-        ) from error
-    for needed in NEEDED:
-        found: Any = module
-        for part in needed.split("."):
-            found = getattr(found, part, None)
-        if found is None:
-            raise InputError(
-                f"The arrays of {name!r} cannot be used: the module has no {needed}. Give one that follows the array "
-                "API standard, such as 'cupy' or 'array_api_compat.torch'.",
-                code="incomplete-arrays",
-            )
-    return module
-
-
-def convolved(
-    module: ModuleType, kernels: Sequence[Sequence[Any]], values: NDArray, lengths: tuple[int, int]
-) -> NDArray:
-    """Results (j, nx, ny) of fields (k, nx, ny) by kernels, which are arrays of the module.
-
-    Parameters
-    ----------
-    module : module
-    kernels : j sequences of k arrays (mx, my // 2 + 1) of the module, or None for zero
-    values : (k, nx, ny) array
-        Of numpy.
-    lengths : (int, int)
-        mx and my.
-
-    Examples
-    --------
-    >>> even = np.fft.rfft2([[2.0, 1.0, 0.0, 1.0]]).real
-    >>> convolved(np, [[even]], np.array([[[1.0, 0.0]]]), (1, 4)).round(12).tolist()
-    [[[2.0, 1.0]]]
-    """
-    _, nx, ny = values.shape
-    fft = module.fft
-    spectra = fft.fft(fft.rfft(module.asarray(values), n=lengths[1], axis=2), n=lengths[0], axis=1)
-    results = []
-    for row in kernels:
-        terms = [kernel * spectra[k, :, :] for k, kernel in enumerate(row) if kernel is not None]
-        total = terms[0]
-        for term in terms[1:]:
-            total = total + term
-        rows = fft.ifft(total, axis=0)[:nx, :]
-        results.append(fft.irfft(rows, n=lengths[1], axis=1)[:, :ny])
-    return np.asarray(np.from_dlpack(module.stack(results), device="cpu"))
 
 
 Shape = tuple[int, int]
@@ -254,9 +174,6 @@ class Convolution:
         Threads, see `each`.
     factor : float
         Factor of the results.
-    arrays : str, optional
-        Module whose arrays are transformed, see `array_module`; numpy's along axes of symmetry, for the standard of
-        arrays has no cosine transforms.
 
     Examples
     --------
@@ -275,7 +192,6 @@ class Convolution:
     product: bool = True
     workers: int | None = None
     factor: float = 1.0
-    arrays: str | None = None
 
     @classmethod
     def even(
@@ -333,11 +249,7 @@ class Convolution:
         made = [j for j, row in enumerate(self.kernels) if any(row[k] is not None for k in given)]
         if len(made) < len(results):
             out.fill(0.0)
-        if made and self.arrays is not None and not any(self.symmetric):
-            scaled = (fields / scale).astype(np.float32 if self._is_single else float)
-            found = convolved(array_module(self.arrays), [self._there[j] for j in made], scaled, self.lengths)
-            results[made] = scale * self.factor * found
-        elif made:
+        if made:
             self._transformed(fields, results, given, made, scale)
         return out
 
@@ -381,16 +293,6 @@ class Convolution:
     def _kept_rows(self) -> NDArray:
         """Those of one field, kept for the next product: new pages of memory take a tenth of its time."""
         return self._rows(1)
-
-    @cached_property
-    def _there(self) -> list[list[Any]]:
-        """The kernels, with all rows, as arrays of the module."""
-        assert self.arrays is not None
-        asarray, length = array_module(self.arrays).asarray, self.lengths[0]
-        return [
-            [None if k is None else asarray(np.concatenate([k, k[length - len(k) : 0 : -1]])) for k in row]
-            for row in self.kernels
-        ]
 
     @cached_property
     def _transforms(self) -> list[tuple[Transform, Transform]]:

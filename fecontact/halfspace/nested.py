@@ -66,8 +66,6 @@ class GridLevel:
     symmetric : (bool, bool)
     smooth : tuple of Term
         Additions to the compliance, over the modelled part.
-    arrays : str, optional
-        Module whose arrays are transformed, see `array_module`.
     bound : (nx, ny) array, optional
         Largest pressures, see `GridProblem`.
     depth : int
@@ -82,7 +80,6 @@ class GridLevel:
     F: Array
     symmetric: Even
     smooth: tuple[Term, ...] = ()
-    arrays: str | None = None
     bound: Array | None = None
     depth: int = 0
 
@@ -106,7 +103,7 @@ def compliance(level: GridLevel, part: tuple[slice, slice], tally: Tally, worker
     if not level.periodic:
         cells = _cells(shape, level.symmetric)
         spectrum = kernel_spectrum(level.kernel[: cells[0], : cells[1]], (padded(cells[0]), padded(cells[1])))
-    convolution = Convolution.even(spectrum, shape, level.symmetric, tally, workers=workers, arrays=level.arrays)
+    convolution = Convolution.even(spectrum, shape, level.symmetric, tally, workers=workers)
     return Corrected(convolution, tuple(term.part(part) for term in level.smooth)) if level.smooth else convolution
 
 
@@ -122,8 +119,7 @@ def preconditioner(
         spectrum = kernel_spectrum(level.kernel[: cells[0], : cells[1]], (halves[0], halves[1]))
     largest = float(spectrum.max())
     inverse = 1 / np.where(spectrum > 1e-9 * largest, spectrum, largest)
-    options = {"product": False, "workers": workers, "arrays": level.arrays}
-    bodies = Convolution.even(inverse, shape, level.symmetric, tally, **options)
+    bodies = Convolution.even(inverse, shape, level.symmetric, tally, product=False, workers=workers)
     alone = [term.own[part] for term in level.smooth if isinstance(term, DiagonalTerm)]
     if not alone:
         return bodies

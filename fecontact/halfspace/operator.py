@@ -82,7 +82,7 @@ class CellModel:
         grid, spectrum = self.body.grid, self.body.kernel()
         if not self.body.periodic:
             spectrum = kernel_spectrum(spectrum, (padded(grid.shape[0]), padded(grid.shape[1])))
-        convolution = Convolution.even(spectrum, self.shape, self.mirrored, arrays=self.body.arrays)
+        convolution = Convolution.even(spectrum, self.shape, self.mirrored)
         return Corrected(convolution, self.smooth) if self.smooth else convolution
 
     @cached_property
@@ -404,7 +404,7 @@ def _level(
     rows = (rows / scale[:, None]).reshape(problem.m, *shape)
     allowed, g = allowed.reshape(shape), g.reshape(shape)
     # a smooth term is symmetric only where planes of symmetry make it so: such a grid is a part already
-    apart = model.smooth or any(model.mirrored) or body.arrays is not None
+    apart = model.smooth or any(model.mirrored)
     found = (False, False) if apart else even_axes(g, allowed, rows)
     part = part_of(shape, found)
     level = GridLevel(
@@ -416,7 +416,6 @@ def _level(
         F=problem.F / scale / body.grid.area / 2 ** sum(found),
         symmetric=found if any(found) else model.mirrored,
         smooth=model.smooth,
-        arrays=body.arrays,
     )
     return level, found, scale
 

@@ -219,7 +219,7 @@ def grid_level(
     point = load.point
     finite = None if hardness is None else np.where(np.isinf(hardness), 0.0, hardness)
     fields = np.array([field for field in (own, finite) if field is not None]).reshape(-1, *grid.shape)
-    even = even_axes(z, allowed, fields) if symmetry and body.arrays is None else (False, False)
+    even = even_axes(z, allowed, fields) if symmetry else (False, False)
     symmetric = (even[0] and not (point and point[0]), even[1] and not (point and point[1]))
     part = part_of(grid.shape, symmetric)
     rows = []
@@ -243,7 +243,6 @@ def grid_level(
         F=F,
         symmetric=symmetric,
         smooth=() if own is None else (DiagonalTerm(own[part], grid.area),),
-        arrays=body.arrays,
         bound=None if hardness is None else np.ascontiguousarray(hardness[part]),
     )
 

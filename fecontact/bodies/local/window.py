@@ -489,7 +489,6 @@ class FacingHalfSpace(HalfSpace):
             window.grid.shape,
             layers=half.layers,
             against=half.against,
-            arrays=half.arrays,
             name=half.name,
         )
         for key, value in {"pose": half.pose, "window": window}.items():
