@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.renamed import renamed
 from fecontact.contact.condensed_problem import DisplacementState
@@ -61,7 +61,7 @@ class FrictionFields:
         Points that are pressed, and those of them whose force is on the rim of its cone; the others stick.
     moved : (n, 3) array
         Displacement of the slave against the master since the unloaded state, in the master's axes, without that of
-        the poses; the next load step counts slip from it.
+        the poses; the next load step counts slip from it. What sticks has kept it along the surface.
     resultants : (n, 3) array
         As `forces`; of a body of revolution, sums over rings.
     couples : (n, 3) array
@@ -187,7 +187,11 @@ def friction_fields(
         touching, sliding = np.zeros(n, bool), np.zeros(n, bool)
         touching[points], sliding[points] = solution.touching[here], solution.sliding[here]
         forces, slips = np.einsum("nk,kni->ni", force, each.tangents), each.slip_vectors(moved)
-        displaced = each.displaced(moved, state.gaps[each.place] - each.interface.gap)
+        # what sticks, or slides by rounding, is where it was: the solver's tolerance does not add up over steps, and
+        # slip that is held so counts in the next one
+        held = touching & ~(sliding & (np.linalg.norm(slips, axis=1) > ROUNDING * state.scale))
+        slid = np.where(held, 0.0, moved)
+        displaced = each.displaced(slid, state.gaps[each.place] - each.interface.gap)
         detour = each.detour(touching, state.scale)
         pairing, extent = each.interface.pairing, each.interface.slave_surface.out_of_plane
         couples = np.zeros_like(forces) if extent is None else extent.couples(each.points, forces)
