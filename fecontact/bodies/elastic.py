@@ -60,7 +60,8 @@ class ElasticBody(Body):
         Or `OrthotropicMaterial`, `AnisotropicMaterial`; or a law of finite strain, such as `NeoHookean`, or a mapping
         to laws, see docs/how-to/soft-bodies.md.
     contact : str or sequence of str
-        Boundaries that may come into contact.
+        Boundaries that may come into contact, or sets of outer nodes: slaves with a force on each node, whose pressure
+        is over its share of the faces round it.
     supports : mapping of boundary name to components or directions, optional
         Supports, which fix boundaries to the body's frame: components (``"xyz"``, ``"z"``, ...) along the body's axes;
         ``"n"``, the normal of its faces at each node (a roller, a plane of symmetry, a cylinder's journal; on a curved
@@ -141,6 +142,7 @@ class ElasticBody(Body):
 
     def _checked_mesh(self, names: tuple[str, ...]) -> Mesh:
         """The mesh of the elements, with checked contact boundaries of these names on their geometry."""
+        names = tuple(name for name in names if name in self.mesh.boundaries or name not in self.mesh.node_sets)
         check_skin(self.mesh, names)
         mesh, geometry = recovered(self.mesh, names, self.geometry, self.pressure == "midface")
         object.__setattr__(self, "geometry", geometry)
@@ -260,7 +262,7 @@ class ElasticBody(Body):
         if self._finite_strain is not None or any(m.density is None for m in self.model.materials):
             has = "none" if self._finite_strain is None else "a law of finite strain"
             raise InputError(f"Modes are of linear bodies with a density; {self.name!r} has {has}.", code="modes")
-        boundaries = [self.mesh.face_nodes(self.mesh.faces(name)).ravel() for name in self.contact]
+        boundaries = [self.mesh.boundary_nodes(name) for name in self.contact]
         nodes = np.concatenate([np.zeros(0, np.int64), *boundaries]) if kept is None else index_array("kept", [*kept])
         if len(nodes) and not 0 <= nodes.min() <= nodes.max() < len(self.mesh.points):
             raise InputError(f"The body has {len(self.mesh.points)} nodes, counted from 0.", code="unknown-node")
@@ -337,8 +339,7 @@ class ElasticBody(Body):
                 code="no-contact-surface",
             )
         if name not in self._surfaces:
-            mesh = self.model.mesh
-            self._surfaces[name] = self._made_surface(mesh.face_nodes(mesh.faces(name)), name)
+            self._surfaces[name] = self._boundary_surface(name)
         return self._surfaces[name]
 
     def _made_surface(self, facets: IntArray, name: str) -> FacetSurface:
@@ -446,9 +447,19 @@ class ElasticBody(Body):
         return self.model.traction(name, field)
 
     def _boundary_surface(self, name: str) -> FacetSurface:
-        """Facets of a boundary."""
+        """Facets of a boundary, or those round a set of nodes."""
         mesh = self.model.mesh
-        return self._made_surface(mesh.face_nodes(mesh.faces(name)), name)
+        if name in mesh.boundaries or name not in mesh.node_sets:
+            return self._made_surface(mesh.face_nodes(mesh.faces(name)), name)
+        alone, facets = mesh.boundary_nodes(name), mesh.face_nodes(mesh.outer)
+        if (inside := ~np.isin(alone, facets)).any():
+            raise InputError(
+                f"{inside.sum()} of {len(alone)} nodes of {name!r} lie within {self.name!r}; contact needs nodes of "
+                "its outer faces.",
+                code="nodes-inside",
+            )
+        facets = facets[np.isin(facets, alone).any(axis=1)]
+        return replace(self._made_surface(facets, name), alone=alone)
 
     def _over_boundary(self, name: str, values: Array) -> Callable[[Array], Array]:
         """Function of points (n, 3) on a boundary that interpolates values at its nodes (n_nodes, ...)."""

@@ -53,7 +53,7 @@ class SectionBody(ElasticBody):
 
     def _checked_mesh(self, names: tuple[str, ...]) -> SectionMesh:  # type: ignore[override]
         for name in names:
-            self.mesh.faces(name)
+            self.mesh.boundary_nodes(name)
         return self.mesh
 
     @property

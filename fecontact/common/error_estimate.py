@@ -20,6 +20,8 @@ OF_CELLS = 3.0
 OF_LAYERS = 0.3
 #: Reason for no estimate.
 NO_CONTACT = "no contact, nothing to estimate"
+#: The same of a set of nodes.
+NO_FIELD = "forces on single nodes, no field to estimate"
 
 
 class UnboundedPeak(NamedTuple):

@@ -108,6 +108,11 @@ class SceneModel:
         """Whether a contact is soft."""
         return any(contact.overclosure is not None for contact in self.contacts)
 
+    @property
+    def has_nodes_alone(self) -> bool:
+        """Whether a slave is a set of nodes."""
+        return any(given.slave_surface.alone is not None for given, _ in self._seen)
+
     def interfaces(self, loading: Loading) -> tuple[Interface, ...]:
         """The contacts, paired over their whole surfaces as suits a load; kept for the next one that they suit."""
         out = []

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.error_estimate import NO_CONTACT, ErrorEstimate
+from fecontact.common.error_estimate import NO_CONTACT, NO_FIELD, ErrorEstimate
 from fecontact.fem.energy_error import NO_CELLS, EnergyError
 from fecontact.mesh.facets import triangular
 from fecontact.results.contact_outline import planes_of_symmetry
@@ -142,7 +142,12 @@ def larger_misfit(areas: Array, field: Array, others: Sequence[Array]) -> Array:
 
 
 def readings_of(contact: ContactFields, samples: int | None = None) -> PressureReadings | None:
-    """Three reconstructions of a contact's pressure, at so many samples a side of a face; None without pressure."""
+    """Three reconstructions of a contact's pressure, at so many samples a side of a face; None without pressure.
+
+    Nor have nodes alone any, whose forces are no field.
+    """
+    if contact._surface.alone is not None:
+        return None
     field = nodal_pressure(contact)
     if field is None:
         return None
@@ -272,7 +277,7 @@ def _reaches_axis(radius: Array) -> bool:
 def error_estimate(contact: ContactFields, readings: PressureReadings | None) -> ErrorEstimate:
     """Errors of a contact estimated from its reconstructed pressures and the kinks between its faces."""
     if readings is None:
-        return ErrorEstimate.none(NO_CONTACT)
+        return ErrorEstimate.none(NO_CONTACT if contact._surface.alone is None else NO_FIELD)
     area = float(readings.in_contact.sum())
     counted = float(contact.weights[contact.active].sum())
     # pressures that would pull part instead, so that they are never off by more than all of them

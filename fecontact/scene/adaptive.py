@@ -281,6 +281,8 @@ def solve_to_accuracy(scene: SceneModel, step: LoadStep, target: Target, solve: 
     """
     if scene.has_overclosure:
         raise InputError("accuracy is not offered with soft contacts: leave it out, and refine.", code="soft-contact")
+    if scene.has_nodes_alone:
+        raise InputError("accuracy is not offered with sets of nodes as slaves: give boundaries.", code="nodes-alone")
     start = time.perf_counter()
     now = CarriedScene(scene, tuple(scene.bodies))
     steps: list[Step] = []

@@ -109,6 +109,8 @@ class FacetSurface:
         Nodes on planes of symmetry and the normals of these planes; a node on two of them is listed twice.
     hanging : HangingNodes, optional
         Of the mesh, see `mesh.hanging_nodes`.
+    alone : (k,) int array, optional
+        Of a set of nodes, which touch with a force each: these; the facets are those round them.
     """
 
     points: Array
@@ -117,16 +119,22 @@ class FacetSurface:
     mortar_on_quad8: bool = False
     planes: tuple[IntArray, Array] | None = None
     hanging: HangingNodes | None = None
+    alone: IntArray | None = None
 
     @cached_property
     def nodes(self) -> IntArray:
         """Distinct node numbers of the surface."""
+        return self.of_facets if self.alone is None else self.alone
+
+    @cached_property
+    def of_facets(self) -> IntArray:
+        """Distinct nodes of its facets."""
         return np.unique(self.facets)
 
     @cached_property
     def ties(self) -> SurfaceTies | None:
         """The hanging nodes among its own; None where there are none."""
-        return surface_ties(self.facets, self.hanging)
+        return surface_ties(self.facets, self.hanging) if self.alone is None else None
 
     @property
     def out_of_plane(self) -> Extent | None:
@@ -146,7 +154,7 @@ class FacetSurface:
     @property
     def is_divisible(self) -> bool:
         """Whether the parts near contact can be paired alone."""
-        return not self.mortar_on_quad8
+        return not self.mortar_on_quad8 and self.alone is None
 
     def cut(
         self, master: Surface | None, rotation: Array, translation: Array, share: float
@@ -182,7 +190,7 @@ class FacetSurface:
     @cached_property
     def size(self) -> float:
         """Diagonal of the bounding box."""
-        return float(np.linalg.norm(np.ptp(self.points[self.nodes], axis=0)))
+        return float(np.linalg.norm(np.ptp(self.points[self.facets].reshape(-1, 3), axis=0)))
 
     @cached_property
     def mean_facet_size(self) -> Array:
@@ -194,7 +202,7 @@ class FacetSurface:
     @cached_property
     def tree(self) -> cKDTree:
         """Search tree of its nodes."""
-        return cKDTree(self.points[self.nodes])
+        return cKDTree(self.points[self.of_facets])
 
     @cached_property
     def facets_of_node(self) -> IntArray:
@@ -202,12 +210,13 @@ class FacetSurface:
 
         A facet with a hanging node on its undivided side is around that node too.
         """
-        local = np.searchsorted(self.nodes, self.facets.ravel())
+        nodes = self.of_facets
+        local = np.searchsorted(nodes, self.facets.ravel())
         owner = np.repeat(np.arange(len(self.facets)), self.facets.shape[1])
         if self.ties is not None:
             node, facet = self.ties.beside
-            known = np.isin(node, self.nodes)
-            local = np.concatenate([local, np.searchsorted(self.nodes, node[known])])
+            known = np.isin(node, nodes)
+            local = np.concatenate([local, np.searchsorted(nodes, node[known])])
             owner = np.concatenate([owner, facet[known]])
         order = np.argsort(local, kind="stable")
         count = np.bincount(local, minlength=len(self.nodes))
@@ -329,7 +338,7 @@ class FacetSurface:
 
     def _around(self, points: Array, n_near: int) -> tuple[IntArray, IntArray]:
         """Pairs (n,) of a point and a facet round one of its nearest nodes, sorted by both."""
-        _, near = self.tree.query(points, k=min(n_near, len(self.nodes)))
+        _, near = self.tree.query(points, k=min(n_near, len(self.of_facets)))
         around = self.facets_of_node[near.reshape(len(points), -1)].reshape(len(points), -1)
         if self.along_slender is not None:
             tree, beside = self.along_slender

@@ -25,7 +25,8 @@ def contact_weights(surface: FacetSurface) -> Array:
 
     Faces of four nodes or with a centre node: the consistent weights, which are positive. Eight-node faces and six-node
     triangles: their consistent corner weights are negative or zero, so tributary areas are used instead; the forces
-    themselves remain wrong at the corners. Areas of hanging nodes go to those they follow from.
+    themselves remain wrong at the corners. Areas of hanging nodes go to those they follow from. A node alone has its
+    share of all faces round it.
 
     Raises
     ------

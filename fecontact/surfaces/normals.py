@@ -130,9 +130,9 @@ def _within(surface: FacetSurface, nodal: Array, nodes: IntArray, across: Array)
     At such a plane the average over half a neighbourhood is inclined by half the change of the normal over a facet,
     much less on curved facets. A larger inclination means that the surface does not meet the plane at a right angle.
     """
-    on = np.isin(nodes, surface.nodes)
+    on = np.isin(nodes, surface.of_facets)
     nodes, across = nodes[on], across[on]
-    around = surface.facets[surface.facets_of_node[np.searchsorted(surface.nodes, nodes)]]
+    around = surface.facets[surface.facets_of_node[np.searchsorted(surface.of_facets, nodes)]]
     lean = np.einsum("ni,ni->n", nodal[nodes], across)
     turn = np.abs(np.einsum("nfai,ni->nfa", nodal[around], across) - lean[:, None, None]).max(axis=(1, 2))
     biased = np.abs(lean) <= (BIAS_FLAT if surface.facets.shape[1] == 4 else BIAS_CURVED) * turn

@@ -341,7 +341,7 @@ def _conditions(model: Sequence[KeywordSection], names: Names, given: Found, sta
     for tie, line, cyclic in sectors_of(model):
         if state is not None:
             raise InputError(f"{tie.place}: a sector of plane elements is not done here.", code="not-supported")
-        pair = _pair(line, tie.place, 0.0, given, mesh)
+        pair = _pair(line, tie.place, 0.0, given, mesh, follows=False)
         parts.append(sector_conditions(mesh, sector(tie, (pair.slave, pair.master), cyclic), 3 * special.count))
     found = sp.vstack(parts, format="csr")
     return found if found.shape[0] else None
@@ -385,7 +385,7 @@ def _model(
         reach = s.parameters.get("POSITION TOLERANCE")
         if s.parameters.get("ADJUST", "YES").upper() == "NO":
             found.remarks.warn(f"{s.place}: ADJUST=NO is not used: tied nodes are moved onto their master.")
-        found.ties += [_pair(line, s.place, 0.0, found, names.mesh, reach, ties=True) for line in s.lines]
+        found.ties += [_pair(line, s.place, 0.0, found, names.mesh, reach) for line in s.lines]
     elif s.keyword in ("PLASTIC", "CREEP", "VISCOELASTIC"):
         at = f" above {values_of(s.lines[0])[0]:g}" if s.keyword == "PLASTIC" and s.lines else ""
         found.remarks.warn(f"{s.place}: *{s.keyword} is not used: the material stays elastic{at}.")
@@ -397,13 +397,13 @@ def _model(
 
 
 def _pair(
-    line: str, place: str, friction: float, found: Found, mesh: BaseMesh, reach: str | None = None, ties: bool = False
+    line: str, place: str, friction: float, found: Found, mesh: BaseMesh, reach: str | None = None, follows: bool = True
 ) -> DeckPair:
-    """Slave and master of a data line."""
+    """Slave and master of a data line; a slave that `follows` may be nodes alone."""
     words = [word.strip() for word in line.split(",")]
     if len(words) < 2 or not words[1]:
         raise InputError(f"{place}: expected two surfaces, slave and master; found {line!r}.")
-    slave, master = found.surface(words[0], place, mesh, ties), found.surface(words[1], place, mesh)
+    slave, master = found.surface(words[0], place, mesh, follows), found.surface(words[1], place, mesh)
     return DeckPair(slave, master, friction, place, None if reach is None else values_of(reach)[0])
 
 
@@ -432,6 +432,11 @@ def _pairs(
         pair = replace(_pair(line, s.place, friction, found, mesh), overclosure=soft, adjust=adjust, adjusted=nodes)
         pair = replace(pair, clearance=found.clearances.get((pair.slave.upper(), pair.master.upper())))
         faces = s.parameters.get("TYPE", "").upper() == "SURFACE TO SURFACE" and pair.slave in mesh.boundaries
+        if soft is not None and pair.slave not in mesh.boundaries:
+            found.remarks.note(
+                f"{s.place}: the nodes of {pair.slave!r} fill no faces: their soft law is that of their shares of all "
+                "faces round them, as in CalculiX; Abaqus takes an area of one unless the deck gives it."
+            )
         (tied if ties else contacts).append(replace(pair, of_faces=ties and faces))
     return contacts, tied
 

@@ -304,7 +304,7 @@ def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
     sets = {*mesh.boundaries, *mesh.node_sets}
     mesh = tied(mesh, [t for t in deck.ties if t.slave in sets and t.master in mesh.boundaries])
     materials = {k: deck.materials[k.removeprefix("material ")] for k in mesh.groups if k != name}
-    touching = dict.fromkeys(n for pair in deck.contacts for n in (pair.slave, pair.master) if n in mesh.boundaries)
+    touching = dict.fromkeys(n for pair in deck.contacts for n in (pair.slave, pair.master) if n in sets)
     material: Any = next(iter(materials.values())) if len(materials) == 1 else materials
     conditions = _conditions(deck, nodes)
     rows = None if conditions is None else conditions.rows
@@ -374,7 +374,7 @@ def _contacts(
 
     def ends(name: str) -> list[tuple[ElasticBody | RigidBody, str]]:
         stiff = [(rigid[r.name], "surface") for r in deck.rigid if name in r.names]
-        return [*((m.body, name) for m in made if name in m.body.mesh.boundaries), *stiff]
+        return [*((m.body, name) for m in made if name in m.body.contact), *stiff]
 
     for pair in deck.contacts:
         slaves, masters = ends(pair.slave), ends(pair.master)

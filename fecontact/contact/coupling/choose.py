@@ -125,6 +125,8 @@ def _between_nodes(interface: Interface, surface: FacetSurface) -> float:
 EQUAL = 1e-9
 #: Note on a contact whose slave faces each lie within one of the master's.
 NESTED = "faces match or nest, nodal forces"
+#: Note on a contact of a set of nodes.
+ALONE = "a force on each node, over its share of the faces round it"
 #: Ratio of face sizes above which one side counts as coarser; ten cells beside eleven are not.
 COARSER = 1.1 + EQUAL
 #: Ratio of a half-space's cells to an elastic body's faces below which the cells may be the slave: their pressure
@@ -230,12 +232,15 @@ def sides(contact: Contact, search_radius: SearchRadius | None = None) -> Coupli
     elif contact.coupling == "mortar" and _spreads_on_cells(surface, given.master_surface):
         note = f"the forces of {contact.master.name!r} are spread over the half-space's cells, mortar"
         given = replace(given.turned_over(), note=note)
-    elif contact.swap == "always" and facets_of(given.master_surface) is not None:
+    elif _nodes_alone(given.master_surface) or (contact.swap == "always" and facets_of(given.master_surface)):
         given = given.turned_over()
     surface, other = given.slave_surface, given.master_surface
     if surface.out_of_plane is not None and facets_of(other) is None:
         points = given.slave.pose.to_world(surface.points[surface.nodes])
         check_rigid_surface(given.master, other, points, surface.out_of_plane)
+    if surface.alone is not None:
+        _check_nodes_alone(given, contact.coupling)
+        return replace(given, note=ALONE)
     ring, whole = surface.revolved and contact.coupling == "auto", surface.mortar_on_quad8
     if whole and contact.coupling == "nodal":
         raise InputError(
@@ -244,6 +249,29 @@ def sides(contact: Contact, search_radius: SearchRadius | None = None) -> Coupli
             code="gradients-left-out",
         )
     return replace(given, kind="mortar" if contact.coupling == "mortar" or ring or whole else "nodal")
+
+
+def _nodes_alone(surface: Surface) -> bool:
+    facets = facets_of(surface)
+    return facets is not None and facets.alone is not None
+
+
+def _check_nodes_alone(given: CouplingChoice, coupling: str) -> None:
+    """Refuse nodes alone against others, and other couplings than by a force on each.
+
+    Raises
+    ------
+    InputError
+    """
+    both = _nodes_alone(given.master_surface)
+    if both or coupling == "mortar" or has_cells(given.master_surface):
+        names = " and ".join(map(repr, given.surfaces if both else given.surfaces[:1]))
+        why = "one side of a contact needs faces" if both else "a force acts on each, on a body's faces"
+        raise InputError(
+            f"{names}: a set of nodes, which has no faces; {why}. Leave coupling='mortar' and half-spaces to "
+            "boundaries.",
+            code="nodes-alone",
+        )
 
 
 def choose_coupling(contact: Contact, given: CouplingChoice, seen: SurfacePair, loading: Loading) -> CouplingChoice:
@@ -260,7 +288,7 @@ def choose_coupling(contact: Contact, given: CouplingChoice, seen: SurfacePair, 
         Selects the faces near the contact.
     """
     s, m = given.slave_surface, facets_of(given.master_surface)
-    if contact.coupling == "mortar" or m is None:
+    if contact.coupling == "mortar" or m is None or s.alone is not None:
         return given
     cells_ours, cells_theirs = s.cell_area is not None, m.cell_area is not None
     if cells_ours and cells_theirs:

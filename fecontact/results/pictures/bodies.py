@@ -212,6 +212,7 @@ def plot_scene(
             f"{b.name}.{name}": start + np.flatnonzero(np.isin(b.mesh.outer @ (6, 1), b.mesh.faces(name) @ (6, 1)))
             for b, start in zip(meshed, first, strict=False)
             for name in b.contact
+            if name in b.mesh.boundaries
         }
     )
     title = f"{len(scene.bodies)} bodies, {len(scene.contacts)} contact{'' if len(scene.contacts) == 1 else 's'}"

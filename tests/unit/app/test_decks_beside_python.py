@@ -195,7 +195,7 @@ def test_several_steps_are_not_solved_as_one(read, tmp_path):
         ("*TIE, CYCLIC SYMMETRY, NAME=T\nLOW_face_x_min, LOW_face_y_min\n", "", ("cyclic-symmetry", "'T'")),
         ("*INITIAL CONDITIONS, TYPE=STRESS\n1, 1., 0., 0., 0., 0., 0.\n", "", ("input", "begin without stress")),
         (
-            "*SURFACE, NAME=N, TYPE=NODE\n5001,\n*CONTACT PAIR, INTERACTION=I\nN, LOW_face_top\n",
+            "*SURFACE, NAME=N, TYPE=NODE\n1,\n*CONTACT PAIR, INTERACTION=I\nUP_face_bottom, N\n",
             "",
             ("surface-of-nodes", "'N'"),
         ),
@@ -261,6 +261,18 @@ def test_surfaces_of_nodes_that_fill_faces_are_these_faces(kinds, read):
     by_nodes = text.replace("*CONTACT PAIR", f"{nodes}*CONTACT PAIR").replace("UP_face_bottom, LOW", "NODES, LOW")
     one, other = (read(given).solve().contacts[0] for given in (text, by_nodes))
     assert np.abs(one.pressure - other.pressure).max() <= 1e-12 * one.max_pressure
+
+
+def test_a_surface_of_a_node_that_fills_no_face_has_a_force_on_it(read):
+    """CalculiX 2.20, node to surface with K = 5e7: 1.57097 in all."""
+    meshes = blocks(divisions=((1, 1, 1), (2, 2, 1)))
+    text = deck_of(meshes, step(DOWN), HELD)
+    (foot,) = np.flatnonzero((meshes[1].points == [0.5, 0.5, 1.0]).all(axis=1)) + 5001
+    alone = text.replace("UP_face_bottom, LOW_face_top\n", "FOOT, LOW_face_top\n")
+    alone = alone.replace("*CONTACT PAIR", f"*SURFACE, NAME=FOOT, TYPE=NODE\n{foot},\n*CONTACT PAIR")
+    (contact,) = read(alone).solve().contacts
+    assert len(contact.forces) == 1
+    assert abs(contact.total_force - 1.57097) < 1e-5
 
 
 def test_a_tie_of_single_nodes_is_a_scene_without_contact(read):
