@@ -13,7 +13,8 @@ All count what the master covers of a face. Where its rim lies within faces, nod
 covered act at the nodes inside: by their second moments the error of the pressure inside is added (`AT_RIM`).
 
 Neither shows faces that deviate from a smooth shape; the error of these (`results.geometry_error`) is independent and
-its square is added. The estimate covers the mesh only, not errors of the model, its loads or its materials.
+its square is added. Where a contact fills less than a face, both see nothing of how the pressure varies: the error of
+the stresses in the cells below counts instead (`FILLED`). The estimate covers the mesh only, not errors of the model, its loads or its materials.
 """
 
 from __future__ import annotations
@@ -64,6 +65,8 @@ AT_RIM = 2.0
 RIM_SAMPLES = 12
 #: Faces across a contact down to whose width elements below it are looked at.
 NARROWEST = 2.0
+#: Faces across a contact that fills them, below which the faces tell nothing of its profile.
+FILLED = 1.0
 #: Share of a contact's force above which a region counts.
 MIN_REGION = 0.05
 
@@ -284,7 +287,8 @@ def error_estimate(contact: ContactFields, readings: PressureReadings | None) ->
     norm = readings.norm
     geometry = min(1.0, float(geometry_error(contact) * np.sqrt(max(area, counted) / norm))) if norm > 0 else 0.0
     edge = contact._singular_edge
-    interior = interior_error(contact._energy_errors)
+    profile = readings.across < FILLED and bool(contact.active.all())
+    interior = interior_error(contact._energy_errors, profile)
     pressure = float(np.sqrt(readings.error**2 + geometry**2 + interior**2))
     cornered = contact.facets.shape[1] > 3 and triangular(contact.facets).any()
     of_area = AREA_SHARE_OF_TRIANGLES if cornered else AREA_SHARE
@@ -295,7 +299,7 @@ def error_estimate(contact: ContactFields, readings: PressureReadings | None) ->
         pressure=pressure,
         geometry=geometry,
         interior=interior,
-        peak=max(readings.peak_offset / readings.peak, share * pressure, AT_KINKS * geometry),
+        peak=max(readings.peak_offset / readings.peak, share * pressure, AT_KINKS * geometry, interior * profile),
         area=min(1.0, of_area * pressure) if area > 0 else 1.0,
         faces_across=readings.across,
         unbounded=None if edge is None else edge.peak,
@@ -304,14 +308,15 @@ def error_estimate(contact: ContactFields, readings: PressureReadings | None) ->
     return found if contact.active.all() else found.within_resolution()
 
 
-def interior_error(errors: Sequence[EnergyError]) -> float:
+def interior_error(errors: Sequence[EnergyError], profile: bool = False) -> float:
     """Relative error of the pressure due to that of the compliance of the elements below a contact.
 
     The compliance is too small by the error's square over the energy (`fem.energy_error`), as with a modulus that is
-    too large.
+    too large. With `profile` also by that of their stresses, its root.
     """
     error, energy = sum(float(e.error.sum()) for e in errors), sum(float(e.energy.sum()) for e in errors)
-    return min(1.0, STIFFNESS * error / energy) if energy > 0 else 0.0
+    share = error / energy if energy > 0 else 0.0
+    return min(1.0, max(STIFFNESS * share, float(np.sqrt(share)) if profile else 0.0))
 
 
 def energy_errors(contact: ContactFields, readings: PressureReadings | None) -> tuple[EnergyError, EnergyError]:

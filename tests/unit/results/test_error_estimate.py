@@ -268,3 +268,24 @@ def test_forces_at_a_rim_along_the_sides_of_faces_act_where_they_are():
     punch = punch.placed((0, 0, 1.0))
     whole = fc.Scene([body, punch], [fc.Contact(body, punch)]).solve(motions={punch: {"z": -0.03}}).contacts[0]
     assert abs(whole._readings.rim.sum() - quarter._readings.rim.sum()) < 1e-9
+
+
+def test_a_contact_on_less_than_a_face_errs_as_the_stresses_below_do():
+    """Pressures of a clamped block on a single face are too even; without lateral strain they are right."""
+
+    def pressed(nu, n):
+        mesh = fc.shapes.block((1.5, 1.0, 0.9), (n, n, n), element="hex27")
+        body = fc.ElasticBody(mesh, fc.Material(1.0, nu), "top", {"bottom": "xyz"})
+        plate = fc.RigidBody(fc.Plane()).placed((0, 0, 0.9), np.diag([1.0, -1.0, -1.0]))
+        scene = fc.Scene([body, plate], [fc.Contact(body, plate)])
+        return scene.solve(motions={plate: {"z": -0.01}}).contacts[0]
+
+    coarse, fine = pressed(0.499, 1), pressed(0.499, 4)
+    assert coarse.error_estimate.faces_across < 1 < fine.error_estimate.faces_across
+    assert 0.8 < coarse.error_estimate.peak / abs(fine.max_pressure / coarse.max_pressure - 1) < 3
+    # four faces across see their profile themselves
+    assert fine.error_estimate.interior < 1.6 * sum(
+        float(e.error.sum()) / float(e.energy.sum()) for e in fine._energy_errors[:1]
+    )
+    even = pressed(0.0, 1).error_estimate
+    assert even.faces_across < 1 and even.peak < 1e-9 and even.pressure < 1e-9
