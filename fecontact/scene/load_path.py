@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body
+from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import file_path, instance, items, spelled
 from fecontact.common.arrays import ROUNDING, Array
@@ -152,8 +153,8 @@ class LoadPath(Path[ContactResult]):
             If there are other numbers of times than steps, or a field or a plane is none.
         """
         first = self.steps[0]
-        bodies = first._unrefined or first._originals or first.scene.bodies
-        fields, plane = fields_to_keep(keep, first.scene), plane_of(split, bodies)
+        bodies = [result._unrefined or result._originals or result.scene.bodies for result in self.steps]
+        fields, plane = fields_to_keep(keep, first.scene), plane_of(split, bodies[0])
         given: list[dict[str, float]] = [{} for _ in self.steps]
         if times is not None:
             given = [{"time": float(t)} for t in number_array("the times of the steps", times).ravel()]
@@ -161,7 +162,7 @@ class LoadPath(Path[ContactResult]):
                 raise InputError(f"There are {len(self)} steps and {len(given)} times.", code="times-differ")
         rows = []
         for k, result in enumerate(self.steps):
-            row = row_of(result, plane, bodies)
+            row = row_of(result, plane, bodies[k])
             rows.append({"name": f"step {k + 1}", **row, "parameters": given[k], "loads": dict(self.loads[k])})
         names = tuple((c.slave.name, c.master.name) for c in first.scene.contacts)
         maps = tuple(kept_of(result, fields) for result in self.steps)
@@ -240,7 +241,9 @@ def solve_path(
         Loads at the end of each step, as arguments of `Scene.solve`: ``forces``, ``moments``, ``motions``, ``free``,
         ``pressures``, ``tractions``, ``gravity``. They are totals, not increments: what a step leaves out is zero
         at its end. A body is free, loaded or moved in the same components in all steps, or its change from one to the
-        other is part of the step.
+        other is part of the step. ``scene``, of the same bodies and contacts in the same order, with other supports
+        or coefficients of friction, takes the place of the scene in a step, whose loads are on its bodies: from its
+        beginning nothing holds what its supports do not.
     path : str or Path, optional
         File of JSON lines, a row per step, written as steps are done: figures of the result and what the next step
         goes on from. Steps already in it are not solved again but rebuilt from their forces and certified, so that an
@@ -293,7 +296,7 @@ def solve_path(
     if not steps:
         raise InputError("A load path needs at least one step.", code="no-steps")
     for k, step in enumerate(steps):
-        known = LOADS if wear is None else (*LOADS, "cycles")
+        known = (*LOADS, "scene") if wear is None else (*LOADS, "scene", "cycles")
         if unknown := sorted(map(str, set(step) - set(known))):
             raise InputError(f"Step {k + 1} has {', '.join(map(repr, unknown))}; expected {', '.join(known)}.")
     if finite_motion not in (True, False):
@@ -305,10 +308,20 @@ def solve_path(
             "states are of one mesh: leave it out, or give it to Scene.solve for each load.",
             code="finite-strain",
         )
-    if not (model.has_friction or soft or wear is not None):
+    scenes = [step.get("scene", model) for step in steps]
+    if others := [k for k, scene in enumerate(scenes, start=1) if scene is not model]:
+        _check_alike(model, scenes)
+        if soft or accuracy is not None or wear is not None:
+            raise InputError(
+                f"Step {others[0]} has a scene of its own, which is not offered with accuracy=, wear or laws of finite "
+                "strain.",
+                code="scene-of-step",
+            )
+    if not (any(scene.has_friction for scene in scenes) or soft or wear is not None):
         raise InputError("No contact has friction: the order of loads does not matter; use Scene.solve or Scene.sweep.")
     share("the tolerance", tolerance)
-    way = SceneSteps(model, [LoadStep.of(step) for step in steps], finite_motion, tolerance)
+    loads = [LoadStep.of({name: load for name, load in step.items() if name != "scene"}) for step in steps]
+    way = SceneSteps(model, loads, finite_motion, tolerance, scenes if others else ())
     refuse_limits_alone(accuracy, max_dofs, max_seconds)
     if wear is not None:
         others = {"path=": path is not None, "accuracy=": accuracy is not None, "laws of finite strain": soft}
@@ -334,6 +347,19 @@ class SceneSteps(Steps[ContactResult]):
     steps: Sequence[LoadStep]
     finite_motion: bool
     tolerance: float
+    scenes: Sequence[SceneModel] = ()
+
+    def at(self, k: int) -> SceneSteps:
+        """The same with the scene of step k."""
+        return replace(self, model=self.scenes[k]) if self.scenes else self
+
+    def is_new(self, k: int) -> bool:
+        """Whether step k has another scene than the one before."""
+        return bool(self.scenes) and k > 0 and self.scenes[k] is not self.scenes[k - 1]
+
+    def halvings(self, k: int, before: ContactResult | None) -> int:
+        """None where supports change: halfway they are neither."""
+        return 0 if self.is_new(k) else super().halvings(k, before)
 
     def path(self, file: str | FilePath | None, progress: bool | None) -> LoadPath:
         """The path on the meshes given."""
@@ -341,12 +367,21 @@ class SceneSteps(Steps[ContactResult]):
 
     def loads(self, k: int, share: float) -> LoadStep:
         """Loads a share of the way through step k."""
-        return (self.steps[k - 1] if k else LoadStep()).between(self.steps[k], share)
+        before = self.steps[k - 1] if k else LoadStep()
+        if self.is_new(k):
+            # of what supports were, only motions tell where poses begin
+            before = CarriedScene(self.scenes[k], tuple(self.scenes[k - 1].bodies)).step(before)
+            before = replace(before, displacements={})
+        return before.between(self.steps[k], share)
 
     def prints(self) -> Mapping[str, Mapping[str, str]]:
         """Fingerprints by part of each step by its number."""
         settings = {"finite_motion": self.finite_motion, "tolerance": self.tolerance}
-        return fingerprints(self.model, {str(k): {**vars(step), **settings} for k, step in enumerate(self.steps, 1)})
+        steps = {str(k): {**vars(step), **settings} for k, step in enumerate(self.steps, 1)}
+        if not self.scenes:
+            return fingerprints(self.model, steps)
+        each = zip(self.scenes, steps.items(), strict=True)
+        return {k: fingerprints(scene, {k: step})[k] for scene, (k, step) in each}
 
     def row(self, result: ContactResult) -> Mapping[str, Any]:
         """The summary."""
@@ -369,10 +404,12 @@ class SceneSteps(Steps[ContactResult]):
         contacts = [
             replace(
                 contact,
-                swap="never" if result._given(interface.slave) is contact.slave else "always",
+                swap="never" if interface.slave is own.slave else "always",
                 coupling=interface.pairing.coupling,
             )
-            for contact, interface in zip(self.model.contacts, result._interfaces, strict=True)
+            for contact, own, interface in zip(
+                self.model.contacts, result.scene.contacts, result._interfaces, strict=True
+            )
         ]
         return replace(self, model=replace(self.model, contacts=contacts))
 
@@ -406,8 +443,8 @@ class SceneSteps(Steps[ContactResult]):
         SolverError
             Also where it is solved, but points or bodies turn too far.
         """
-        first, then = self.loads(k, start), self.loads(k, end)
-        if last is not None and _same(self.model, first, then):
+        first, then, self = self.loads(k, start), self.loads(k, end), self.at(k)
+        if last is not None and not self.is_new(k) and _same(self.model, first, then):
             return unchanged(last, self.tolerance)
         if self.finite_motion and not self.model.twists and _largest_turn(first, then) > MAX_TURN:
             raise SolverError(f"A body turns by more than {MAX_TURN:g} rad. {SMALLER}")
@@ -431,7 +468,8 @@ class SceneSteps(Steps[ContactResult]):
         end = self.end(result)
         if last is not None and end is last._step_end:
             return result
-        halved, change = self._halved(k, result, last) if cuts == 1 else None, np.zeros(len(end.nodes))
+        halved = self._halved(k, result, last) if cuts == 1 and not self.is_new(k) else None
+        change = np.zeros(len(end.nodes))
         for i, contact in enumerate(result.contacts):
             if (friction := contact.friction) is None:
                 continue
@@ -456,7 +494,7 @@ class SceneSteps(Steps[ContactResult]):
             start = replace(start, poses=poses, displacement=np.zeros((n, 3)), pressed=np.zeros(n, bool))
         if not any(_presses_anew(found, i, start, self.finite_motion) for i in np.unique(self.end(found).contact)):
             return None
-        same = self.coupled_as(found)
+        same = self.at(k).coupled_as(found)
         try:
             for share in (0.0, 0.5):
                 before, after = self.loads(k, share), self.loads(k, share + 0.5)
@@ -466,6 +504,28 @@ class SceneSteps(Steps[ContactResult]):
         except SolverError:
             return None
         return result
+
+
+def _check_alike(model: SceneModel, scenes: Sequence[Any]) -> None:
+    """Refuse scenes of steps with other bodies or contacts than those of a scene.
+
+    Raises
+    ------
+    InputError
+    """
+
+    def what(scene: SceneModel) -> Any:
+        points = [len(b.mesh.points) for b in elastic_among(scene.bodies)]
+        contacts = [(c.slave.name, c.master.name, c.surfaces, c.mu > 0) for c in scene.contacts]
+        return [b.name for b in scene.bodies], points, contacts, len(scene.springs)
+
+    for k, scene in enumerate(scenes, start=1):
+        if what(instance(f"the scene of step {k}", scene, SceneModel)) != what(model):
+            raise InputError(
+                f"The scene of step {k} has other bodies, contacts or springs; what steps may change are supports and "
+                "how large friction is.",
+                code="scene-of-step",
+            )
 
 
 def _joined(parts: Sequence[ContactResult]) -> ContactResult:

@@ -22,6 +22,7 @@ from fecontact.app.decks.abaqus_steps import (
     StepState,
     apply,
     follows_motion,
+    friction_of,
     steps_of,
     unused,
 )
@@ -78,8 +79,6 @@ MESH |= {"END INSTANCE", "INCLUDE", "HEADING"}
 #: Keywords that stand inside of *MATERIAL and *SURFACE INTERACTION.
 OF_MATERIAL = {"ELASTIC", "DENSITY", "EXPANSION", "HYPERELASTIC", "HYPERFOAM"}
 OF_INTERACTION = {"SURFACE BEHAVIOR", "FRICTION"}
-#: Parameters of *FRICTION that make it differ by direction, speed or pressure.
-OF_FRICTION = ("ANISOTROPIC", "EXPONENTIAL DECAY", "TAUMAX", "USER")
 #: Ties whose surfaces do not lie on each other.
 OF_TIES = ("MULTISTAGE", "FLUID PERIODIC")
 #: Overclosure of a linear law under a pressure, relative to the shortening of the mesh's size under it, below which the
@@ -424,13 +423,14 @@ def _pairs(
         friction, ties, soft = 0.0, "TIED" in s.parameters, None
         for part in found.interactions[name.upper()]:
             if part.keyword == "FRICTION":
-                friction = _friction(part, found.remarks)
+                friction = friction_of(part, found.remarks)
             else:
                 ties |= _ties(part)
                 soft = _overclosure(part, stiffest, small, found.remarks)
         adjust, nodes = _adjust(s, mesh)
         pair = replace(_pair(line, s.place, friction, found, mesh), overclosure=soft, adjust=adjust, adjusted=nodes)
-        pair = replace(pair, clearance=found.clearances.get((pair.slave.upper(), pair.master.upper())))
+        clearance = found.clearances.get((pair.slave.upper(), pair.master.upper()))
+        pair = replace(pair, clearance=clearance, interaction=name.upper())
         faces = s.parameters.get("TYPE", "").upper() == "SURFACE TO SURFACE" and pair.slave in mesh.boundaries
         if soft is not None and pair.slave not in mesh.boundaries:
             found.remarks.note(
@@ -490,15 +490,6 @@ def _overclosure(part: KeywordSection, stiffest: float, small: bool, remarks: Re
     if form not in ("HARD", "TIED"):
         remarks.warn(f"{part.place}: the contact is hard, without the soft {form.lower()} overclosure.")
     return None
-
-
-def _friction(part: KeywordSection, remarks: Remarks) -> float:
-    """Coefficient of friction of its keyword: the first one, infinite where rough."""
-    if "ROUGH" in part.parameters:
-        return math.inf
-    if left := [word for word in OF_FRICTION if word in part.parameters]:
-        remarks.warn(f"{part.place}: friction is the first coefficient, everywhere; {', '.join(left)} is not used.")
-    return values_of(part.lines[0])[0] if part.lines and part.lines[0].strip(", ") else 0.0
 
 
 def _materials(found: Found, laws: str) -> dict[str, AnyMaterial | Law]:

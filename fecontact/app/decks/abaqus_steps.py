@@ -6,6 +6,7 @@ Keywords of Abaqus and CalculiX decks that are not used: refused, warned of, or 
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -34,7 +35,7 @@ REFUSED = {
     **dict.fromkeys(("PRE-TENSION SECTION", "BOLT"), "pretensions a section"),
     "MODEL CHANGE": "adds or removes elements in a step",
     "CHANGE CONTACT TYPE": "changes a contact in a step",
-    **dict.fromkeys(("CHANGE FRICTION", "CHANGE SURFACE BEHAVIOR"), "changes a contact in a step"),
+    "CHANGE SURFACE BEHAVIOR": "changes a contact in a step",
     **dict.fromkeys(("CLEARANCE", "CONTACT INTERFERENCE"), "changes the gap of a contact"),
     **dict.fromkeys(("COHESIVE BEHAVIOR",), "makes a contact stick together"),
     **dict.fromkeys(("CONTACT", "CONTACT INCLUSIONS"), "is general contact; write each as *CONTACT PAIR"),
@@ -93,6 +94,8 @@ NAMED = {"XSYMM": (0,), "YSYMM": (1,), "ZSYMM": (2,), "ENCASTRE": (0, 1, 2), "PI
 STATIC = ("STATIC", "VISCO")
 #: Difference of values of an amplitude, relative to the largest, that is rounding of a file.
 ROUNDING = 1e-9
+#: Parameters of *FRICTION that make it differ by direction, speed or pressure.
+OF_FRICTION = ("ANISOTROPIC", "EXPONENTIAL DECAY", "TAUMAX", "USER")
 #: Parameters that change the meaning of loads and supports.
 MEANING = ("USER", "SUBMODEL", "TIME DELAY", "SECTOR", "FOLLOWER", "CYCLIC MODE", "OMEGA0", "PHASE", "FIXED")
 
@@ -203,10 +206,10 @@ class Amplitude:
 class StepState:
     """Supports and loads that hold on from step to step.
 
-    `held` and `forces` (n_points, 3) are as in `DeckStep`, as is `removed`; `initial` and `temperatures` (n_points,)
-    are NaN where none is given. Loads add up in a step and replace those of steps before:
-    `given` (n_points, 3) marks the forces of this step, `fresh` are the names of its other loads, and `renewed` are the
-    kinds of which it has dropped all of before.
+    `held` and `forces` (n_points, 3) are as in `DeckStep`, as `removed` and `friction` are; `initial` and
+    `temperatures` (n_points,) are NaN where none is given; `changing` is the interaction whose friction the next
+    keyword changes. Loads add up in a step and replace those of steps before: `given` (n_points, 3) marks the forces of
+    this step, `fresh` are the names of its other loads, and `renewed` are the kinds of which it has dropped all before.
     """
 
     held: Array
@@ -218,6 +221,8 @@ class StepState:
     initial: Array = field(default_factory=lambda: np.zeros(0))
     temperatures: Array = field(default_factory=lambda: np.zeros(0))
     removed: frozenset[tuple[str, str]] = frozenset()
+    friction: dict[str, float] = field(default_factory=dict)
+    changing: str = ""
     amplitudes: dict[str, Amplitude] = field(default_factory=dict)
     renewed: set[str] = field(default_factory=set)
     fresh: set[str] = field(default_factory=set)
@@ -340,8 +345,9 @@ def _ended(name: str, state: StepState, weight: Array, axes: Mapping[int, Array]
     oblique = along if np.isfinite(along).any() else None
     pull = together(weight, state.rotations)
     return DeckStep(
-        name, held, forces, state.pressures, gravity=pull, along=oblique, heat=state.heat, removed=state.removed
-    )
+        name, held, forces, state.pressures, gravity=pull, along=oblique, heat=state.heat, removed=state.removed,
+        friction=state.friction,
+    )  # fmt: skip
 
 
 def _warn_of_bends(
@@ -385,6 +391,12 @@ def apply(s: KeywordSection, state: StepState, names: Names, times: tuple[float,
         pairs = frozenset((slave, master) for slave, master, *_ in sides)
         state.removed = state.removed | pairs if "REMOVE" in s.parameters else state.removed - pairs
         return
+    if s.keyword == "CHANGE FRICTION":
+        state.changing = s.parameters.get("INTERACTION", "").upper()
+        return
+    if s.keyword == "FRICTION" and state.changing:
+        state.friction[state.changing], state.changing = friction_of(s, remarks), ""
+        return
     if s.keyword not in OF_LINES:
         unused(s, remarks)
         return
@@ -394,6 +406,15 @@ def apply(s: KeywordSection, state: StepState, names: Names, times: tuple[float,
     for line in s.lines:
         words = [*(word.strip() for word in line.split(",")), *[""] * 4]
         OF_LINES[s.keyword](Line(s, words, state, names, times, remarks))
+
+
+def friction_of(part: KeywordSection, remarks: Remarks) -> float:
+    """Coefficient of friction of its keyword: the first one, infinite where rough."""
+    if "ROUGH" in part.parameters:
+        return math.inf
+    if left := [word for word in OF_FRICTION if word in part.parameters]:
+        remarks.warn(f"{part.place}: friction is the first coefficient, everywhere; {', '.join(left)} is not used.")
+    return values_of(part.lines[0])[0] if part.lines and part.lines[0].strip(", ") else 0.0
 
 
 @dataclass(frozen=True, eq=False)

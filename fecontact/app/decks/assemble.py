@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -117,9 +118,11 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     deck = replace(deck, mesh=with_gaps(deck.mesh, deck.contacts))
     parts = _parts(deck)
     _refuse_contact_within(deck, parts)
-    made = [_body(deck, name, cells) for name, cells in parts.items()]
+    known: dict[Any, DeckBody] = {}
     rigid = {r.name: _rigid(r) for r in deck.rigid if r.surface is not None or r.normal is not None}
-    contacts, unused = _contacts(deck, made, rigid)
+    held = [[_held(deck, step, name, cells, known) for name, cells in parts.items()] for step in deck.steps]
+    made = held[0]
+    contacts, unused = _contacts(deck, made, rigid, deck.steps[0])
     springs = _springs(deck, made)
     if not contacts and not springs and (unused or not any(m.body._is_tied for m in made)):
         raise InputError(
@@ -127,32 +130,80 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
             "surfaces of two bodies, parts of the mesh that share no node.",
             code="no-contact",
         )
-    loads = [_loads(deck, step, made, rigid) for step in deck.steps]
+    loads = [_loads(deck, step, own, rigid) for step, own in zip(deck.steps, held, strict=True)]
     bodies: list[ElasticBody | RigidBody] = [*(m.body for m in made), *rigid.values()]
     soft = any(laws_of(m.body.material) for m in made)
-    along = soft or any(c.mu > 0 for c in contacts)
+    along = soft or any(c.mu > 0 for c in contacts) or any(any(step.friction.values()) for step in deck.steps)
     several = len(loads) > 1
     names = [step.name for step in deck.steps]
     mixed = any(m.body.mesh.file_nodes is not None and (m.body.mesh.file_nodes < 0).any() for m in made)
     # a path has no 'auto', which stops to carry poses where it changes nothing
     options: dict[str, Any] = {} if deck.finite_motion is None else {"finite_motion": False}
+    warnings = [*deck.warnings]
     if deck.finite_motion:
-        options = {"finite_motion": True} if several and along else {}
+        loose = _loose(loads) if several and along and not soft else []
+        options = {"finite_motion": not loose} if several and along else {}
+        warnings += [
+            f"{deck.source}: NLGEOM is not used, as prescribed displacements of {name!r} deform it while it is free to "
+            "turn: motions are linearised."
+            for name in loose
+        ]
+    notes = (*(n for n in deck.notes if MIXED not in n or mixed), *unused)
+    scene = Scene(bodies, contacts, springs, notes=notes, warnings=warnings)
+    scenes = _scenes(deck, held, rigid, scene)
     if soft:
         options = {}  # motions are finite
-    notes = (*(n for n in deck.notes if MIXED not in n or mixed), *unused)
+        if any(own is not scene for own in scenes):
+            raise InputError(
+                f"{deck.source}: supports or friction change between steps, which is not done with laws of finite "
+                "strain.",
+                code="supports-change",
+            )
+    cases = tuple({"name": n, **load} for n, load in zip(names, loads, strict=True)) if several and not along else ()
+    steps = [{**load, "scene": own} if own is not scene else load for load, own in zip(loads, scenes, strict=True)]
     return SceneFile(
         path,
         deck.title,
-        Scene(bodies, contacts, springs, notes=notes, warnings=deck.warnings),
+        scene,
         {b.name: b for b in bodies},
         {} if several else loads[0],
         options,
         (),
-        tuple({"name": n, **load} for n, load in zip(names, loads, strict=True)) if several and not along else (),
-        tuple(loads) if several and along else (),
+        cases,
+        tuple(steps) if several and along else (),
         notes,
+        scenes if cases else (),
     )
+
+
+def _loose(loads: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Names of bodies with prescribed displacements whose supports leave rigid motions free."""
+    places = [place for load in loads for place in load.get("displacements", {})]
+    bodies = [place[0] if isinstance(place, tuple) else place for place in places]
+    return list(dict.fromkeys(body.name for body in bodies if body.free_motions.any()))
+
+
+def _held(deck: DeckContent, step: DeckStep, name: str, cells: IntArray, known: dict[Any, DeckBody]) -> DeckBody:
+    """The body of some cells as a step holds it: the same object for steps that hold it alike."""
+    key = name, step.held_as(np.unique(deck.mesh.cells[cells]), len(deck.mesh.points))
+    if key not in known:
+        known[key] = _body(deck, step, name, cells)
+    return known[key]
+
+
+def _scenes(
+    deck: DeckContent, held: Sequence[Sequence[DeckBody]], rigid: Mapping[str, RigidBody], first: Scene
+) -> list[Scene]:
+    """Scenes of the steps: that of the step before where supports and friction are the same."""
+    out = [first]
+    for k, (step, own) in enumerate(zip(deck.steps, held, strict=True)):
+        before = deck.steps[k - 1]
+        if k and all(map(operator.is_, own, held[k - 1])) and step.friction == before.friction:
+            out.append(out[-1])
+        elif k:
+            bodies, contacts = [*(m.body for m in own), *rigid.values()], _contacts(deck, own, rigid, step)[0]
+            out.append(replace(first, bodies=bodies, contacts=contacts, springs=_springs(deck, own)))
+    return out
 
 
 def _with_added_nodes(deck: DeckContent) -> DeckContent:
@@ -238,7 +289,8 @@ def _parts(deck: DeckContent) -> dict[str, IntArray]:
     n = n_cells + len(mesh.points)
     if deck.conditions is not None:
         # what is prescribed joins nothing
-        G = deck.conditions @ sp.diags(np.isnan(deck.steps[0].held).ravel().astype(float))
+        free = np.any([np.isnan(step.held) for step in deck.steps], axis=0)
+        G = deck.conditions @ sp.diags(free.ravel().astype(float))
         entries = G.tocoo()
         entries.eliminate_zeros()
         place = np.where(entries.col < 3 * len(mesh.points), entries.col // 3, entries.col + len(mesh.points))
@@ -279,8 +331,8 @@ def _refuse_contact_within(deck: DeckContent, parts: Mapping[str, IntArray]) -> 
                 )
 
 
-def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
-    """The elastic body of some cells, with its materials, supports and contact surfaces."""
+def _body(deck: DeckContent, step: DeckStep, name: str, cells: IntArray) -> DeckBody:
+    """The elastic body of some cells, with its materials, supports in a step and contact surfaces."""
     whole: Any = deck.mesh
     groups: dict[str, IntArray] = {}
     for own, named in deck.sections:
@@ -300,13 +352,13 @@ def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
     nodes = np.unique(whole.cells[cells])
     if len(nodes) != len(mesh.points):
         raise InputError(f"{deck.source}: {name!r} has nodes that are not its own.")
-    mesh, supports = _supported(mesh, deck.steps[0].held[nodes])
+    mesh, supports = _supported(mesh, step.held[nodes])
     sets = {*mesh.boundaries, *mesh.node_sets}
     mesh = tied(mesh, [t for t in deck.ties if t.slave in sets and t.master in mesh.boundaries])
     materials = {k: deck.materials[k.removeprefix("material ")] for k in mesh.groups if k != name}
     touching = dict.fromkeys(n for pair in deck.contacts for n in (pair.slave, pair.master) if n in sets)
     material: Any = next(iter(materials.values())) if len(materials) == 1 else materials
-    conditions = _conditions(deck, nodes)
+    conditions = _conditions(deck, step, nodes)
     rows = None if conditions is None else conditions.rows
     options: dict[str, Any] = {"name": name, "conditions": rows}
     given = (material, tuple(touching), supports)
@@ -332,13 +384,12 @@ def _body(deck: DeckContent, name: str, cells: IntArray) -> DeckBody:
     return DeckBody(body, nodes, conditions)
 
 
-def _conditions(deck: DeckContent, nodes: IntArray) -> BodyConditions | None:
+def _conditions(deck: DeckContent, step: DeckStep, nodes: IntArray) -> BodyConditions | None:
     """Linear conditions of a body of some points of the mesh."""
-    first = deck.steps[0]
     found = None
     if deck.conditions is not None:
-        found = of_body(deck.conditions, np.isfinite(first.held).ravel(), nodes, len(deck.mesh.points))
-    found = with_supports_along(found, deck.axes, first.along, nodes, first.held.size)
+        found = of_body(deck.conditions, np.isfinite(step.held).ravel(), nodes, len(deck.mesh.points))
+    found = with_supports_along(found, deck.axes, step.along, nodes, step.held.size)
     return found if found is not None and found.rows.shape[0] + found.forces.nnz else None
 
 
@@ -367,9 +418,9 @@ def _rigid(given: DeckRigid) -> RigidBody:
 
 
 def _contacts(
-    deck: DeckContent, made: Sequence[DeckBody], rigid: Mapping[str, RigidBody]
+    deck: DeckContent, made: Sequence[DeckBody], rigid: Mapping[str, RigidBody], step: DeckStep
 ) -> tuple[list[Contact], list[str]]:
-    """Contacts of the pairs on every two bodies, and notes on pairs that cannot be used."""
+    """Contacts of the pairs on every two bodies in a step, and notes on pairs that cannot be used."""
     out, notes = [], []
 
     def ends(name: str) -> list[tuple[ElasticBody | RigidBody, str]]:
@@ -381,8 +432,8 @@ def _contacts(
         both = [(s, m) for s in slaves for m in masters if s[0] is not m[0] and not (s[0].is_rigid and m[0].is_rigid)]
         for one, other in both:
             slave, master = (other, one) if one[0].is_rigid else (one, other)
-            names = (slave[1], master[1])
-            out.append(Contact(slave[0], master[0], names, friction=pair.friction, overclosure=pair.overclosure))
+            names, mu = (slave[1], master[1]), step.friction.get(pair.interaction, pair.friction)
+            out.append(Contact(slave[0], master[0], names, friction=mu, overclosure=pair.overclosure))
         if not both:
             why = "are on one body" if slaves and masters else "are not both on solids"
             notes.append(f"{pair.place}: not used, as the surfaces {pair.slave!r} and {pair.master!r} {why}.")
@@ -430,12 +481,6 @@ def _loads(
         if step.heat is not None and step.heat[m.nodes].any():
             given["temperatures"][m.body] = changes(m.body.mesh, step.heat, m.nodes)
         held = step.held[m.nodes]
-        if _patterns(step, m) != _patterns(deck.steps[0], m):
-            raise InputError(
-                f"{deck.source}: step {step.name!r} holds other components of nodes of {m.body.name!r} than the first "
-                "step; supports must be the same in all steps.",
-                code="supports-change",
-            )
         motion = None if m.conditions is not None else _frame_motion(m.body, held)
         if motion is None:
             given["displacements"] |= _displacements(m, _turned(deck, step, m))
@@ -475,13 +520,6 @@ def _through(m: DeckBody, step: DeckStep, source: str) -> Array:
             code="load-would-be-lost",
         )
     return np.asarray(m.conditions.forces @ given).reshape(-1, 3)
-
-
-def _patterns(step: DeckStep, m: DeckBody) -> list[bytes]:
-    """What a step holds of the nodes of a body and of its conditions."""
-    every = [step.held] if step.along is None else [step.held, step.along]
-    used = np.unique(m.nodes if m.conditions is None else np.append(m.nodes, m.conditions.given.indices // 3))
-    return [np.isfinite(held[used]).tobytes() for held in every]
 
 
 def _turned(deck: DeckContent, step: DeckStep, m: DeckBody) -> DeckStep:

@@ -67,6 +67,8 @@ class DeckStep:
         Changes of temperature.
     removed : frozenset of (str, str)
         Contact pairs, slave and master in capitals, that the step has removed.
+    friction : mapping of str to float
+        Coefficients that have changed, by the name of the interaction in capitals.
     """
 
     name: str
@@ -79,6 +81,12 @@ class DeckStep:
     along: Array | None = None
     heat: Array | None = None
     removed: frozenset[tuple[str, str]] = frozenset()
+    friction: Mapping[str, float] = field(default_factory=dict)
+
+    def held_as(self, nodes: IntArray | slice, others: int) -> tuple[bytes, ...]:
+        """What it holds of points of the mesh, and of reference nodes, which begin at `others`."""
+        every = [self.held] if self.along is None else [self.held, self.along]
+        return tuple(np.isfinite(held[part]).tobytes() for held in every for part in (nodes, slice(others, None)))
 
 
 @dataclass(frozen=True)
@@ -97,6 +105,8 @@ class DeckPair:
     #: Node set of those that are moved; empty where it is all.
     adjusted: str = ""
     clearance: float | None = None
+    #: Of its interaction, in capitals.
+    interaction: str = ""
     #: Of ties: whether faces are tied to faces, so that the side of closer nodes follows, whichever is named first.
     of_faces: bool = False
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain, groupby
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,8 @@ class SceneFile:
         Steps of a load path with friction: arguments of `Scene.solve_path`; empty unless given.
     notes : tuple of str
         Of a deck: what was changed and what is not used; what may change the answer is among the scene's warnings.
+    scenes : sequence of Scene
+        Those of the cases, where supports differ between them; the first is `scene`. Empty unless given.
     """
 
     path: Path
@@ -49,6 +52,7 @@ class SceneFile:
     cases: tuple[dict[str, Any], ...] = ()
     steps: tuple[dict[str, Any], ...] = ()
     notes: tuple[str, ...] = ()
+    scenes: Sequence[Scene] = ()
 
     @property
     def _verb(self) -> str:
@@ -93,7 +97,13 @@ class SceneFile:
         """
         if not self.cases:
             raise InputError(f"{self.path.name} has no cases: call {self._verb}() instead of sweep().", code="no-cases")
-        table = self.scene.sweep([{**self.options, **case} for case in self.cases], keep=keep)
+        each = [(self.scene, {**self.options, **case}) for case in self.cases]
+        if self.scenes:
+            each = [(scene, case) for scene, (_, case) in zip(self.scenes, each, strict=True)]
+        runs = groupby(each, key=lambda one: id(one[0]))
+        tables = [run[0][0].sweep([case for _, case in run], keep=keep) for run in (list(run) for _, run in runs)]
+        rows, maps = (tuple(chain.from_iterable(getattr(t, name) for t in tables)) for name in ("rows", "maps"))
+        table = replace(tables[0], rows=rows, maps=maps)
         for output in self.outputs:
             table.save(output.path)
         return table
@@ -101,7 +111,7 @@ class SceneFile:
     def last_case(self) -> tuple[str, ContactResult]:
         """Name and result of the last of its cases."""
         case = {**self.options, **self.cases[-1]}
-        return case.pop("name"), self.scene.solve(**case)
+        return case.pop("name"), (self.scenes or [self.scene])[-1].solve(**case)
 
     def write(self, result: ContactResult) -> list[Path]:
         """Write all outputs; returns their paths."""

@@ -191,7 +191,7 @@ def test_several_steps_are_not_solved_as_one(read, tmp_path):
         ("*CLEARANCE, MASTER=LOW_face_top, SLAVE=UP_face_bottom\n", "", ("not-supported", "CLEARANCE")),
         ("", "*MODEL CHANGE, TYPE=CONTACT PAIR, REMOVE\nUP_face_bottom, LOW_face_top\n", ("no-contact", "no two")),
         ("", "*MODEL CHANGE, TYPE=ELEMENT, REMOVE\nUP\n", ("not-supported", "adds or removes elements")),
-        ("", "*CHANGE FRICTION, INTERACTION=I\n*FRICTION\n.2,\n", ("not-supported", "CHANGE")),
+        ("", "*CHANGE SURFACE BEHAVIOR, INTERACTION=I\n*SURFACE BEHAVIOR\n", ("not-supported", "CHANGE")),
         ("*TIE, CYCLIC SYMMETRY, NAME=T\nLOW_face_x_min, LOW_face_y_min\n", "", ("cyclic-symmetry", "'T'")),
         ("*INITIAL CONDITIONS, TYPE=STRESS\n1, 1., 0., 0., 0., 0., 0.\n", "", ("input", "begin without stress")),
         (
