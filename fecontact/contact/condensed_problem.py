@@ -25,6 +25,7 @@ from fecontact.contact.loads import Loading, mass_weighted
 from fecontact.contact.rigid_motion import RigidMotionConstraints
 from fecontact.fem.condensation import Compliance
 from fecontact.fem.multigrid import JointCompliance
+from fecontact.fem.stiffness import symmetric_product
 from fecontact.solvers import ContactProblem
 from fecontact.solvers.problem import formed
 
@@ -622,8 +623,7 @@ def _part(
 def _resisting(body: Body, imposed: Array) -> Array:
     """Nodal forces (n_dofs,) against imposed displacements: -K u, at finite strain by the tangent K."""
     (elastic,) = elastic_among([body])
-    K = elastic.model.stiffness
-    return -np.asarray(K @ imposed + K.T @ imposed - K.diagonal() * imposed)
+    return -symmetric_product(elastic.model.stiffness, imposed)
 
 
 def _held_by_mean(

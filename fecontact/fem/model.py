@@ -38,7 +38,14 @@ from fecontact.fem.expansion import Heated, expansion_forces, free_strain, stres
 from fecontact.fem.factor import Factor, bordered, condense, factorise, has_bordered
 from fecontact.fem.multigrid import Multigrid
 from fecontact.fem.rigid import null_space, rigid_modes
-from fecontact.fem.stiffness import Cells, assemble_stiffness, body_force, moments_of_volume, surface_traction
+from fecontact.fem.stiffness import (
+    Cells,
+    assemble_stiffness,
+    body_force,
+    moments_of_volume,
+    surface_traction,
+    symmetric_product,
+)
 from fecontact.fem.stress import gauss_strain, stress_of, to_nodes
 from fecontact.fem.support import (
     Support,
@@ -365,8 +372,7 @@ class Model:
 
     def internal_forces(self, u: Array) -> Array:
         """Forces (n_dofs,) inside under displacements (n_dofs,)."""
-        K = self.stiffness
-        return np.asarray(K @ u + K.T @ u - K.diagonal() * u)
+        return symmetric_product(self.stiffness, u)
 
     def energy_error(
         self, u: Array, cells: IntArray, other: Array | None = None, free: Mask | None = None

@@ -97,6 +97,17 @@ def whole_blocks(K: sp.sparray | sp.spmatrix) -> sp.csr_matrix:
     return _upper(K)
 
 
+def symmetric_product(K: sp.csr_matrix, u: Array) -> Array:
+    """K u (n,) of a symmetric matrix of which the upper triangle is stored.
+
+    Examples
+    --------
+    >>> symmetric_product(sp.csr_matrix([[2.0, 1.0], [0.0, 3.0]]), np.array([1.0, 10.0])).tolist()
+    [12.0, 31.0]
+    """
+    return np.asarray(K @ u + K.T @ u - K.diagonal() * u)
+
+
 def _upper(K: sp.csr_matrix) -> sp.csr_matrix:
     """Upper triangle of a matrix with entries below the diagonal in the first block of each row of blocks only."""
     # scipy's triu would sort all again

@@ -14,7 +14,8 @@ covered act at the nodes inside: by their second moments the error of the pressu
 
 Neither shows faces that deviate from a smooth shape; the error of these (`results.geometry_error`) is independent and
 its square is added. Where a contact fills less than a face, both see nothing of how the pressure varies: the error of
-the stresses in the cells below counts instead (`FILLED`). The estimate covers the mesh only, not errors of the model, its loads or its materials.
+the stresses in the cells below counts instead (`FILLED`). The estimate covers the mesh only, not errors of the model,
+its loads or its materials.
 """
 
 from __future__ import annotations

@@ -20,6 +20,7 @@ from fecontact.common.errors import InputError, shown
 from fecontact.common.region import Region
 from fecontact.contact.condensed_problem import BodyBlock
 from fecontact.contact.loads import Loading
+from fecontact.fem.stiffness import symmetric_product
 
 if TYPE_CHECKING:
     from fecontact.results.contact_fields import ContactFields
@@ -100,13 +101,12 @@ def hold_of_boundary(body: ElasticBody, part: BodyBlock, name: str, displacement
     if text("the name of a boundary", name) not in body.supports:
         known = ", ".join(map(repr, body.supports)) or "none"
         raise InputError(f"{body.name!r} has no support on {name!r}; its supports are on: {known}.", code="no-support")
-    K = body.model.stiffness
     load = np.asarray(part.rows.T @ forces[part.index]) + (0.0 if part.loads is None else part.loads)
     if part.hold is not None:
         load = part.hold.balanced(load)
     # the loads have the forces of imposed displacements
     u = displacement if part.frame.imposed is None else displacement - part.frame.imposed
-    rest = K @ u + K.T @ u - K.diagonal() * u - load
+    rest = symmetric_product(body.model.stiffness, u) - load
     nodal = body.model.support_forces(name, rest)
     return np.asarray(part.frame.modes(np.eye(6)).T @ nodal)
 

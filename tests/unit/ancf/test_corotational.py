@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
+from differences import off_differences
 from refusals import refused
 
 import fecontact as fc
@@ -25,13 +26,12 @@ def turned(beam, angle, place):
 
 
 def test_forces_and_tangent_are_derivatives_of_the_energy(beam):
-    rng, h = np.random.default_rng(0), 1e-6
+    rng = np.random.default_rng(0)
     q, d = beam.q0 + 0.3 * rng.normal(size=beam.n_dofs), rng.normal(size=beam.n_dofs)
-    slope = (beam.energy(q + h * d) - beam.energy(q - h * d)) / (2 * h)
-    assert abs(slope / (beam.forces(q) @ d) - 1) < 1e-8
+    work, turn = off_differences(beam, q, d)
+    assert work < 1e-8
+    assert turn < 1e-7
     K = beam.tangent(q)
-    change = (beam.forces(q + h * d) - beam.forces(q - h * d)) / (2 * h)
-    assert np.abs(change - K @ d).max() < 1e-7 * np.abs(change).max()
     assert abs(K - K.T).max() < 1e-12 * abs(K).max()
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
+from differences import off_differences
 from refusals import refused
 from scipy.spatial.transform import Rotation
 
@@ -52,13 +53,10 @@ def name(request):
 
 def test_forces_and_tangent_are_derivatives_of_the_energy(name):
     """Central differences at a large random deformation, along a random direction."""
-    s, rng, h = MADE[name](), np.random.default_rng(0), 1e-6
+    s, rng = MADE[name](), np.random.default_rng(0)
     q, d = s.q0 + 0.1 * rng.normal(size=s.n_dofs), rng.normal(size=s.n_dofs)
-    slope = (s.energy(q + h * d) - s.energy(q - h * d)) / (2 * h)
-    assert abs(slope / (s.forces(q) @ d) - 1) < 1e-7
+    assert max(off_differences(s, q, d)) < 1e-7
     K = s.tangent(q)
-    change = (s.forces(q + h * d) - s.forces(q - h * d)) / (2 * h)
-    assert np.abs(change - K @ d).max() < 1e-7 * np.abs(change).max()
     assert abs(K - K.T).max() < 1e-12 * abs(K).max()
 
 

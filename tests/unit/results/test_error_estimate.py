@@ -288,4 +288,5 @@ def test_a_contact_on_less_than_a_face_errs_as_the_stresses_below_do():
         float(e.error.sum()) / float(e.energy.sum()) for e in fine._energy_errors[:1]
     )
     even = pressed(0.0, 1).error_estimate
-    assert even.faces_across < 1 and even.peak < 1e-9 and even.pressure < 1e-9
+    assert even.faces_across < 1
+    assert max(even.peak, even.pressure) < 1e-9
