@@ -452,7 +452,7 @@ def _condensed(
         if at_state and array is None and not all(map(semidefinite, soft)):
             S = array = np.asarray(S @ np.eye(len(bare.g)))  # springs on closed gaps need its rows
         if array is not None:
-            _drop_rounding(array, bare.parts)
+            S = array = _drop_rounding(array, bare.parts)
             unstable = at_state and not semidefinite(array)
     return S, total, by_products, unstable
 
@@ -521,15 +521,15 @@ def _refuse_rigid_pairs(bare: Uncondensed, deforming: Sequence[IntArray]) -> Non
 def _total(own: Array, shares: Sequence[tuple[IntArray, Array | LinearOperator]]) -> Array | LinearOperator:
     """Sum of the bodies' compliances on their rows: a matrix, or an operator where one of them is."""
     n = len(own)
+    if len(shares) == 1 and len(shares[0][0]) == n and not own.any():
+        return shares[0][1]
     if len(shares) > 1 or own.any():
         shares = [(index, formed(compliance)) for index, compliance in shares]
     if not any(isinstance(compliance, LinearOperator) for _, compliance in shares):
         S = np.diag(own)
         for index, compliance in shares:
-            S[np.ix_(index, index)] += compliance
+            S[(...,) if len(index) == n else np.ix_(index, index)] += compliance
         return S
-    if len(shares) == 1 and len(shares[0][0]) == n and not own.any():
-        return shares[0][1]
     together = None if own.any() else JointCompliance.of(n, shares)
     if together is not None:
         return together
@@ -555,8 +555,8 @@ def _cell_on_cell(shares: Sequence[tuple[IntArray, Array | LinearOperator]]) -> 
     return None if plus is None else cast(LinearOperator | None, plus(two))
 
 
-def _drop_rounding(S: Array, parts: Sequence[BodyBlock]) -> None:
-    """Set compliances of pairs that are rounding to zero, in place.
+def _drop_rounding(S: Array, parts: Sequence[BodyBlock]) -> Array:
+    """The matrix with compliances of pairs that are rounding set to zero; itself where none is.
 
     Where a node is held along its normal, rounding of a rotated normal leaves 1e-32 of the compliance across the
     normal. Solvers scale pairs by their compliance: such a pair would get the weight of 1e16 others.
@@ -566,8 +566,11 @@ def _drop_rounding(S: Array, parts: Sequence[BodyBlock]) -> None:
         sizes[part.index] += np.asarray(part.rows.multiply(part.rows).sum(axis=1)).ravel()
     given = np.divide(np.abs(S.diagonal()), sizes, out=np.zeros(len(S)), where=sizes > 0)
     none = given < NO_COMPLIANCE * given.max(initial=0.0)
-    S[none] = 0.0
-    S[:, none] = 0.0
+    if none.any():
+        S = S.copy()
+        S[none] = 0.0
+        S[:, none] = 0.0
+    return S
 
 
 def _condense_shared(

@@ -46,6 +46,8 @@ ROUTES = ("auto", "schur", "columns", "operator", SEPARATED)
 
 #: Right-hand sides solved at once.
 BLOCK = 64
+#: Rows of a large matrix that are changed at once, without a second copy of it.
+STRIP = 512
 
 
 class Condensation:
@@ -96,6 +98,16 @@ class Condensation:
         return self.factor.solve(f[None])[0]
 
 
+def _symmetric(S: Array) -> Array:
+    """The mean of a matrix and its transpose, in place."""
+    for start in range(0, len(S), STRIP):
+        strip, end = slice(start, start + STRIP), start + STRIP
+        mean = (S[strip, :end] + S[:end, strip].T) / 2
+        S[strip, :end] = mean
+        S[:end, strip] = mean.T
+    return S
+
+
 class Compliance(LinearOperator):
     """C K^-1 C^T by products; `dense` forms the array.
 
@@ -123,13 +135,7 @@ class Compliance(LinearOperator):
         for start in range(0, n, BLOCK):
             part = slice(start, start + BLOCK)
             S[:, part] = self.C @ self.factor.solve(self.C[part].toarray()).T
-        # rounding makes it unsymmetric, in proportion to the condition of K; in strips: no second copy
-        for start in range(0, n, 512):
-            strip = slice(start, start + 512)
-            mean = (S[strip, : start + 512] + S[: start + 512, strip].T) / 2
-            S[strip, : start + 512] = mean
-            S[: start + 512, strip] = mean.T
-        return S
+        return _symmetric(S)  # rounding makes it unsymmetric, in proportion to the condition of K
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,9 +182,9 @@ class Retained(Condensation):
         """Compliance C K_hat^-1 C^T from the inverse of the condensed stiffness."""
         own = self._local(C)
         used = np.unique(own.indices)
-        own = own[:, used]
-        S = own @ (own @ inverse[np.ix_(used, used)]).T
-        return np.asarray(S + S.T) / 2
+        if len(used) < len(inverse):
+            own, inverse = own[:, used], inverse[np.ix_(used, used)]
+        return _symmetric(np.asarray(own @ (own @ inverse.T).T))  # its transpose is in the order of C
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,6 +200,7 @@ class Schur(Retained):
 
     condensed: Condensed
     _inverse: list[Array] = field(default_factory=list, init=False, repr=False)
+    _known: list[tuple[sp.csr_matrix, Array]] = field(default_factory=list, init=False, repr=False)
 
     def invert(self) -> None:
         """Invert the condensed stiffness; it pays off for many poses."""
@@ -202,7 +209,11 @@ class Schur(Retained):
         inverse, info = scipy.linalg.lapack.dpotri(self.dense, lower=1)
         if info != 0:
             raise FecontactError(SINGULAR, code="singular")
-        self._inverse.append(np.tril(inverse) + np.tril(inverse, -1).T)
+        for start in range(0, len(inverse), STRIP):
+            strip = slice(start, start + STRIP)
+            inverse[strip, strip] = np.tril(inverse[strip, strip]) + np.tril(inverse[strip, strip], -1).T
+            inverse[strip, start + STRIP :] = inverse[start + STRIP :, strip].T
+        self._inverse.append(inverse)
 
     @property
     def inverted(self) -> bool:
@@ -225,9 +236,15 @@ class Schur(Retained):
         return Carried(self.position, self._inverse[0], self.why, factorised) if self._inverse else None
 
     def compliance(self, C: sp.csr_matrix) -> Array:
-        """S = Y^T Y with Y = L^-1 C^T, or C K_hat^-1 C^T where the inverse is available."""
+        """S = Y^T Y with Y = L^-1 C^T, or C K_hat^-1 C^T where the inverse is available, or quicker for many rows."""
+        if 2 * C.shape[0] >= self.n_retained:
+            self.invert()
         if self._inverse:
-            return self._by_inverse(C, self._inverse[0])
+            if not any(rows.shape == C.shape and (rows != C).nnz == 0 for rows, _ in self._known):
+                S = self._by_inverse(C, self._inverse[0])
+                S.flags.writeable = False
+                self._known[:] = [(C, S)]  # parts of a load step have the same rows
+            return self._known[0][1]
         right = self._local(C).T.toarray(order="F")
         Y = scipy.linalg.solve_triangular(self.dense, right, lower=True, overwrite_b=True, check_finite=False)
         return np.asarray(Y.T @ Y)
@@ -303,14 +320,11 @@ class Bordered(Condensation):
     rows : (n_rows, n) csr_matrix
         C.
     why : str
-    dofs : (n_rows,) int array, optional
-        Unknowns that the rows are, where rows on them were more.
     """
 
     factor: PardisoBordered
     rows: sp.csr_matrix
     why: str
-    dofs: IntArray | None = None
     route: str = "columns"
 
     @property
@@ -328,15 +342,10 @@ class Bordered(Condensation):
 
     def covers_rows(self, C: sp.csr_matrix) -> bool:
         """Whether the compliance of rows C follows from that of the given ones."""
-        if self.dofs is None:
-            return self.numbers(C) is not None
-        return bool(np.isin(C.indices, self.dofs).all())
+        return self.numbers(C) is not None
 
     def compliance(self, C: sp.csr_matrix) -> Array:
         """S of some of the given rows, or of others by blocks of right-hand sides."""
-        if self.dofs is not None and self.covers_rows(C):
-            own = C[:, self.dofs]
-            return np.asarray(own @ (own @ self.factor.compliance).T)
         found = self.numbers(C)
         if found is None:
             return Compliance(self.factor, C).dense()
@@ -426,6 +435,9 @@ MEMORY_SHARE = 0.5
 #: Schur complement on their nodes, although that one serves other rows on the same nodes too: 500 nodes at 3e4
 #: (docs/figures/scale.md).
 MANY_NODES = 3.0
+#: Degrees of freedom on the nodes of the rows, over the rows, up to which the Schur complement and its inverse are faster
+#: than columns: with friction 5,223 rows on as many of 75,228 take 14 s instead of 18 s, 2,706 of 80,760 11 s of 13 s.
+FULL = 1.25
 #: The same above which products are faster than solving for columns one by one, without PARDISO.
 MANY_PRODUCTS = 10.0
 #: Seconds on one thread, of which only ratios matter, to a third of what was measured: layers of 15-node wedges of
@@ -489,6 +501,8 @@ def choose_route(
         return "columns", f"the Schur complement on {nodes} nodes takes {dense / 1e9:.2g} GB of {budget / 1e9:.2g} GB"
     if poses > 1:
         return "columns", f"columns for each of {poses} poses are quicker than a Schur complement on {nodes} nodes"
+    if n_rows is not None and not one_by_one and n_retained <= FULL * n_rows:
+        return "schur", f"{rows} rows on {n_retained} degrees of freedom"
     if not one_by_one and nodes >= (many := int(MANY_NODES * root)):
         return "columns", f"{nodes} candidate nodes, from {many} on only their columns are computed"
     if one_by_one and rows < nodes:

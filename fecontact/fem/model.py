@@ -487,11 +487,9 @@ class Model:
         if route == "columns" and rows is not None and border:
             with timer("factorise"):
                 self.condensation = last = None  # two factors at once would take twice the memory
-                few = dofs if len(dofs) < rows.shape[0] else None  # of many rows on few nodes, as under fine cells
-                rows = rows if few is None else sp.eye_array(K.shape[0], format="csr")[few]
                 factor = bordered(K, rows)
             if factor is not None:
-                self.condensation = Bordered(factor, rows, why, few)
+                self.condensation = Bordered(factor, rows, why)
                 return self.condensation
         if route != "schur":
             with timer("factorise"):

@@ -34,7 +34,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import LinAlgError, lstsq
-from scipy.linalg.lapack import dgecon, dgetrf, dgetrs, sgecon, sgetrf, sgetrs
+from scipy.linalg.lapack import dgecon, dgetrf, dgetrs, dlange, sgecon, sgetrf, sgetrs
 
 from fecontact.solvers.coulomb import friction_limit
 from fecontact.solvers.problem import Outcome, Status
@@ -72,8 +72,8 @@ SINGULAR = 1e-14
 MANY = 1000
 """Unknowns from which a factor is made in single precision, in half the time, and kept for the next steps."""
 
-SINGULAR_IN_SINGLE = 1e-4
-"""Least reciprocal condition number for that: some hundred times the rounding of such a factor."""
+SINGULAR_IN_SINGLE = 1e-6
+"""Least reciprocal condition number for that: ten times the rounding of such a factor; refinements prove it."""
 
 RATE = 0.1
 """Share of the residual that a refinement may leave: ten of them take the time of another factor."""
@@ -305,16 +305,23 @@ class _Factor:
         return [cls(factor, pivots)] if info == 0 and sgecon(factor, norm)[0] > SINGULAR_IN_SINGLE else []
 
     def solution(self, A: np.ndarray, right: np.ndarray, norm: float) -> np.ndarray | None:
-        """Solution by refinements, to rounding in double precision; None where A is too far from the factorised one."""
-        solution, residual, size = np.zeros_like(right), right, float(np.abs(right).max())
-        rounding, largest = EPS, size
-        while size > rounding:
-            solution += size * sgetrs(self.factor, self.pivots, residual / size, trans=1)[0]
-            residual, before = right - A @ solution, size
-            size, rounding = float(np.abs(residual).max()), EPS * (norm * float(np.abs(solution).max()) + largest)
-            if size > max(RATE * before, rounding):
+        """Solution by refinements, to rounding in double precision; None where A is too far from the factorised M.
+
+        A random right side is refined beside it. With a sign of det A other than that of det M, M^-1 A has an
+        eigenvalue of at most zero, and I - M^-1 A one of at least one, along which no residual falls: that one would
+        stay above rounding, unless it had less than rounding along it (symmetric data may have none).
+        """
+        both = np.column_stack([right, np.random.default_rng(0).standard_normal(len(right))])
+        solution, residual, size = np.zeros_like(both), both, np.abs(both).max(axis=0)
+        rounding, largest = np.full(2, EPS), size
+        while (size > rounding).any():
+            unit = np.where(size > 0, size, 1.0)
+            solution += unit * sgetrs(self.factor, self.pivots, residual / unit, trans=1)[0]
+            residual, before = both - A @ solution, size
+            size, rounding = np.abs(residual).max(axis=0), EPS * (norm * np.abs(solution).max(axis=0) + largest)
+            if (size > np.maximum(RATE * before, rounding)).any():
                 return None
-        return solution
+        return solution[:, 0]
 
 
 def _sign(factor: np.ndarray, pivots: np.ndarray, r: int) -> int:
@@ -328,7 +335,7 @@ def _solved(A: np.ndarray, right: np.ndarray, r: int, last: list[_Factor]) -> tu
     """Solution, of least norm where A is singular, and the sign of det A times (-1)^r; `last` has a factor to try."""
     if len(right) == 0:
         return right, 1
-    norm = float(np.abs(A).sum(axis=1).max())
+    norm = float(dlange("1", A.T))
     if len(right) >= MANY:
         for make in (lambda: [f for f in last if len(f.pivots) == len(right)], lambda: _Factor.of(A, norm)):
             for each in make():

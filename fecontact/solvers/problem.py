@@ -185,12 +185,10 @@ class ContactProblem(ContactRows):
         """Problem of the normal forces, under the tangential part of given forces (N,)."""
         n, t = self.normals, self.tangents.ravel()
         F = self.F - self.B[:, t] @ forces[t]
-        if isinstance(self.S, FrictionOperator):
-            along = np.zeros(self.n)
-            along[t] = forces[t]
-            return ContactProblem(self.S.normal(n), self.g[n] + (self.S @ along)[n], self.B[:, n], F)
-        g = self.g[n] + self.matrix[np.ix_(n, t)] @ forces[t]
-        return ContactProblem(self.matrix[np.ix_(n, n)], g, self.B[:, n], F)
+        along = np.zeros(self.n)
+        along[t] = forces[t]
+        S = self.S.normal(n) if isinstance(self.S, FrictionOperator) else self.matrix[np.ix_(n, n)]
+        return ContactProblem(S, self.g[n] + (self.S @ along)[n], self.B[:, n], F)
 
     def slip(self, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
         """Slip of the points during the step, shape (f, k)."""

@@ -124,6 +124,9 @@ def test_the_choice_goes_by_nodes_and_memory(monkeypatch):
     many = 3 * int(100 * MANY_NODES)
     assert choose_route(10000, 300, 1e9)[0] == "schur"
     assert choose_route(10000, many, 1e12)[0] == "columns"
+    # with friction, three rows on each node
+    assert choose_route(10000, many, 1e12, n_rows=many)[0] == "schur"
+    assert choose_route(10000, many, 1e12, n_rows=many // 2)[0] == "columns"
     assert choose_route(10000, many, 1e12, one_by_one=True)[0] == "schur"
     assert choose_route(10000, 3 * int(100 * MANY_PRODUCTS), 1e12, one_by_one=True)[0] == "operator"
     # many rows on few nodes are few columns, whatever solves for them
@@ -197,8 +200,8 @@ def test_where_products_do_not_do_the_array_is_formed(monkeypatch):
     assert np.abs(found - expected).max() < 1e-9 * expected.max()
 
 
-def bordered_case(n_rows=30):
-    body, *_ = ball_on_block("columns")
+def bordered_case(n_rows=30, route="columns"):
+    body, *_ = ball_on_block(route)
     nodes = body.mesh.boundary_nodes("top")[:n_rows]
     rows = sp.csr_matrix((np.full(len(nodes), -1.0), (np.arange(len(nodes)), 3 * nodes + 2)), (len(nodes), body.n_dofs))
     C = body.model.solved_rows(rows)
@@ -233,12 +236,12 @@ def test_the_compliance_of_rows_comes_with_the_factor():
 @pytest.mark.skipif(not has_bordered(), reason="needs PARDISO")
 def test_many_rows_on_few_nodes_are_condensed_onto_these():
     """As under cells finer than the faces: rows on the same nodes need no other factor, others do."""
-    model_, nodes, C = bordered_case(4)
+    model_, nodes, C = bordered_case(4, "auto")
     mix = sp.csr_matrix(np.random.default_rng(0).normal(size=(40, 4)))
     rows = sp.csr_matrix(mix @ C)
     plain = factorise(model_.solved_stiffness().copy())
     known = model_.condensed(nodes, Stopwatch(), rows=rows)
-    assert isinstance(known, condensation.Bordered)
+    assert isinstance(known, condensation.Schur)
     assert known.n_retained == 12
     assert same(known.compliance(rows), rows @ plain.solve(rows.toarray()).T)
     assert model_.condensed(nodes, Stopwatch(), rows=2 * rows[::-1]) is known

@@ -442,6 +442,21 @@ def test_a_large_step_is_solved_in_single_precision_to_rounding_in_double(flip: 
     np.testing.assert_allclose(x, np.linalg.solve(A.T, right), rtol=0, atol=1e-13)
 
 
+def test_a_kept_factor_serves_no_matrix_of_another_sign_that_its_right_side_does_not_see() -> None:
+    """By hand: I - 1.05 v v^T has the eigenvalue -0.05 along v; of a right side across v, x is that side."""
+    rng = np.random.default_rng(0)
+    right, v = rng.standard_normal((2, MANY))
+    v -= right * (v @ right) / (right @ right)
+    v /= np.linalg.norm(v)
+    for share, sign, kept in ((1e-3, 1, True), (1.05, -1, False)):
+        first = _solved(np.eye(MANY), right, 0, last := [])[1]
+        assert first == 1
+        before = list(last)
+        x, found = _solved(np.eye(MANY) - share * np.outer(v, v), right, 0, last)
+        assert (found, last == before) == (sign, kept)
+        np.testing.assert_allclose(x, right, rtol=0, atol=1e-12)
+
+
 def test_a_large_step_that_is_nearly_singular_is_solved_in_double_precision() -> None:
     """Reciprocal condition 1e-8: a factor in single precision knows nothing of it; error 1e8 times 2e-16."""
     rng = np.random.default_rng(0)
