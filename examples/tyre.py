@@ -44,7 +44,7 @@ def main(n: int = 12, steps: int = 4, out: Path | None = None) -> dict[str, floa
         joints.held(1, {"bottom": "xyz", "x_min": "xyz", "y_min": "xyz"}),
     ]
     a = ancf.Assembly([shell, hub], ties, [fc.Contact(shell.side("top"), ground)])
-    lower = a.translation(np.array([0.0, 0.0, -DOWN]))
+    lower = a.held(a.translation(np.array([0.0, 0.0, -DOWN])))
 
     def stage(pressed: float, pressure: float) -> ancf.Stage:
         inside = ancf.FollowerPressure(0, "bottom", pressure * PRESSURE)

@@ -31,6 +31,9 @@ from fecontact.solvers.coulomb import Residuals
 
 #: Halvings of the step, less the steps made since, after which the motion stops.
 MAX_HALVINGS = 12
+#: Share of the step given below which steps are short, of steps that adapt to an accuracy too, and how many in a row
+#: stop the motion.
+SHORT, SHORT_ADAPTED, MAX_SHORT = 1 / 16, 1 / 4096, 300
 #: Distance of a start from where its supports hold it, relative to the size of the bodies, that is rounding.
 HELD = 1e-8
 #: Overlap, relative to the size of the bodies, that is rounding.
@@ -199,7 +202,8 @@ def move(
     -------
     Motion
         With ``success`` False, the reason and all that was found before, if a step could not be made without turning
-        material inside out (det F <= 0 at a Gauss point) or at all.
+        material inside out (det F <= 0 at a Gauss point) or at all, or if 300 steps in a row were shorter than 1/16 of
+        `step`, with `accuracy` than 1/4096.
 
     Raises
     ------
@@ -292,7 +296,7 @@ def _held_at(assembly: Assembly, start: Start | None) -> StageAt:
     if start is None:
         stage = Stage(assembly)
     elif start.q.shape == (assembly.n_dofs,):
-        stage = Stage(assembly, motion=start.q - assembly.q0)
+        stage = Stage(assembly, motion=assembly.held(start.q - assembly.q0))
     else:
         raise InputError(f"The start has {start.q.size} coordinates and the assembly {assembly.n_dofs}.", code="start")
     return lambda _: stage
@@ -325,8 +329,8 @@ def _begun(at: StageAt, stage: Stage, start: Start | None, velocity: ArrayLike |
             raise InputError(
                 f"The start has {q.size} coordinates and {forces.size} contact forces, the assembly {a.n_dofs} and "
                 f"{a.n_multipliers}, and the supports at t = {time:.6g} hold it {off:.3g} away from where it is: "
-                "start from a state of the same solids and contacts, with Stage(.., motion=state.q - assembly.q0) at "
-                "first.",
+                "start from a state of the same solids and contacts, with Stage(.., motion=assembly.held(state.q - "
+                "assembly.q0)) at first.",
                 code="start-differs",
             )
         if velocity is not None and start.v is not None:
@@ -359,7 +363,8 @@ def _march(
     every: int, tolerance: float, file: Path | None,
 ) -> Motion:  # fmt: skip
     """Step until the end, shorter where needed."""
-    now, stage, h, halvings = record.now, record.stage, step, 0
+    now, stage, h, halvings, short, why = record.now, record.stage, step, 0, 0, "The accuracy asks for them."
+    least = step * (SHORT if accuracy is None else SHORT_ADAPTED)
     with tqdm(total=until, initial=now.time, desc="time", disable=None, bar_format="{l_bar}{bar}| {elapsed}") as bar:
         while now.time < until * (1 - 1e-12):
             length = min(h, until - now.time)
@@ -374,7 +379,7 @@ def _march(
             except (UnstableError, InvertedError, SolverError) as error:
                 wrong, trouble = np.inf, str(error)
             if trouble:
-                halvings, h = halvings + 1, length / 2
+                halvings, h, why = halvings + 1, length / 2, trouble
                 if halvings > MAX_HALVINGS:
                     message = f"Stopped at t = {now.time:.6g}: {trouble} The last good state is kept."
                     return record.motion(False, message)
@@ -388,6 +393,16 @@ def _march(
             bar.update(length)
             if file is not None and len(record.rows) % every == 0:
                 record.write(file)
+            short = short + 1 if length < least else 0
+            if short == MAX_SHORT and now.time < until:
+                covered = now.time - record.rows[-1 - MAX_SHORT]["time"]
+                left = round((until - now.time) / covered * MAX_SHORT)
+                message = (
+                    f"Stopped at t = {now.time:.6g}: the last {MAX_SHORT} steps were all shorter than {least:.2g}, of "
+                    f"{step:.2g} given, and {left:,} like them are left to {until:.6g}. {why} Let the motion be "
+                    f"smoother (viscosity, finer members), or go on with start=motion.now and step={2 * least:.2g}."
+                )
+                return record.motion(False, message)
     if file is not None:
         record.write(file)
     return record.motion(True, f"Reached t = {now.time:.6g}.")

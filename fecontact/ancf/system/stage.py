@@ -15,6 +15,8 @@ from fecontact.ancf.system.assembly import Assembly
 from fecontact.common.arrays import Array
 from fecontact.common.errors import InputError
 
+#: Share of a prescribed motion that is rounding.
+FREE = 1e-8
 #: Stages by load level or time.
 StageAt = Callable[[float], "Stage"]
 
@@ -30,14 +32,16 @@ class Stage:
     forces : (n_dofs,) array or None
         Dead loads.
     motion : (n_dofs,) array or None
-        Prescribed change of the supported coordinates from the initial ones.
+        Prescribed change of the supported coordinates from the initial ones; zero in all others. Of a state at
+        coordinates q that is ``assembly.held(q - assembly.q0)``.
     follow : sequence of FollowerPressure, Moment or other Follower
         Loads that change with the deformation.
 
     Raises
     ------
     InputError
-        For arrays that do not fit or are not finite, and loads that follow on what has no gradients.
+        For arrays that do not fit or are not finite, a motion of what the supports leave free, and loads that follow on
+        what has no gradients.
 
     Examples
     --------
@@ -65,6 +69,14 @@ class Stage:
                     f"The {name} of a stage must be {n} finite numbers, one per coordinate of its assembly; found the "
                     f"shape {np.shape(given)}{'' if np.shape(given) != (n,) else ' with numbers that are not finite'}.",
                     code="stage-shape",
+                )
+        if self.motion is not None:
+            a, motion = self.assembly, np.asarray(self.motion)
+            if a.largest_change(motion - a.held(motion)) > FREE * a.largest_change(motion):
+                raise InputError(
+                    "The motion of a stage moves coordinates that the supports of its assembly leave free: hold them, "
+                    "or give assembly.held(motion), which leaves them where equilibrium has them.",
+                    code="motion-not-held",
                 )
         _ = self._followed
 

@@ -144,6 +144,7 @@ def released():
     [
         (lambda a: Stage(a, forces=np.zeros(5)), ("stage-shape", "forces", "144")),
         (lambda a: Stage(a, motion=np.full(144, np.nan)), ("stage-shape", "not finite")),
+        (lambda a: Stage(a, motion=a.translation(np.ones(3))), ("motion-not-held", "assembly.held")),
         (lambda a: Stage(a, follow=[FollowerPressure(1, "top", 1.0)]), ("no-bricks", "number 1", "the 1")),
         (lambda a: FollowerPressure(0, "top", np.inf), ("not-finite", "inf")),
         (lambda a: Moment(0, "top", (1.0, 2.0)), ("not-a-vector", "three")),
@@ -160,3 +161,9 @@ def test_refused(space, make, match):
     a = Assembly.of([AncfSolid(space, fc.Material(E=1.0, nu=0.3))])
     with refused(fc.InputError, *match):
         make(a)
+    held = Assembly.of(a.solids, [{"bottom": "xyz"}])
+    moved = held.translation(np.ones(3))
+    with refused(fc.InputError, "motion-not-held"):
+        Stage(held, motion=moved)  # the top is free
+    short = Stage(held, motion=held.held(moved)).jump(held.q0)
+    assert np.abs(short - held.held(moved)).max() < 1e-15

@@ -38,7 +38,7 @@ def bar(plastic, stretches, steps, volumetric="linear"):
     """States of a cube stretched along x through these stretches, at equal levels, and its nominal stresses."""
     a = cube(plastic, volumetric)
     space, levels = a.solids[0].space, np.linspace(0.0, 1.0, len(stretches))
-    along = space.affine(np.diag([1.0, 0.0, 0.0]))
+    along = a.held(space.affine(np.diag([1.0, 0.0, 0.0])))
     path = equilibrium(lambda s: Stage(a, motion=np.interp(s, levels, stretches) * along), steps=steps)
     assert path.success
     pull = np.zeros((space.n_functions, 3))

@@ -22,6 +22,7 @@ from fecontact.ancf import (
     move,
 )
 from fecontact.ancf.slender import line, straight
+from fecontact.ancf.system import dynamics
 
 SCHEMES = pytest.mark.parametrize("scheme", [GeneralisedAlpha(), EnergyMomentum()], ids=["alpha", "energy"])
 
@@ -58,7 +59,7 @@ def test_a_base_that_accelerates_is_gravity(scheme):
     a, pull = bar({"x_min": "xyz"}), np.array([0.3, 0.0, -0.5])
     base = a.translation(pull)
     until, step = 0.5, 0.05
-    driven = move(lambda t: Stage(a, motion=t * t / 2 * base), until=until, step=step, scheme=scheme, every=1)
+    driven = move(lambda t: Stage(a, motion=t * t / 2 * a.held(base)), until=until, step=step, scheme=scheme, every=1)
     heavy = move(a, until=until, step=step, scheme=scheme, gravity=-pull, every=1)
     away = driven.frames - driven.frame_times[:, None] ** 2 / 2 * base - heavy.frames
     assert np.abs(away).max() < 1e-9  # the velocity of the base is a difference, rounded to 1e-16 / 5e-4
@@ -179,7 +180,9 @@ def test_what_rests_on_a_floor_stays(scheme):
     pressed = bar({**held, "top": "z"}, floor=floor)
     loose = Assembly.of(pressed.solids, [held], pressed.contacts)
     weight, down = (pressed.translation(np.array([0.0, 0.0, z])) for z in (-5.0, -0.1))
-    path = equilibrium(lambda s: Stage(pressed, forces=s * (pressed.mass @ weight), motion=s * down), steps=1)
+    path = equilibrium(
+        lambda s: Stage(pressed, forces=s * (pressed.mass @ weight), motion=s * pressed.held(down)), steps=1
+    )
     assert path.success
     motion = move(pressed, until=0.2, step=0.02, scheme=scheme, start=path.last, gravity=(0, 0, -5.0), every=1)
     assert np.abs(motion.frames - path.last.q).max() < 1e-8
@@ -192,6 +195,36 @@ def test_what_rests_on_a_floor_stays(scheme):
 
 def moved(a, **given):
     return move(a, **{"until": 0.1, "step": 0.1, **given})
+
+
+class Balking(EnergyMomentum):
+    """A scheme that makes no step longer than a length."""
+
+    longest = 0.0
+
+    def step(self, at, begin, now, h, tolerance):
+        if h > Balking.longest:
+            raise fc.SolverError("It balks.")
+        return super().step(at, begin, now, h, tolerance)
+
+
+def test_steps_that_stay_short_stop_the_motion(monkeypatch):
+    """Many in a row below a sixteenth of that given, not those above; adapted to an accuracy they may be shorter."""
+    assert dynamics.MAX_SHORT == 300
+    monkeypatch.setattr(dynamics, "MAX_SHORT", 16)
+    a = bar({"x_min": "xyz"}, divisions=(1, 1, 1))
+    run = {"until": 0.1, "step": 0.08, "gravity": (0, 0, -1e-3), "scheme": Balking(), "every": 1000}
+    monkeypatch.setattr(Balking, "longest", 0.08 / 16)
+    assert move(a, **run).success
+    monkeypatch.setattr(Balking, "longest", 0.08 / 31)
+    stopped = move(a, **run)
+    assert not stopped.success
+    assert all(word in stopped.message for word in ("16 steps", "0.005", "24 like them", "It balks.", "step=0.01"))
+    assert abs(stopped.now.time - 16 * 0.08 / 32) < 1e-12
+    assert len(stopped.time) == 17
+    on = move(a, **{**run, "step": 0.01}, start=stopped.now)
+    assert on.success
+    assert move(a, **run, accuracy=1.0).success
 
 
 @pytest.mark.parametrize(

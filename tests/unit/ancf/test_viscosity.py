@@ -45,7 +45,7 @@ def end_force(a, stresses):
 def test_relaxation():
     """Pulled at a constant rate to a strain e in the time T, then held: E e (1 + sum g t/T (1 - exp(-T/t)) exp(..))."""
     a, T, h = bar(None, supports={"x_min": "xyz", "x_max": "xyz"}, prony=PRONY), 0.1, 0.05
-    stretch = a.solids[0].space.affine(np.diag([SMALL, 0.0, 0.0]))
+    stretch = a.held(a.solids[0].space.affine(np.diag([SMALL, 0.0, 0.0])))
     for until in (0.5, 1.5):
         motion = move(
             lambda t: Stage(a, motion=min(t / T, 1.0) * stretch), until=until, step=h, scheme=EnergyMomentum(), every=1
