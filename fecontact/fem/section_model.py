@@ -124,6 +124,7 @@ class SectionModel(Model):
         conditions: sp.csr_matrix | None = None,
     ) -> None:
         check_size(mesh.points)
+        mesh._refuse_double("merge_sections", None if conditions is None else np.unique(conditions.indices // 3))
         _check_supports(mesh, supports, "xyz" if out_of_plane.torsion else "xz")
         self.out_of_plane, self.plane_stress, self.across_held = out_of_plane, plane_stress, not plane_stress
         self.dofs_per_node = 3 if out_of_plane.torsion else 2

@@ -10,7 +10,9 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 
@@ -96,8 +98,8 @@ class BaseMesh:
             ids.setflags(write=False)
             object.__setattr__(self, name, ids)
 
-    def _refuse_loose_points(self, used: Mask, joined_by: str, joined: IntArray | None = None) -> None:
-        """Refuse points (n_points,) that are not in use, and distinct ones in the same place but those joined already.
+    def _refuse_unused(self, used: Mask) -> None:
+        """Refuse points (n_points,) that are not in use.
 
         Raises
         ------
@@ -109,6 +111,14 @@ class BaseMesh:
                 "would make the stiffness singular.",
                 code="unused-points",
             )
+
+    def _refuse_double(self, joined_by: str, joined: IntArray | None = None) -> None:
+        """Refuse distinct points in the same place, but those joined already and those of parts that others join.
+
+        Raises
+        ------
+        MeshError
+        """
         size = np.linalg.norm(np.ptp(self.points, axis=0))
         pairs = cKDTree(self.points).query_pairs(COINCIDE * size, output_type="ndarray")
         if self.hanging is not None:
@@ -116,6 +126,13 @@ class BaseMesh:
             pairs = pairs[~np.isin(pairs, self.hanging.nodes).any(axis=1)]
         if joined is not None:
             pairs = pairs[~np.isin(pairs, joined).all(axis=1)]
+        if joined is not None and len(pairs):
+            n, width = self.cells.shape
+            ends = (np.repeat(np.arange(n), width), n + self.cells.ravel())
+            size = n + len(self.points)
+            graph = sp.csr_matrix((np.ones(self.cells.size), ends), shape=(size, size))
+            part = connected_components(graph, directed=False)[1][n:]
+            pairs = pairs[part[pairs[:, 0]] == part[pairs[:, 1]]]
         if len(pairs):
             a, b = pairs[0]
             raise MeshError(

@@ -35,7 +35,8 @@ def check_mesh(mesh: Mesh, joined: IntArray | None = None) -> None:
     used[mesh.cells] = True
     if mesh.midface is not None:
         used[mesh.midface[mesh.midface >= 0]] = True
-    mesh._refuse_loose_points(used, "fc.merge([mesh], tolerance)", joined)
+    mesh._refuse_unused(used)
+    mesh._refuse_double("fc.merge([mesh], tolerance)", joined)
     check_cells(mesh)
 
 

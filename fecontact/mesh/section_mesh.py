@@ -190,7 +190,7 @@ class SectionMesh(PlaneCells):
     Raises
     ------
     MeshError
-        For wrong shapes, points off the plane or not finite, unused or repeated points, inverted, folded or repeated
+        For wrong shapes, points off the plane, not finite or unused, inverted, folded or repeated
         cells.
 
     Examples
@@ -220,7 +220,7 @@ class SectionMesh(PlaneCells):
         """Refuse an invalid mesh, which would give wrong results or a singular matrix."""
         used = np.zeros(len(self.points), bool)
         used[self.cells] = True
-        self._refuse_loose_points(used, "merge_sections")
+        self._refuse_unused(used)
         again = np.flatnonzero(first_alike(self.cells[:, :4]) != np.arange(len(self.cells)))
         middles = np.bincount(self.cells[:, 4:8].ravel(), minlength=len(self.points))
         if len(again) or middles.max() > 2:

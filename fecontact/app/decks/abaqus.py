@@ -34,11 +34,12 @@ from fecontact.app.decks.conditions import (
     reference_names,
     transformed,
 )
-from fecontact.app.decks.content import DeckContent, DeckPair, DeckStep, Remarks, look_up
+from fecontact.app.decks.content import DeckContent, DeckCut, DeckPair, DeckStep, Remarks, look_up
 from fecontact.app.decks.cyclic import sector, sector_conditions, sectors_of
 from fecontact.app.decks.elastic import linear_elastic, orientation
 from fecontact.app.decks.heat import expansion_of, temperatures_of
 from fecontact.app.decks.materials import compressibility, hyperelastic, hyperfoam
+from fecontact.app.decks.pretension import cut_conditions, cut_sections, on_both_sides, with_twins_between
 from fecontact.app.decks.sections import (
     AXES,
     axes_in_section,
@@ -189,7 +190,8 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
         loaded, surfaces = face_surfaces(keywords)
         raw = mesh_of([*keywords, *loaded], path.name, plane=True)
         mesh, between = plane_parts(raw, path.name)
-    mesh = _with_faces(mesh, found.by_nodes)
+    mesh, cuts = cut_sections(_with_faces(mesh, found.by_nodes), keywords[:first], raw)
+    between = with_twins_between(between, cuts)
     names = _names(keywords[:first], raw, mesh, path.name)
     names.faces |= surfaces
     for s in keywords:
@@ -198,7 +200,8 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
         elif s.keyword == "ELEMENT" and re.match(LINEAR, kind := s.parameters.get("TYPE", "").upper()):
             found.remarks.note(f"{path.name}: elements of type {kind} are solved as quadrilaterals of 8 nodes.")
     try:
-        conditions = _conditions(keywords[:first], names, found, state_of_cells)
+        cuts = [replace(cut, node=names.special.one(cut.reference, cut.place)) for cut in cuts]
+        conditions = _conditions(keywords[:first], names, found, state_of_cells, cuts)
         springs = springs_of(keywords[:first], raw, _places(raw, mesh))
         if springs and state_of_cells is not None:
             raise InputError(f"{path.name}: springs of plane and axisymmetric parts are not done here.", code="springs")
@@ -210,6 +213,8 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
         for s in keywords[:first]:
             owner = _model(s, owner, found, state, names)
         steps = steps_of(keywords[first:], state, names, found.remarks)
+        if cuts:
+            steps = [replace(s, heat=None if s.heat is None else on_both_sides(s.heat, cuts)) for s in steps]
         axes = names.special.axes
         if state_of_cells is not None:
             moving = names.special.moving
@@ -247,6 +252,7 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
         thicknesses=found.thicknesses,
         between=between,
         springs=springs,
+        cuts=cuts,
     )
 
 
@@ -314,7 +320,9 @@ def _names(model: Sequence[KeywordSection], raw: RawMesh, mesh: Mesh | PlaneCell
     return names
 
 
-def _conditions(model: Sequence[KeywordSection], names: Names, given: Found, state: str | None) -> sp.csr_matrix | None:
+def _conditions(
+    model: Sequence[KeywordSection], names: Names, given: Found, state: str | None, cuts: Sequence[DeckCut]
+) -> sp.csr_matrix | None:
     """Linear conditions, those of sectors among them, after the axes of nodes that *TRANSFORM turns."""
     mesh: Any = names.mesh
     special = names.special
@@ -336,7 +344,7 @@ def _conditions(model: Sequence[KeywordSection], names: Names, given: Found, sta
     def cells(name: str, place: str) -> IntArray:
         return np.unique(mesh.cells[names.cells(name, place)])
 
-    parts = [conditions_of(model, special, faces, cells)]
+    parts = [conditions_of(model, special, faces, cells), cut_conditions(cuts, special)]
     for tie, line, cyclic in sectors_of(model):
         if state is not None:
             raise InputError(f"{tie.place}: a sector of plane elements is not done here.", code="not-supported")

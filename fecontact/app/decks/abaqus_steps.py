@@ -32,7 +32,7 @@ REFUSED = {
     **dict.fromkeys(("KINEMATIC", "DISTRIBUTING"), "belongs after *COUPLING"),
     "TRANSFORM": "turns the axes of nodes in a step",
     **dict.fromkeys(("EMBEDDED ELEMENT", "SHELL TO SOLID COUPLING"), "ties elements to others"),
-    **dict.fromkeys(("PRE-TENSION SECTION", "BOLT"), "pretensions a section"),
+    **dict.fromkeys(("PRE-TENSION SECTION", "BOLT"), "pretensions a section in a step"),
     "MODEL CHANGE": "adds or removes elements in a step",
     "CHANGE CONTACT TYPE": "changes a contact in a step",
     "CHANGE SURFACE BEHAVIOR": "changes a contact in a step",

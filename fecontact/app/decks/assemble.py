@@ -15,10 +15,10 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from fecontact.app.decks.conditions import BodyConditions, of_body, with_supports_along
-from fecontact.app.decks.content import DeckContent, DeckFrame, DeckPair, DeckRigid, DeckStep
+from fecontact.app.decks.content import DeckContent, DeckCut, DeckFrame, DeckPair, DeckRigid, DeckStep
 from fecontact.app.decks.gaps import with_gaps
 from fecontact.app.decks.heat import changes
-from fecontact.app.decks.sections import thickness_of
+from fecontact.app.decks.sections import AXES, thickness_of
 from fecontact.app.scene_file.contents import SceneFile
 from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.rigid import Plane, RigidBody
@@ -37,6 +37,7 @@ from fecontact.mesh.facets import sides_of
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.scene.scene import Scene
+from fecontact.scene.tension import Tension
 from fecontact.surfaces import Facets
 from fecontact.surfaces.tied import followers, joined_by
 
@@ -116,6 +117,7 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
     """
     deck = _of_one_set_of_contacts(_with_added_nodes(deck))
     deck = replace(deck, mesh=with_gaps(deck.mesh, deck.contacts))
+    deck, forces = _with_shortenings(deck)
     parts = _parts(deck)
     _refuse_contact_within(deck, parts)
     known: dict[Any, DeckBody] = {}
@@ -173,7 +175,48 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
         tuple(steps) if several and along else (),
         notes,
         scenes if cases else (),
+        tuple(_tension(deck, made, cut, force) for cut, force in forces),
     )
+
+
+def _with_shortenings(deck: DeckContent) -> tuple[DeckContent, list[tuple[DeckCut, float]]]:
+    """The deck with the shortenings of its cuts prescribed, and the forces of those that bear one instead.
+
+    Raises
+    ------
+    InputError
+        If there is such a force in one of several steps, or another on the nodes of a cut.
+    """
+    found, steps = [], []
+    for step in deck.steps:
+        held, forces = step.held.copy(), step.forces.copy()
+        for cut in deck.cuts:
+            if step.forces[cut.twins].any():
+                raise InputError(
+                    f"{cut.place}: {step.name} has forces on nodes of the section, which is not done here.",
+                    code="not-supported",
+                )
+            if np.isnan(held[cut.node, 0]) and (force := float(forces[cut.node, 0])):
+                found.append((cut, force))
+                held[cut.node, 0] = forces[cut.node, 0] = 0.0
+        steps.append(replace(step, held=held, forces=forces))
+    if found and len(steps) > 1:
+        raise InputError(
+            f"{found[0][0].place}: a force tightens the section in a deck of {len(steps)} steps; here it does in one "
+            "of a single step. Prescribe its shortening, which a deck of this step alone finds, by *BOUNDARY.",
+            code="not-supported",
+        )
+    return replace(deck, steps=steps), found
+
+
+def _tension(deck: DeckContent, made: Sequence[DeckBody], cut: DeckCut, force: float) -> Tension:
+    """The force in a cut of a body."""
+    m = next(m for m in made if np.isin(cut.twins, m.nodes).all())
+    assert m.conditions is not None
+    values = np.asarray(m.conditions.given[:, [3 * cut.node]].todense()).ravel()
+    nodes = np.searchsorted(m.nodes, cut.twins[:, 0])
+    direction = cut.direction[AXES] if deck.mesh.is_flat else cut.direction
+    return Tension(m.body, values, nodes, direction, force)
 
 
 def _loose(loads: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -379,7 +379,8 @@ def _held_forces(body: ElasticBody, result: ContactResult, given: FrdField) -> t
     numbers, cells = body.mesh.file_nodes, body.mesh.cells
     assert numbers is not None
     held = np.zeros(len(body.mesh.points), bool)
-    held[body.model.held_nodes] = True
+    for name in body.supports:
+        held[body.mesh.boundary_nodes(name)] = True
     cell, column = np.nonzero(held[cells])
     nodes = cells[cell, column]
     n = len(held) + len(cells)

@@ -31,7 +31,7 @@ from fecontact.common.errors import InputError
 from fecontact.mesh.formats.abaqus_deck import KeywordSection, values_of
 
 #: Keywords of conditions, and those that follow one.
-CONDITIONS = ("EQUATION", "MPC", "COUPLING", "RIGID BODY")
+CONDITIONS = ("EQUATION", "MPC", "COUPLING", "RIGID BODY", "PRE-TENSION SECTION")
 OF_COUPLING = ("KINEMATIC", "DISTRIBUTING")
 #: Distance of a node from the plane or line of *MPC, relative to their size, that is rounding of a deck.
 OFF = 1e-4
@@ -157,6 +157,8 @@ def reference_names(keywords: Sequence[KeywordSection]) -> list[str]:
     for s in keywords:
         if s.keyword in ("COUPLING", "RIGID BODY"):
             out += [s.parameters[name] for name in ("REF NODE", "ROT NODE") if name in s.parameters]
+        elif s.keyword == "PRE-TENSION SECTION":
+            out += [s.parameters.get("NODE", "")]
         elif s.keyword in ("EQUATION", "MPC"):
             out += s.items
     return out

@@ -127,6 +127,28 @@ class DeckSpring:
     nodes: tuple[int, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class DeckCut:
+    """A pre-tension section: its reference node, which has its shortening, and where both sides of the cut are.
+
+    Attributes
+    ----------
+    reference, place : str
+    twins : (n, 2) int array
+        Points of its sides A and B.
+    direction : (3,) array
+        Unit vector in the axes of the deck.
+    node : int
+        Place of the reference node.
+    """
+
+    reference: str
+    place: str
+    twins: IntArray
+    direction: Array
+    node: int = -1
+
+
 @dataclass
 class Remarks:
     """Remarks on a deck: notes, warnings of what may change its answer, and keywords that ask for output."""
@@ -215,6 +237,7 @@ class DeckContent:
         Of the sections, in their order.
     between : (n, 3) int array, optional
         Points of sections that are no nodes of the deck and lie between two others: their numbers, and those of these.
+    cuts : sequence of DeckCut
     """
 
     source: str
@@ -235,6 +258,7 @@ class DeckContent:
     state: str | None = None
     thicknesses: Sequence[float] = ()
     between: IntArray | None = None
+    cuts: Sequence[DeckCut] = ()
 
 
 def look_up(name: str, known: Mapping[str, IntArray], what: str, place: str) -> str:

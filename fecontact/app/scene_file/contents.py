@@ -15,6 +15,7 @@ from fecontact.results.case_table import CaseTable
 from fecontact.results.result import ContactResult
 from fecontact.scene.load_path import LoadPath
 from fecontact.scene.scene import Scene
+from fecontact.scene.tension import Tension, solve_tightened
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +41,8 @@ class SceneFile:
         Of a deck: what was changed and what is not used; what may change the answer is among the scene's warnings.
     scenes : sequence of Scene
         Those of the cases, where supports differ between them; the first is `scene`. Empty unless given.
+    tensions : tuple of Tension
+        Forces in cuts, of bolts that are tightened.
     """
 
     path: Path
@@ -53,6 +56,7 @@ class SceneFile:
     steps: tuple[dict[str, Any], ...] = ()
     notes: tuple[str, ...] = ()
     scenes: Sequence[Scene] = ()
+    tensions: tuple[Tension, ...] = ()
 
     @property
     def _verb(self) -> str:
@@ -70,6 +74,8 @@ class SceneFile:
         if given := self.cases or self.steps:
             what = "cases" if self.cases else "steps of a load path"
             raise InputError(f"{self.path.name} has {len(given)} {what}: call {self._verb}() instead of solve().")
+        if self.tensions:
+            return solve_tightened(self.scene, self.tensions, self.loads, self.options)
         return self.scene.solve(**self.loads, **self.options)
 
     def solve_path(self) -> LoadPath:
