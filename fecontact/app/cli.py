@@ -262,6 +262,7 @@ def _solve(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--max-seconds", type=float, metavar="S", help="limit of the way there; the best is then kept")
     parser.add_argument("--engine", metavar="petsc", help="solve by PETSc on several processes under MPI")
     parser.add_argument("--beside", choices=("ccx",), help="a deck: solve it by CalculiX too, and compare")
+    parser.add_argument("--divide", type=int, default=0, metavar="N", help="a deck: divide each cell so many times")
     parser.add_argument("--beside-plot", metavar="FILE", help="with --beside: a picture of both")
     parser.add_argument("-n", "--ranks", type=int, metavar="N", help="number of processes of the engine petsc")
     _laws(parser)

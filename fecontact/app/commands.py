@@ -166,7 +166,7 @@ def solve(options: argparse.Namespace) -> int:
         if any(options.units):
             values["units"] = dict(zip(("length", "force", "stress"), options.units, strict=True))
 
-    scene = read_scene(options.scene, out=out, change=change, laws=options.laws)
+    scene = read_scene(options.scene, out=out, change=change, laws=options.laws, divide=options.divide)
     if options.dry_run:
         say(scene.describe())
         return 0
@@ -212,7 +212,7 @@ def _beside(
     """Text and figures with those of another program, if asked, after some steps of the deck."""
     if not options.beside:
         return text, figures
-    beside = beside_ccx(Path(options.scene), result, n_steps)
+    beside = beside_ccx(Path(options.scene), result, n_steps, options.divide)
     if options.beside_plot:
         beside.plot(options.beside_plot, units=result.unit_names)
         text = f"{text}\nwrote {options.beside_plot}"

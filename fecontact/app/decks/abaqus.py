@@ -36,6 +36,7 @@ from fecontact.app.decks.conditions import (
 )
 from fecontact.app.decks.content import DeckContent, DeckCut, DeckPair, DeckStep, Remarks, look_up
 from fecontact.app.decks.cyclic import sector, sector_conditions, sectors_of
+from fecontact.app.decks.divided import divided_deck
 from fecontact.app.decks.elastic import linear_elastic, orientation
 from fecontact.app.decks.heat import expansion_of, temperatures_of
 from fecontact.app.decks.materials import compressibility, hyperelastic, hyperfoam
@@ -168,8 +169,8 @@ class Found:
         return look_up(name, mesh.boundaries, "surface of solids", place)
 
 
-def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
-    """Contents of a deck, with its laws of finite strain or with their moduli at rest.
+def read_deck(path: Path, laws: str = FINITE, divide: int = 0) -> DeckContent:
+    """Contents of a deck, with its laws of finite strain or their moduli at rest, its cells divided so many times.
 
     Raises
     ------
@@ -179,6 +180,7 @@ def read_deck(path: Path, laws: str = FINITE) -> DeckContent:
     keywords = one_spelling(list(read_sections(path)))
     if missing := missing_files(keywords):
         raise InputError(f"Files that {path.name} includes are missing: {', '.join(missing)}.", code="missing-files")
+    keywords = divided_deck(keywords, path.name, divide)
     found = Found.of(keywords)
     first = next((k for k, s in enumerate(keywords) if s.keyword == "STEP"), len(keywords))
     mesh: Mesh | PlaneCells

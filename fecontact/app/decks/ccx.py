@@ -9,8 +9,10 @@ Source: G. Dhondt, CalculiX CrunchiX User's Manual 2.20, *NODE FILE, *CONTACT FI
 (.frd), whose numbers are of single precision, in CalculiX GraphiX, "Results Format". A second run solves what is
 solved here. Its penalties are `STIFFER` times as stiff: overlap is pressure over the one of *SURFACE BEHAVIOR,
 `DEFAULT` times Young's modulus where none is given, and what sticks slips by shear over the one of *FRICTION; a
-pressure over overlap that is meant, and solved here as it is, stays. Elements of reduced integration become those of
-full, and strains are small (no NLGEOM), unless poses were carried along here, or laws are of finite strain.
+pressure over overlap that is meant, and solved here as it is, stays. Nodes that touch faces become faces that do: node
+to surface fails the patch test. Elements of reduced integration become those of full, and strains are small (no
+NLGEOM), unless poses were carried along here, or laws are of finite strain. Rigid motions that neither supports nor
+contact determine, as a sector's turn about its axis, are held, and displacements compared up to them.
 """
 
 from __future__ import annotations
@@ -27,10 +29,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from fecontact.app.decks.abaqus_steps import STATIC
+from fecontact.app.decks.divided import divided_deck
 from fecontact.app.decks.sections import AXES, state_of
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.arrays import Array, IntArray
@@ -50,10 +54,14 @@ REQUESTS = "*NODE FILE\nU, RF\n*CONTACT FILE\nCSTR\n"
 PLANE_REQUESTS = "*NODE FILE, OUTPUT=2D\nU, RF\n"
 #: Fields of .frd files that are read; the fourth component of the last is the pressure.
 DISPLACEMENTS, FORCES, CONTACT = "DISP", "FORC", "CONTACT"
+#: Contact of faces in ccx, and laws of overlap that its nodes alone follow.
+FACES, OF_NODES = "SURFACE TO SURFACE", ("TABULAR", "EXPONENTIAL")
 #: How many times as stiff the penalties of the second run are.
 STIFFER = 50.0
 #: The penalty of hard contact in ccx over the largest Young's modulus (measured; per length).
 DEFAULT = 50.0
+#: Part of the most that is resisted of rigid motions, below which it is rounding of a deck's coordinates.
+LOOSE = 1e-4
 #: Lines of a log that are shown of a run that failed.
 LAST = 5
 
@@ -216,8 +224,10 @@ def check_ccx(deck: Path) -> str:
     return found
 
 
-def beside_ccx(deck: Path, result: ContactResult, n_steps: int | None = None) -> BesideCcx:
+def beside_ccx(deck: Path, result: ContactResult, n_steps: int | None = None, divide: int = 0) -> BesideCcx:
     """Solve a deck by ccx and compare with a result of it, of its last step, or the last of its first `n_steps`.
+
+    Its cells are divided so many times as those of the result.
 
     Raises
     ------
@@ -226,7 +236,7 @@ def beside_ccx(deck: Path, result: ContactResult, n_steps: int | None = None) ->
     SolverError
         If ccx fails, with the end of what it said.
     """
-    program, sections = check_ccx(deck), list(read_sections(deck))
+    program, sections = check_ccx(deck), divided_deck(list(read_sections(deck)), deck.name, divide)
     ends = [k + 1 for k, section in enumerate(sections) if section.keyword == "END STEP"]
     sections = _static(sections if n_steps is None else sections[: ends[n_steps - 1]])
     beside = compared(result, *_solved(program, deck.name, sections))
@@ -234,9 +244,11 @@ def beside_ccx(deck: Path, result: ContactResult, n_steps: int | None = None) ->
     soft = any(contact.overclosure is not None for contact in result.scene.contacts)
     changes = []
     for what, change in (
+        ("faces on faces", _of_faces),
         (f"penalties x {STIFFER:g}", partial(_stiffened, modulus=modulus, soft=soft)),
         ("full integration", _in_full),
         ("small strains", list if result._originals or result.finite_strain else _small),
+        ("held where nothing resists", partial(_held, result=result)),
     ):
         changed = change(sections)
         changes += [what] * (changed != sections)
@@ -263,6 +275,52 @@ def _static(sections: list[KeywordSection]) -> list[KeywordSection]:
             kept += step if any(part.keyword in STATIC for part in step) else []
             step = []
     return kept + step
+
+
+def _of_faces(sections: list[KeywordSection]) -> list[KeywordSection]:
+    """Sections with contact of faces in place of nodes, where the slave has faces and the law is one of faces too."""
+    nodes = {s.parameters.get("NAME", "").upper() for s in sections if s.parameters.get("TYPE", "").upper() == "NODE"}
+    owner, of_nodes = "", set[str]()
+    for s in sections:
+        owner = s.parameters.get("NAME", "").upper() if s.keyword == "SURFACE INTERACTION" else owner
+        if s.keyword == "SURFACE BEHAVIOR" and s.parameters.get("PRESSURE-OVERCLOSURE", "HARD").upper() in OF_NODES:
+            of_nodes.add(owner)
+    return [
+        replace(s, parameters={k: v for k, v in s.parameters.items() if k != "SMALL SLIDING"} | {"TYPE": FACES})
+        if s.keyword == "CONTACT PAIR"
+        and s.parameters.get("TYPE", "").upper() == "NODE TO SURFACE"
+        and s.parameters.get("INTERACTION", "").upper() not in of_nodes
+        and not any(line.split(",")[0].strip().upper() in nodes for line in s.lines)
+        else s
+        for s in sections
+    ]
+
+
+def _held(sections: list[KeywordSection], result: ContactResult) -> list[KeywordSection]:
+    """Sections with a support of one node for each rigid motion that is not determined."""
+    lines = []
+    for body in elastic_among(result.scene.bodies):
+        modes, numbers = _undetermined(result, body), body.mesh.file_nodes
+        assert numbers is not None
+        used = np.zeros(len(modes), bool) if body.conditions is None else np.diff(body.conditions.tocsc().indptr) > 0
+        choice = np.flatnonzero(~used & np.repeat(numbers >= 0, 3))
+        order = scipy.linalg.qr(modes[choice].T, mode="economic", pivoting=True)[2]
+        for node, component in zip(*np.divmod(choice[order[: modes.shape[1]]], 3), strict=True):
+            lines.append(f"{numbers[node]},{component + 1}")
+    first = next(k for k, s in enumerate(sections) if s.keyword == "STEP")
+    if not lines or any(s.keyword == "TRANSFORM" for s in sections):
+        return sections
+    return [*sections[:first], KeywordSection("BOUNDARY", {}, lines), *sections[first:]]
+
+
+def _undetermined(result: ContactResult, body: ElasticBody) -> Array:
+    """Rigid motions (3 n, k) of a body that its supports and conditions leave free where nothing touches."""
+    if result.contacts or result.springs or body._dimension != "space":
+        return np.zeros((3 * len(body.mesh.points), 0))
+    scale = np.array([1.0] * 3 + [1 / body.size] * 3)
+    rows = np.concatenate([np.zeros((6, 6)), body.model.nodal_modes[body.model.held] * scale])
+    _, singular, motions = np.linalg.svd(np.linalg.qr(rows, mode="r"))
+    return np.asarray(body.rigid_modes @ (motions[singular <= LOOSE * singular.max()] * scale).T)
 
 
 def _in_full(sections: list[KeywordSection]) -> list[KeywordSection]:
@@ -305,12 +363,13 @@ def _stiffened(sections: list[KeywordSection], modulus: float, soft: bool) -> li
 
 
 def _scaled(section: KeywordSection, word: int, least: float) -> KeywordSection:
-    """A keyword with a number of its first line `STIFFER` times as large or `least`, where it has one."""
+    """A keyword with a number of its first line, zero where it is left out, `STIFFER` times as large or `least`."""
     first, *others = section.lines or [""]
-    words = first.split(",")
-    if len(words) <= word or not words[word].strip():
+    words = [*first.split(","), *[""] * word]
+    if not words[0].strip():
         return section
-    words[word] = f"{max(STIFFER * values_of(words[word])[0], least):.12g}"
+    words[word] = f"{max(STIFFER * values_of(words[word] + ',')[0], least):.12g}"
+    words = words[: max(word + 1, len(first.split(",")))]
     return replace(section, lines=[",".join(words), *others])
 
 
@@ -355,6 +414,8 @@ def compared(result: ContactResult, whole: Mapping[str, FrdField], seconds: floa
         assert numbers is not None
         _, own, other = np.intersect1d(numbers, given.nodes, return_indices=True)
         ours, theirs = result.displacement(body)[own], given.values[other, :3]
+        modes = _undetermined(result, body)[(3 * own[:, None] + np.arange(3)).ravel()]
+        theirs = theirs - (modes @ np.linalg.lstsq(modes, (theirs - ours).ravel(), rcond=None)[0]).reshape(-1, 3)
         moved[body.name] = np.linalg.norm([ours, theirs], axis=2)
         sizes = [float(np.linalg.norm(u, axis=1).max(initial=0.0)) for u in (ours, theirs, ours - theirs)]
         rows.append((f"largest displacement of {body.name}", sizes[0], sizes[1]))

@@ -16,14 +16,19 @@ from fecontact.common.errors import InputError
 DECKS: dict[str, Callable[[Path, str], DeckContent]] = {".inp": read_deck, ".feb": read_feb}
 
 
-def read_deck_scene(path: Path, laws: str = FINITE) -> SceneFile:
-    """Scene of a deck, checked.
+def read_deck_scene(path: Path, laws: str = FINITE, divide: int = 0) -> SceneFile:
+    """Scene of a deck, checked, its cells divided so many times, see `divided`.
 
     Raises
     ------
     InputError, MeshError
-        If there is no such file, or it has no scene with a contact of two bodies.
+        If there is no such file, it has no scene with a contact of two bodies, or its cells cannot be divided.
     """
     if not path.is_file():
         raise InputError(f"There is no file {path}.", code="no-file")
-    return make_scene(DECKS[path.suffix.lower()](path, laws), path)
+    if divide and path.suffix.lower() != ".inp":
+        raise InputError(
+            f"The cells of decks of Abaqus and CalculiX are divided; found {path.name}.", code="not-divided"
+        )
+    deck = read_deck(path, laws, divide) if divide else DECKS[path.suffix.lower()](path, laws)
+    return make_scene(deck, path)

@@ -57,6 +57,7 @@ def read_scene(
     out: str | Path | None = None,
     change: Callable[[dict[str, Any]], object] | None = None,
     laws: str = FINITE,
+    divide: int = 0,
 ) -> SceneFile:
     """Read a scene file and check all of it, including boundaries of meshes and output paths.
 
@@ -73,6 +74,8 @@ def read_scene(
         Function that modifies the file's contents in place before the checks; of a deck, its options of the solution.
     laws : {'finite-strain', 'small-strain'}
         Hyperelastic laws of a deck as they are, or by their moduli at rest, of which the result warns.
+    divide : int
+        How many times to divide each solid cell of a deck (``.inp``) into eight.
 
     Raises
     ------
@@ -110,9 +113,11 @@ def read_scene(
     path = file_path("the path of a scene file", path)
     among("laws", laws, LAWS)
     if path.suffix.lower() in DECKS:
-        return _deck(path, out, change, laws)
+        return _deck(path, out, change, laws, divide)
     if laws != FINITE:
         raise InputError(f"laws={laws!r} is for decks; a scene file names its materials.", code="not-a-deck")
+    if divide:
+        raise InputError(f"divide={divide!r} is for decks; a scene file names its meshes.", code="not-a-deck")
     root = read_toml(path)
     if change is not None:
         values = dict(root.values)
@@ -146,7 +151,7 @@ def read_scene(
 
 
 def _deck(
-    path: Path, out: str | Path | None, change: Callable[[dict[str, Any]], object] | None, laws: str
+    path: Path, out: str | Path | None, change: Callable[[dict[str, Any]], object] | None, laws: str, divide: int
 ) -> SceneFile:
     """The scene of a deck, with options and outputs."""
     values: dict[str, Any] = {}
@@ -155,7 +160,7 @@ def _deck(
     root = Table(values, (), Faults(path, {}))
     options, units = _solve_options(root.table("solve")), _units(root.table("units"))
     root.faults.check()
-    scene = read_deck_scene(path, laws)
+    scene = read_deck_scene(path, laws, divide)
     scene = replace(scene, options={**scene.options, **options}, scene=replace(scene.scene, units=units))
     if out is None:
         return scene

@@ -15,6 +15,7 @@ from fecontact.app.decks.ccx import (
     STIFFER,
     FrdField,
     _in_full,
+    _of_faces,
     _small,
     _stiffened,
     beside_ccx,
@@ -171,13 +172,51 @@ def test_the_second_run_solves_what_is_solved_here() -> None:
         one("FRICTION", ".2, 1e2"),
         one("FRICTION", ".2, 1e9"),
         one("FRICTION", ".2"),
+        one("FRICTION", ROUGH=""),
     ]
-    stiff = [s.lines[0] for s in _stiffened(behaviour, 100.0, soft=False)]
-    assert stiff == ["250000", "500000, 3.", "1, 2", ".2,250000", ".2,50000000000", ".2"]
-    assert [s.lines[0] for s in _stiffened(behaviour, 100.0, soft=True)] == ["1e4, 3."] * 2 + stiff[2:]
+    stiff = [s.lines[0] if s.lines else "" for s in _stiffened(behaviour, 100.0, soft=False)]
+    assert stiff == ["250000", "500000, 3.", "1, 2", ".2,250000", ".2,50000000000", ".2,250000", ""]
+    assert [s.lines[0] if s.lines else "" for s in _stiffened(behaviour, 100.0, soft=True)] == ["1e4, 3."] * 2 + stiff[
+        2:
+    ]
     kinds = [s.parameters["TYPE"] for s in _in_full([one("ELEMENT", TYPE=t) for t in ("C3D20R", "cps8r", "CPE4")])]
     assert kinds == ["C3D20", "cps8", "CPE4"]
     assert [s.parameters for s in _small([one("STEP", NLGEOM="", INC="9"), one("STATIC")])] == [{"INC": "9"}, {}]
+    nodes = {"TYPE": "NODE TO SURFACE", "SMALL SLIDING": ""}
+    pairs = [
+        one("SURFACE", "1, S1", NAME="Of faces"),
+        one("SURFACE", "1", NAME="Of nodes", TYPE="NODE"),
+        one("SURFACE INTERACTION", NAME="Hard"),
+        one("SURFACE BEHAVIOR", **{"PRESSURE-OVERCLOSURE": "HARD"}),
+        one("SURFACE INTERACTION", NAME="Table"),
+        one("SURFACE BEHAVIOR", "1, 2", **{"PRESSURE-OVERCLOSURE": "TABULAR"}),
+        one("CONTACT PAIR", "of faces, other", INTERACTION="hard", **nodes),
+        one("CONTACT PAIR", "of nodes, other", INTERACTION="hard", **nodes),
+        one("CONTACT PAIR", "of faces, other", INTERACTION="table", **nodes),
+    ]
+    assert [s.parameters for s in _of_faces(pairs)[-3:]] == [
+        {"INTERACTION": "hard", "TYPE": "SURFACE TO SURFACE"},
+        {"INTERACTION": "hard", **nodes},
+        {"INTERACTION": "table", **nodes},
+    ]
+
+
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
+def test_rigid_motions_that_nothing_determines_are_held_there_and_not_compared(tmp_path) -> None:
+    """A column of two parts that are tied, pulled by hand at both ends, free along its axis: by F h / (E A)."""
+    path = tmp_path / "tied.inp"
+    held = "*BOUNDARY\nLOW_x_min, 1, 1\nLOW_y_min, 2, 2\nUP_x_min, 1, 1\nUP_y_min, 2, 2\n"
+    pull = "*CLOAD\nLOW_bottom, 3, -1.\nUP_top, 3, 1.\n"
+    text = deck_of(blocks(divisions=((1, 1, 1), (1, 1, 1))), step(pull), held)
+    text = text.replace("*CONTACT PAIR, INTERACTION=I\n", "*TIE, NAME=T\n").replace(", 0.3\n", ", 0.\n")
+    path.write_text(text)
+    result = fc.read_scene(path).solve()
+    body = result.scene.bodies[0]
+    assert abs(np.ptp(result.displacement(body)[:, 2]) - 4 * 2 / 100) <= 1e-12
+    found = beside_ccx(path, result)
+    assert found.changes == "held where nothing resists"
+    # six digits of its displacements
+    assert max(found.alike_apart.values()) <= 1e-5
 
 
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
