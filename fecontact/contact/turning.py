@@ -27,7 +27,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.contact.coupling.mortar import quadrature
 from fecontact.contact.coupling.nodal import facets_at_nodes
 from fecontact.contact.interface import Interface
-from fecontact.surfaces.facet_surface import FacetSurface, own_facets, with_nodes
+from fecontact.surfaces.facet_surface import FacetSurface, Projection, Surface, own_facets, with_nodes
 from fecontact.surfaces.nodal_weights import components_along
 from fecontact.surfaces.normals import field_derivative, normal_derivative
 
@@ -101,7 +101,9 @@ def press(interface: Interface, forces: Array, share: float = 1.0, turns: bool =
         return
     if soft and not other and not turns:
         turn, each = pairing.rotation, np.arange(len(used) + 1)
-        H = -pressing[used, None, None] * (turn.T @ _normal_gradients(interface, used) @ turn)
+        master = interface.master
+        gradients = normal_gradients(master.surface(interface.surfaces[1]), pairing.projection.chosen(used), master.size)
+        H = -pressing[used, None, None] * (turn.T @ gradients @ turn)
         wide = sp.kron(pairing.slave_weights[used], sp.eye_array(3), format="csr")
         interface.slave._bend(sp.csr_matrix(wide.T @ sp.bsr_matrix((H, each[:-1], each)) @ wide))
     elif soft and share:
@@ -126,14 +128,15 @@ def _on_slave(interface: Interface, used: IntArray) -> tuple[IntArray, IntArray,
     return number[node[kept]], facet[kept], local[kept]
 
 
-def _normal_gradients(interface: Interface, used: IntArray) -> Array:
-    """Derivatives (n, 3, 3) of the master's normals by the positions of samples, in its axes."""
-    projection = interface.pairing.projection.chosen(used)
-    surface = interface.master.surface(interface.surfaces[1])
+def normal_gradients(surface: Surface, projection: Projection, size: float) -> Array:
+    """Derivatives (n, 3, 3) of a surface's normals by the positions of points, from their projection on it.
+
+    `size` is that of its shape, for differences where it has no facets.
+    """
     facets = own_facets(surface)
     if facets is None or projection.facet is None or projection.local is None:
         points = projection.points + projection.gap[:, None] * projection.normals
-        return normal_derivative(surface, points, interface.master.size)
+        return normal_derivative(surface, points, size)
     along = facets.evaluate(projection.facet, projection.local)[1]
     H = field_derivative(facets, projection.facet, projection.local)[1] @ np.linalg.pinv(along)
     return np.asarray(H + H.swapaxes(1, 2)) / 2

@@ -31,6 +31,7 @@ from fecontact.results.result import ContactResult
 from fecontact.scene.carried import posed_scene
 from fecontact.scene.linear import Settings, solved
 from fecontact.scene.local_search import SearchHistory, solve_local
+from fecontact.scene.turning_steps import newton_step
 
 #: Change of pose, relative to the elastic displacements, at convergence. The last change is included in the linearised
 #: solution, so the remaining error is of its square.
@@ -333,7 +334,8 @@ class _Path:
         prescribed = [f.prescribed for f in result._loading.frames]
         steps = driven_motions(result) - prescribed * _taken_up(self._scene)
         self._first = self.size_of(steps)
-        self._place = steps * self._share(steps, result)
+        ahead = newton_step(result, steps)
+        self._place = ahead * self._share(ahead, result)
         self._linear = steps, _forces(result)
 
     def begin_at(self, poses: Sequence[Pose]) -> None:
@@ -389,7 +391,7 @@ class _Path:
 
     def go_on(self, result: ContactResult) -> None:
         """Set the next iterate from the present one and its step."""
-        steps, places = self.steps(result), self._place
+        steps, places = newton_step(result, self.steps(result)), self._place
         self._guide.settle()
         share = self._share(steps, result)
         if share < 1:
