@@ -571,12 +571,15 @@ class SearchRadius:
         Predicted rigid motion of one side relative to the other, in world axes; None if unknown.
     local : LocalReach, optional
         Displacement of every facet of both sides; None if unknown.
+    chosen : (bool, str, str), optional
+        Coupling chosen in nearly the same poses: whether the sides are swapped, its kind, and the note.
     """
 
     distance: float
     elastic: float
     increment: RigidIncrement | None = None
     local: LocalReach | None = None
+    chosen: tuple[bool, str, str] | None = None
 
     def turned_over(self) -> SearchRadius:
         """The same with swapped sides of the contact."""

@@ -102,7 +102,9 @@ def press(interface: Interface, forces: Array, share: float = 1.0, turns: bool =
     if soft and not other and not turns:
         turn, each = pairing.rotation, np.arange(len(used) + 1)
         master = interface.master
-        gradients = normal_gradients(master.surface(interface.surfaces[1]), pairing.projection.chosen(used), master.size)
+        gradients = normal_gradients(
+            master.surface(interface.surfaces[1]), pairing.projection.chosen(used), master.size
+        )
         H = -pressing[used, None, None] * (turn.T @ gradients @ turn)
         wide = sp.kron(pairing.slave_weights[used], sp.eye_array(3), format="csr")
         interface.slave._bend(sp.csr_matrix(wide.T @ sp.bsr_matrix((H, each[:-1], each)) @ wide))

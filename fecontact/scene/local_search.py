@@ -173,19 +173,24 @@ def check_search_region(result: ContactResult) -> tuple[bool, list[SearchRadius 
         distance = max(SPARE * search_radius.distance, motion) if missed else search_radius.distance
         sides = bounds[0].reshape(len(slave.facets), -1).max(axis=1), bounds[1]
         local = LocalReach((SPARE * sides[0], SPARE * sides[1]), (interface.slave.pose, interface.master.pose))
-        asked = SearchRadius(distance, SPARE * bridge, increment, local)
-        out.append(asked if interface.slave is contact.slave else asked.turned_over())
+        asked, swapped = SearchRadius(distance, SPARE * bridge, increment, local), interface.slave is not contact.slave
+        chosen = swapped, interface.pairing.coupling, interface.note
+        out.append(replace(asked.turned_over() if swapped else asked, chosen=chosen))
     return enough, out
 
 
 def predict_radius(search_radius: SearchRadius | None, first: SearchRadius | None) -> SearchRadius | None:
-    """Search radius for the next pose of a sweep, from that of the last one and an initial value."""
+    """Search radius for the next pose of a sweep, from that of the last one and an initial value.
+
+    The coupling stays as it is where the last pose is an iterate of this one.
+    """
     if search_radius is None or first is None or search_radius.increment is None:
         return first
     wider, local = FOLLOWING / SPARE, search_radius.local
     if local is not None:
         local = replace(local, sides=(wider * local.sides[0], wider * local.sides[1]))
-    return SearchRadius(first.distance, wider * search_radius.elastic, search_radius.increment, local)
+    chosen = search_radius.chosen if search_radius.increment is STILL else None
+    return SearchRadius(first.distance, wider * search_radius.elastic, search_radius.increment, local, chosen)
 
 
 def _movement(result: ContactResult, interface: Interface) -> tuple[RigidIncrement, list[Array]]:

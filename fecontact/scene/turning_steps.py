@@ -1,19 +1,21 @@
-"""Newton's step of poses: the motion of a linearised problem, and what turning lines of action add to it.
+"""Newton's step of poses: the motion of a linearised problem, and what it would ask for next.
 
-A problem of small motions keeps its lines of action n. Moved by d = u_s - u_m from the place where they are, they turn
-by (see `contact.turning` for the derivative H of the master's normals by position)
+A problem of small motions keeps the lines of action m of its points. Moved on by p, so that the bodies shift by
+d = u_s - u_m against each other, the lines turn by (see `contact.turning` for the derivative H of the master's normals
+n by position)
 
-    Dn = (1 - s) [t_m x n + H d] + s t_s x n,   less its part along n,
+    Dm = (1 - s) [t_m x n + H d] + s t_s x n,   less its part along n,
 
-with the rotations t of slave and master and the share s of the slave's normal in the lines (`surfaces.normals`). The
-forces f of the contact points then balance the load no longer, by K p = sum f Dn . (v_s - v_m) for the free motions v
-of the bodies. The problem answers with the motions q of
+with the rotations t of slave and master and the share s of the slave's normal in the lines (`surfaces.normals`), and
+gaps along them change by d.n / (m.n), as the foot of each point moves across n, and not by d.m. The forces f of the
+points then balance the load no longer, by K p = sum f Dm . (v_s - v_m) for the free motions v of the bodies. Closed
+points answer by the changes l of forces and the motions q
 
-    B S^-1 B^T q = K p   on the closed points,
+    S l + E p + B^T q = 0,   B l + K p = 0,   E p = d.n / (m.n) - d.m.
 
-so the next problem asks for A p, A = (B S^-1 B^T)^-1 K, if the poses go on by the motion p of this one. All of them
-together lead to (1 - A)^-1 p, Newton's step (Nocedal & Wright, Numerical Optimization, 2nd ed. 2006, section 11.1).
-Where A is not well below one, the equilibrium may not be stable, and steps are left as they are.
+So the next problem asks for A p = q, and all of them together lead to (1 - A)^-1 p, Newton's step (Nocedal & Wright,
+Numerical Optimization, 2nd ed. 2006, section 11.1). Where A is not well below one, the equilibrium may not be stable,
+and steps are left as they are.
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.contact.coupling.choose import line_share
 from fecontact.contact.interface import Interface
 from fecontact.contact.turning import normal_gradients
+from fecontact.mesh.facets import unit_vectors
 from fecontact.results.contact_fields import ContactFields
 from fecontact.results.result import ContactResult
 from fecontact.surfaces.facet_surface import has_cells
@@ -80,7 +83,7 @@ def _turning(
     interface: Interface, contact: ContactFields, pressed: IntArray, about: Array, other: Array
 ) -> tuple[Array, Array, Array]:
     """Turns (n, 3, 2, 6) of the forces of points (n,) by motions of both bodies, what drives them, gaps (n, 2, 6)."""
-    x, pose = contact.points[pressed], interface.master.pose
+    x, pose = contact._centres[pressed], interface.master.pose
     surface = interface.master.surface(interface.surfaces[1])
     foot = surface.project(pose.to_body(x))
     R, n = pose.rotation, foot.normals @ pose.rotation.T
@@ -92,7 +95,9 @@ def _turning(
     turn[:, :, 0, 3:] += share * across
     turn[:, :, 1, 3:] += (1 - share) * across
     turn -= np.einsum("ni,nj,njak->niak", n, n, turn)
-    missed = np.einsum("ni,niak->nak", n - contact.normals[pressed], drive)
+    lines = unit_vectors(contact.normals[pressed])
+    slope = n / np.einsum("ni,ni->n", n, lines)[:, None] - lines
+    missed = np.einsum("ni,niak->nak", slope, drive)
     return contact.forces[pressed, None, None, None] * turn, drive, missed
 
 

@@ -275,39 +275,52 @@ def _met(
     slack: float,
 ) -> tuple[Array, Mask]:
     """`meet` for one block of points."""
-    field = normals_of(surface).field.relative_to(facet, np.zeros_like(points)) * (1 - share)
-    field[0, 0] += share * normals.T
-    polynomials = np.concatenate([surface.polynomials.relative_to(facet, points), field], axis=2)
     local, met = np.clip(local, -slack, 1 + slack).T.copy(), np.zeros(len(points), bool)
     active = np.flatnonzero(_facing(surface, facet, local.T, normals))
-    polynomials = polynomials[..., active]
+    polynomials = _lines_from(surface, facet[active], points[active], normals[active], share)
     only_triangles = surface.polynomials.only_triangles
-    d: Array | None = None
-    for _ in range(MAX_ITERATIONS if len(active) else 0):
+    going, d = np.ones(len(active), bool), np.zeros(0)
+    for k in range(MAX_ITERATIONS if len(active) else 0):
         before = local[:, active]
         value, along_s, along_t = first_derivatives(polynomials, before[0], before[1], only_triangles)
         r, m = value[:3], value[3:]
-        d = -dot(r, m) / dot(m, m) if d is None else d
+        d = d if k else -dot(r, m) / dot(m, m)
         F, a, b = r + d * m, along_s[:3] + d * along_s[3:], along_t[:3] + d * along_t[3:]
         b_m = cross(b, m)
         det = dot(a, b_m)
         # beyond a centre of curvature the lines have crossed
         forward = det > 0
-        det = np.where(forward, det, np.inf)
+        det = np.where(forward & going, det, np.inf)
         step = -np.stack([dot(F, b_m), dot(F, cross(m, a))]) / det
         d = d - dot(F, cross(a, b)) / det
         after = np.clip(before + np.clip(step, -1.0, 1.0), -slack, 1 + slack)
         local[:, active] = after
         small = forward & (np.abs(step).max(axis=0) <= STEP_TOLERANCE)
-        met[active[small]] = True
-        left = np.flatnonzero(forward & ~small & (after != before).any(axis=0))
+        met[active[going & small]] = True
+        going &= forward & ~small & (after != before).any(axis=0)
+        left = np.flatnonzero(going)
         if len(left) == 0:
             break
-        if len(left) < len(active):
-            active, polynomials, d = active[left], polynomials[..., left], d[left]
+        # the others stay where they are; to leave them out of the arrays takes as long as a step
+        if 2 * len(left) < len(active):
+            active, polynomials, d, going = active[left], polynomials[..., left], d[left], going[left]
     out = np.ascontiguousarray(local.T)
     met[met] = _facing(surface, facet[met], out[met], normals[met])
     return out, met
+
+
+def _lines_from(surface: FacetSurface, facet: IntArray, points: Array, normals: Array, share: float) -> Array:
+    """Coefficients (m, m, 6, n) of facets relative to points (n, 3), and of the lines of action."""
+    field, place = normals_of(surface).field, surface.polynomials
+    m = len(place.coefficients)
+    out = np.empty((m, m, 6, len(facet)))
+    for i in range(m):
+        for j in range(m - i if place.only_triangles else m):
+            out[i, j, :3], out[i, j, 3:] = place.coefficients[i, j][:, facet], field.coefficients[i, j][:, facet]
+            out[i, j, 3:] *= 1 - share
+    out[0, 0, :3] += place.origin[:, facet] - points.T
+    out[0, 0, 3:] += share * normals.T + (1 - share) * field.origin[:, facet]
+    return out
 
 
 def _facing(surface: FacetSurface, facet: IntArray, local: Array, normals: Array) -> Mask:

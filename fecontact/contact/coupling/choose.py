@@ -346,12 +346,19 @@ def _chosen(given: CouplingChoice, swapped: bool, kind: str, note: str, reason: 
 def build_interface(contact: Contact, loading: Loading, search_radius: SearchRadius | None = None) -> Interface:
     """Choose the coupling of a contact and pair it once, see `sides`, `choose_coupling` and `pair_chosen`."""
     given = sides(contact, search_radius)
+    if search_radius is not None and search_radius.chosen is not None:
+        swapped, kind, note = search_radius.chosen
+        given = given if (given.slave is not contact.slave) == swapped else given.turned_over()
+        given = replace(given, kind=kind, note=note)
+        return pair_chosen(given, given, given.surface_pair(given.region()), checked=True)
     seen = given.surface_pair(replace(given, kind="nodal").region())
     return pair_chosen(given, choose_coupling(contact, given, seen, loading), seen)
 
 
-def pair_chosen(given: CouplingChoice, chosen: CouplingChoice, seen: SurfacePair) -> Interface:
+def pair_chosen(given: CouplingChoice, chosen: CouplingChoice, seen: SurfacePair, checked: bool = False) -> Interface:
     """Pair a contact as it was chosen by the nodes `seen` of the side that was the slave before.
+
+    An iterate of a pose is `checked` already.
 
     Raises
     ------
@@ -360,14 +367,14 @@ def pair_chosen(given: CouplingChoice, chosen: CouplingChoice, seen: SurfacePair
     """
     radius, swapped, mortar = chosen.search_radius, chosen.slave is not given.slave, chosen.kind == "mortar"
     surfaces = seen
-    if swapped or (mortar and radius is not None and radius.increment is not None):
+    if swapped or (mortar and radius is not None and radius.increment is not None and not checked):
         surfaces = chosen.surface_pair(chosen.region())
     pairing = _paired(chosen, surfaces)
     interface = Interface(
         chosen.slave, chosen.master, chosen.surfaces, pairing, chosen.note, surfaces.region, chosen.search_radius,
         overclosure=chosen.overclosure,
     )  # fmt: skip
-    if any(body._deformation is not None for body in (chosen.slave, chosen.master)):
+    if checked or any(body._deformation is not None for body in (chosen.slave, chosen.master)):
         return interface  # an iteration of a contact that was checked at rest
     check_faced(interface, (NONE_AVERTED if seen.slave.cell_area is not None else seen.averted) if mortar else None)
     return interface

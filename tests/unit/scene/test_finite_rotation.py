@@ -52,6 +52,7 @@ def path(monkeypatch):
     """A path of one body of size 2 at the origin."""
     monkeypatch.setattr(finite, "linearisation_error", lambda r: SimpleNamespace(worst=r.error, gap=r.error))
     monkeypatch.setattr(finite, "driven_motions", lambda r: r._motions)
+    monkeypatch.setattr(finite, "newton_step", lambda r, steps: steps)
     return finite._Path(
         SimpleNamespace(bodies=[Block()], sizes=np.array([SIZE]), has_friction=False, twists=False),
         LoadStep(),
