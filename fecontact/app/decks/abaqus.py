@@ -119,10 +119,12 @@ class Found:
                 instances.setdefault(s.parameters.get("PART", "").upper(), []).append(s.parameters.get("NAME", ""))
         given = [s.parameters for s in keywords if s.keyword == "ELEMENT"]
         types = {p.get("ELSET", "").upper(): p.get("TYPE", "").upper() for p in given}
-        surfaces = (s.parameters for s in keywords if s.keyword == "SURFACE")
-        by_nodes = (p.get("NAME", "").upper() for p in surfaces if p.get("TYPE", "").upper() == "NODE")
+        given_surfaces = [s.parameters for s in keywords if s.keyword == "SURFACE"]
+        by_nodes = {p.get("NAME", "").upper() for p in given_surfaces if p.get("TYPE", "").upper() == "NODE"}
+        # a name that is one of elements too is that one
+        of_elements = {p.get("NAME", "").upper() for p in given_surfaces if p.get("TYPE", "").upper() != "NODE"}
         heated = {s.keyword for s in keywords} >= {"EXPANSION", "TEMPERATURE"}
-        return cls(instances, types, frozenset(by_nodes), heated=heated)
+        return cls(instances, types, frozenset(by_nodes - of_elements), heated=heated)
 
     def cells(self, s: KeywordSection, mesh: BaseMesh) -> IntArray:
         """Cells of the set that a keyword names, in a part those of all its instances.
@@ -376,7 +378,11 @@ def _model(
         if "ORIENTATION" in s.parameters:
             name = f"{name} in {s.parameters['ORIENTATION'].upper()}"
             found.oriented[name] = s
-        found.sections.append((found.cells(s, names.mesh), name))
+        cells = found.cells(s, names.mesh)
+        if any(np.isin(own, cells).any() for own, _ in found.sections):
+            found.remarks.note(f"{s.place}: elements of an earlier *SOLID SECTION too are of this one, as in CalculiX.")
+            found.sections = [(np.setdiff1d(own, cells), other) for own, other in found.sections]
+        found.sections.append((cells, name))
         given = values_of(s.lines[0]) if s.lines and s.lines[0].strip(", ") else [1.0]
         found.thicknesses.append(given[0] or 1.0)
     elif s.keyword == "ORIENTATION":
@@ -387,7 +393,9 @@ def _model(
         names_of = (s.parameters.get("SLAVE", "").upper(), s.parameters.get("MASTER", "").upper())
         found.clearances[names_of] = values_of(s.parameters["VALUE"])[0]
     elif s.keyword == "INITIAL CONDITIONS" and s.parameters.get("TYPE", "").upper() == "TEMPERATURE" and found.heated:
-        temperatures_of(s, lambda name: names.nodes(name, s.place), lambda value: value, state.initial)
+        temperatures_of(
+            s, lambda name: names.nodes(name, s.place), lambda value: value, state.initial, names.special.points
+        )
     elif s.keyword == "TIE":
         if wrong := [p for p in OF_TIES if p in s.parameters]:
             raise InputError(f"{s.place}: *TIE, {wrong[0]} ties surfaces that are apart, which is not done here.")

@@ -384,7 +384,8 @@ def apply(s: KeywordSection, state: StepState, names: Names, times: tuple[float,
         state.amplitudes[s.parameters.get("NAME", "").upper()] = Amplitude.of(s)
         return
     if s.keyword == "TEMPERATURE" and len(state.initial):
-        temperatures_of(s, lambda name: names.nodes(name, s.place), partial(state.value, s, times), state.temperatures)
+        value, points = partial(state.value, s, times), names.special.points
+        temperatures_of(s, lambda name: names.nodes(name, s.place), value, state.temperatures, points)
         return
     if s.keyword == "MODEL CHANGE" and "CONTACT" in s.parameters.get("TYPE", "").upper():
         sides = ([word.strip().upper() for word in f"{line},".split(",")] for line in s.lines)

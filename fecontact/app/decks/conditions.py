@@ -8,7 +8,8 @@ linearised at the initial shape. Of a coupled node p at r from its reference nod
     distributing         u_R = sum w_p u_p + theta_R x (x_R - x_C),  theta_R = T^-1 sum w_p r_p x u_p,
                          with r_p from the centre x_C = sum w_p x_p, T = sum w_p (r_p^2 - r_p r_p^T), and the
                          weights w_p by which an even pressure is spread over the nodes of the surface (as found in
-                         results of CalculiX 2.20, whatever components *DISTRIBUTING names),
+                         results of CalculiX 2.20, whatever components *DISTRIBUTING names); x_C = x_R of a
+                         sector (CYCLIC SYMMETRY),
 
 and a force or moment on the reference node does the work of its motion (Abaqus Analysis User's Guide, "Coupling
 constraints"; Abaqus Theory Guide, "Distributing coupling elements"; Dhondt, CalculiX CrunchiX User's Manual, *EQUATION,
@@ -295,7 +296,9 @@ def _coupling(
 ) -> None:
     """*COUPLING of a surface to a reference node, kinematic or distributing."""
     left = [name for name in s.parameters if name not in ("REF NODE", "SURFACE", "CONSTRAINT NAME")]
-    left += [name for name in kind.parameters if not (name == "COUPLING" and kind.parameters[name] == "CONTINUUM")]
+    cyclic = kind.keyword == "DISTRIBUTING" and "CYCLIC SYMMETRY" in kind.parameters
+    known = {"COUPLING": "CONTINUUM"} | ({"CYCLIC SYMMETRY": kind.parameters["CYCLIC SYMMETRY"]} if cyclic else {})
+    left += [name for name, value in kind.parameters.items() if known.get(name) != value]
     if left or not {"REF NODE", "SURFACE"} <= set(s.parameters):
         what = f"with {', '.join(left)}" if left else "without REF NODE and SURFACE"
         raise InputError(f"{s.place}: *COUPLING {what} is not done here.", code="not-supported")
@@ -310,13 +313,16 @@ def _coupling(
     if kind.keyword == "KINEMATIC":
         _follow(node, members, sorted(components & {0, 1, 2}), nodes, turn, rows)
         return
-    _distribute(node, turn, members, weights / weights.sum(), nodes, rows, s.place)
+    w = weights / weights.sum()
+    centre = nodes.points[node] if cyclic else w @ nodes.points[members]
+    _distribute(node, turn, members, w, centre, nodes, rows, s.place)
 
 
-def _distribute(node: int, turn: int, members: IntArray, w: Array, nodes: Nodes, rows: Rows, place: str) -> None:
-    """A reference node that moves as nodes do on average."""
+def _distribute(
+    node: int, turn: int, members: IntArray, w: Array, centre: Array, nodes: Nodes, rows: Rows, place: str
+) -> None:
+    """A reference node that moves as nodes do on average, about a centre (3,)."""
     x = nodes.points[members]
-    centre = w @ x
     r = x - centre
     T = np.einsum("n,nij->ij", w, (r * r).sum(axis=1)[:, None, None] * np.eye(3) - r[:, :, None] * r[:, None, :])
     # nodes of a section turn in its plane alone

@@ -78,18 +78,34 @@ def expansion_of(s: KeywordSection) -> float:
 
 
 def temperatures_of(
-    s: KeywordSection, nodes: Callable[[str], IntArray | None], value: Callable[[float], float], now: Array
+    s: KeywordSection,
+    nodes: Callable[[str], IntArray | None],
+    value: Callable[[float], float],
+    now: Array,
+    points: Array,
 ) -> None:
     """Set the temperatures (n_points,) of the nodes that data lines name, in place.
+
+    With LINTEMP lines are a vector and two distances along it with their temperatures, between which it is linear at
+    points (n_points, 3); others keep theirs (CalculiX manual, *TEMPERATURE).
 
     Raises
     ------
     InputError
         For values from elsewhere, or a field that is no list of nodes.
     """
-    if wrong := [p for p in ("USER", "FILE", "BSTEP", "LINTEMP", "SUBMODEL") if p in s.parameters]:
+    if wrong := [p for p in ("USER", "FILE", "BSTEP", "SUBMODEL") if p in s.parameters]:
         raise InputError(f"{s.place}: *{s.keyword} with {', '.join(wrong)} is not done here.", code="not-supported")
-    for line in s.lines:
+    for line in s.lines if "LINTEMP" in s.parameters else ():
+        a, b, c, *ends = values_of(line)
+        along = points @ (np.array([a, b, c]) / np.linalg.norm([a, b, c]))
+        (first, second), levels = np.reshape(ends[:4], (2, 2)).T
+        if first == second:
+            raise InputError(f"{s.place}: the two distances of LINTEMP are the same, {first:g}.", code="temperature")
+        share = (along - first) / (second - first)
+        within = (share >= 0) & (share <= 1)
+        now[within] = value(1.0) * (levels[0] + share[within] * (levels[1] - levels[0]))
+    for line in s.lines if "LINTEMP" not in s.parameters else ():
         name, _, rest = line.partition(",")
         found = nodes(name.strip())
         if found is not None:

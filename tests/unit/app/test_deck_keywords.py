@@ -89,6 +89,20 @@ def test_a_spinning_sector_is_a_spinning_ring(read):
     assert np.abs(radial - exact)[middle].max() <= 0.02 * exact.max()
 
 
+def test_a_torque_on_a_sector_is_one_on_the_ring(read):
+    """A distributing coupling to a node on the axis: u_t = M / (4 pi G h) (r / a^2 - 1 / r) of a ring held inside."""
+    load = 0.05
+    model = "*NODE\n9001, 0., 0., .25\n*COUPLING, REF NODE=9001, SURFACE=S_face_x_max, CONSTRAINT NAME=C\n"
+    model += "*DISTRIBUTING, CYCLIC SYMMETRY\n"
+    text, mesh = sector_deck(f"*CLOAD\n9001, 6, {load}\n", model=model, at="*BOUNDARY\nS_x_min, 1, 3\n")
+    result = read(text).solve()
+    x, u = mesh.points, result.displacement(result.scene.bodies[0])
+    r = np.hypot(x[:, 0], x[:, 1])
+    around = (x[:, 0] * u[:, 1] - x[:, 1] * u[:, 0]) / r
+    exact = 8 * load / (4 * np.pi * 100.0 / 2.6 * 0.5) * (r - 1 / r)
+    assert np.abs(around - exact).max() <= 2e-3 * exact.max()
+
+
 def test_sectors_that_are_not_are_refused(read):
     text, _ = sector_deck("")
     for change, words in (
@@ -113,6 +127,29 @@ def test_temperatures_of_a_deck(read):
     text = text.replace("*STEP", initial, 1)
     force = read(text).solve().contacts[0].total_force
     assert abs(force - 100.0 * 1e-3 * 50.0 / 2) <= 1e-9 * force
+
+
+def test_temperatures_that_are_linear_between_planes(read):
+    text = deck_of(blocks("hex20", "hex20"), step("*TEMPERATURE, LINTEMP\n{}"), SLIDES + "UP_top, 3\n")
+    text = text.replace("100.0, 0.3\n", f"100.0, 0.0\n{HOT}")
+    text = text.replace("*STEP", "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nLOW_top, 0.\n*STEP", 1)
+    scene = read(text.format("0., 0., 2., -1., -10., 1., 10.\n0., 0., 1., 1.5, 7., 3., 7.\n"))
+    low, up = (scene.loads["temperatures"][body] for body in scene.scene.bodies)
+    z = [body.mesh.points[:, 2] for body in scene.scene.bodies]
+    assert np.abs(low - 10 * z[0]).max() <= 1e-12
+    expected = np.where(z[1] >= 1.5, 7.0, np.where(z[1] > 1 + 1e-9, 0.0, 10.0))
+    deck_nodes = scene.scene.bodies[1].mesh.points.shape[0] - (len(up) - len(expected))
+    assert np.abs(up - expected)[:deck_nodes].max() <= 1e-12
+    with refused(fc.InputError, "temperature", "the same"):
+        read(text.format("0., 0., 1., 1., -10., 1., 10.\n"))
+
+
+def test_elements_of_two_sections_are_of_the_later_one(read):
+    text = deck_of(SMALL, step(PRESS.format(1)), SLIDES)
+    soft = "*MATERIAL, NAME=SOFT\n*ELASTIC\n10., .3\n*SOLID SECTION, ELSET=UP, MATERIAL=SOFT\n*SURFACE INTERACTION"
+    scene = read(text.replace("*SURFACE INTERACTION", soft))
+    assert [body.material.E for body in scene.scene.bodies] == [100.0, 10.0]
+    assert any("an earlier *SOLID SECTION" in note for note in scene.notes)
 
 
 def test_a_step_that_does_not_heat_leaves_expansion_out(read):
