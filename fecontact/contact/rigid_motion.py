@@ -36,6 +36,9 @@ from fecontact.common.errors import InputError, shown
 from fecontact.fem.expansion import Heated
 from fecontact.fem.rigid import COMPONENTS, describe_motion, gram_schmidt
 
+#: Part of a component in motions without support, rotations by their length at the body's size, that counts.
+MIN_BESIDE = 0.02
+
 
 @compact_repr
 @dataclass(frozen=True, eq=False)
@@ -58,6 +61,9 @@ class RigidMotionConstraints:
         Components that `motions` prescribes, including zero values.
     freed_in_vain : tuple of int
         Components that `free` names though no support resists them, where others are as free.
+    held_beside : tuple of int
+        Prescribed components that supports resist in part: what they leave free moves in others too, such as a tilt
+        about a row of supports, and is held by the mean position.
     imposed : (n_dofs,) array, optional
         Displacements that supports and linear conditions prescribe beside the frame's, in the body's axes.
     heated : Heated, optional
@@ -72,6 +78,7 @@ class RigidMotionConstraints:
     spread: bool
     prescribed_components: tuple[int, ...] = ()
     freed_in_vain: tuple[int, ...] = ()
+    held_beside: tuple[int, ...] = ()
     imposed: Array | None = None
     heated: Heated | None = None
 
@@ -203,7 +210,16 @@ def constrain_rigid_motion(
         spread,
         tuple(prescribed_components),
         _in_vain(floating, freed, prescribed_components) if freed else (),
+        _held_beside(floating, list(prescribed_components)) if prescribed_components else (),
     )
+
+
+def _held_beside(floating: Array, prescribed: list[int]) -> tuple[int, ...]:
+    """Prescribed components of motions without support that have others too, rounding and small turns left out."""
+    loose = gram_schmidt(floating, 1e-8)
+    _, singular, Vt = np.linalg.svd(np.delete(loose, prescribed, axis=0))
+    going = loose @ Vt[: int((singular > 1e-8).sum())].T
+    return tuple(c for c in prescribed if np.linalg.norm(going[c]) > MIN_BESIDE)
 
 
 def _in_vain(floating: Array, freed: Sequence[int], prescribed: Iterable[int]) -> tuple[int, ...]:

@@ -132,6 +132,19 @@ def freed_in_vain(result: ContactResult) -> Iterator[str]:
             )
 
 
+def tilts_held_by_motions(result: ContactResult) -> Iterator[str]:
+    """Warnings of prescribed motions that hold tilts which the supports of their body leave free."""
+    for frame in result._loading.frames:
+        if frame.held_beside:
+            name = frame.body.name
+            names = " ".join(COMPONENTS[c] for c in frame.held_beside)
+            yield (
+                f"The motion of {name!r} in {names} holds what its supports leave free, such as tilts, by the mean "
+                "position of the body. To move the supports alone, prescribe them: displacements={(body, boundary): "
+                "(dx, dy, dz)}; to hold the tilts, give them in motions= or supports=."
+            )
+
+
 def unstable_bodies(result: ContactResult) -> Iterator[str]:
     """Warnings of an equilibrium at finite strain that is not stable."""
     yield from dict.fromkeys(each.unstable for each in result.finite_strain if each.unstable)
@@ -672,6 +685,7 @@ def _mirror_normals(bodies: Sequence[Body]) -> Array:
 #: Checks for `ContactResult.warnings` and for `ContactResult.notes`; those of friction are asked of contacts with it.
 CHECKS: tuple[Callable[[ContactResult], Iterator[str]], ...] = (
     unborne_motions,
+    tilts_held_by_motions,
     unstable_bodies,
     laws_that_soften,
     parted_surfaces,

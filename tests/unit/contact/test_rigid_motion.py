@@ -371,3 +371,25 @@ def test_a_result_notes_components_that_are_freed_in_vain():
     for motions, n in (({}, 1), ({block: held}, 0)):
         result = scene.solve(forces={block: (0, 0, -10.0)}, free={block: "z"}, motions=motions, finite_motion=False)
         assert len([text for text in result.notes if "changes nothing" in text]) == n
+
+
+def test_motions_that_hold_tilts_of_their_body_are_warned_of():
+    """A block guided at its top slides on a floor.
+
+    With the tilt free it turns about its top, by 0.004 over its height, and the floor drags it an eighth as much.
+    """
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 3))
+    body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3, density=1.0), "bottom", {"top": "xy"}, name="body")
+    scene = fc.Scene([body, floor := fc.RigidBody(fc.Plane())], [fc.Contact(body, floor, friction=0.3)])
+    moved = {"motions": {body: {"x": 0.004}}}, {"displacements": {(body, "top"): (0.004, 0.0, 0.0)}}
+    both = {"motions": {body: {"x": 0.004, "ry": 0.0}}}
+    results = [scene.solve(forces={body: (0, 0, -0.02)}, finite_motion=False, **given) for given in (*moved, both)]
+    drags = [-result.contacts[0].force[0] for result in results]
+    assert abs(drags[0] / drags[2] - 1) < 1e-9
+    assert 7 < drags[0] / drags[1] < 10
+    told = [[text for text in result.warnings if "by the mean position" in text] for result in results]
+    assert [len(texts) for texts in told] == [1, 0, 0]
+    assert "'body' in x holds" in told[0][0]
+    assert not constrain_rigid_motion(cube(SLIDE), motion={"z": -0.1}).held_beside
+    assert not constrain_rigid_motion(cube(), motion={"z": -0.1, "x": 0.0}).held_beside
+    assert not constrain_rigid_motion(cube(HELD), motion={"z": -0.1}).held_beside
