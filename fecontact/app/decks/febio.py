@@ -156,6 +156,12 @@ def _parts(root: Element, raw: RawMesh, mesh: Mesh, laws: str, remarks: Remarks)
         elif domain in mesh.groups:
             out.materials.setdefault(name, _material(material, laws, remarks))
             out.sections.append((mesh.groups[domain], name))
+        else:
+            raise InputError(
+                f"{d.get('line')}: the elements of {domain!r} of the elastic material {name!r} are no solids, and their "
+                "stiffness would be lost.",
+                code="not-supported",
+            )
     return out
 
 

@@ -264,6 +264,7 @@ def test_what_is_not_used_is_a_warning_of_the_result(deck):
         ("<Rigid><rigid_connector type='rigid joint'/></Rigid>", ("not-supported", "'rigid joint'", "lost")),
         ("<Rigid><rigid_bc type='rigid_euler_angles'><rb>Gel</rb></rigid_bc></Rigid>", ("not-supported", "euler")),
         ("<Control><analysis>DYNAMIC</analysis></Control>", ("dynamic", "inertia")),
+        ("<MeshDomains><ShellDomain name='Skin' mat='Gum'/></MeshDomains>", ("not-supported", "'Skin'", "no solids")),
         (
             "<Step><step id='1'/><step id='2'><Contact><contact type='tied-elastic' surface_pair='Pair'/></Contact>"
             "</step></Step>",
