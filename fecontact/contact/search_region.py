@@ -30,7 +30,7 @@ from scipy.spatial import cKDTree
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, cross
 from fecontact.mesh.element import QUAD_CORNERS, quad_nodes
 from fecontact.mesh.facets import facet_centres, facet_shapes, unit_vectors
 from fecontact.surfaces.closest_point import bulges
@@ -173,7 +173,7 @@ _NORMAL_DEGREES = {False: (3, 2), True: (4, 3)}
 def _cross_products(surface: FacetSurface, facet: IntArray, local: Array) -> Array:
     """x_s x x_t (n, 3)."""
     tangents = surface.evaluate(facet, local)[1]
-    return np.cross(tangents[..., 0], tangents[..., 1])
+    return cross(tangents[..., 0], tangents[..., 1])
 
 
 def _interpolated(surface: FacetSurface, facet: IntArray, local: Array) -> Array:
@@ -258,7 +258,7 @@ class RigidIncrement:
 
     def at(self, points: Array) -> Array:
         """Displacements (n, 3) of points (n, 3)."""
-        return self.shift + np.cross(self.turn, points)
+        return self.shift + cross(self.turn, points)
 
 
 STILL = RigidIncrement(np.zeros(3), np.zeros(3))
@@ -606,4 +606,4 @@ def plain_facets(bodies: Sequence[Body], names: Sequence[str]) -> list[FacetSurf
 def in_axes(increment: RigidIncrement, pose: Pose) -> RigidIncrement:
     """A rigid increment in world axes, transformed to those of a body."""
     R, t = pose.rotation, pose.translation
-    return RigidIncrement((increment.shift + np.cross(increment.turn, t)) @ R, increment.turn @ R)
+    return RigidIncrement((increment.shift + cross(increment.turn, t)) @ R, increment.turn @ R)

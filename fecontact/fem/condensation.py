@@ -436,7 +436,8 @@ MEMORY_SHARE = 0.5
 #: (docs/figures/scale.md).
 MANY_NODES = 3.0
 #: Degrees of freedom on the nodes of the rows, over the rows, up to which the Schur complement and its inverse are
-#: faster than columns: with friction 5,223 rows on as many of 75,228 take 14 s instead of 18 s, 2,706 of 80,760 11 s of 13 s.
+#: faster than columns: with friction 5,223 rows on as many of 75,228 take 14 s instead of 18 s, 2,706 of 80,760 11 s of
+#: 13 s.
 FULL = 1.25
 #: The same above which products are faster than solving for columns one by one, without PARDISO.
 MANY_PRODUCTS = 10.0

@@ -21,6 +21,7 @@ from __future__ import annotations
 import importlib.util
 import os
 from abc import abstractmethod
+from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -193,6 +194,7 @@ _WHOLE: dict[str, type[LdltFactor | SuperLUFactor]] = {"rslab": LdltFactor, "sup
 SMALLEST = 64
 
 
+@cache
 def available_backends() -> tuple[str, ...]:
     """Available direct back-ends, the fastest first."""
     return tuple(b for b in DIRECT if b not in PACKAGES or importlib.util.find_spec(PACKAGES[b]) is not None)

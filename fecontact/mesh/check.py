@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import Array, IntArray, cross
 from fecontact.common.checks import check_magnitude
 from fecontact.common.errors import MeshError
 from fecontact.mesh.base_mesh import first_alike
@@ -114,7 +114,7 @@ def _determinants(mesh: Mesh, group: CellGroup) -> Iterator[tuple[IntArray, Arra
     for start in range(0, len(group.cells), 4096):
         part = slice(start, start + 4096)
         J = np.einsum("cai,qaj->cqji", mesh.points[group.nodes[part]], dN, optimize=True)
-        yield group.cells[part], np.einsum("cqi,cqi->cq", np.cross(J[..., 0, :], J[..., 1, :]), J[..., 2, :])
+        yield group.cells[part], np.einsum("cqi,cqi->cq", cross(J[..., 0, :], J[..., 1, :]), J[..., 2, :])
 
 
 def least_jacobians(mesh: Mesh) -> Array:

@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, cross
 from fecontact.mesh.element import FACES, TRIANGLE_NODES, quad_nodes, quad_quadrature, quad_shapes, triangle_shapes
 
 #: By number of columns: the number of a triangle's nodes, and their columns.
@@ -150,7 +150,7 @@ def facet_integrals(points: Array, facets: IntArray, order: int = 5) -> tuple[Ar
     nodes = points[facets]
     x = N @ nodes
     tangents = np.einsum("fqaj,fai->fqij", dN, nodes, optimize=True)
-    dA = np.cross(tangents[..., 0], tangents[..., 1]) * W[:, None]
+    dA = cross(tangents[..., 0], tangents[..., 1]) * W[:, None]
     return N, x, dA
 
 

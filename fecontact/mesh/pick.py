@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, cross
 from fecontact.common.checks import coordinates, number, positive, vector
 from fecontact.common.errors import InputError, shown
 from fecontact.mesh.facets import (
@@ -113,7 +113,7 @@ def _middles(mesh: Faces, faces: IntArray) -> tuple[Array, Array]:
 def _unit_normals(x: Array, dN: Array) -> Array:
     """Unit normals (n, 3) of facets with nodes x (n, k, 3) where their functions have the slopes dN (n, k, 2)."""
     t = np.einsum("naj,nai->nij", dN, x)
-    normal = np.cross(t[:, :, 0], t[:, :, 1])
+    normal = cross(t[:, :, 0], t[:, :, 1])
     return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, cross
 from fecontact.mesh.facets import components, sides_of, triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.pick import shared_sides, side_normals
@@ -114,7 +114,7 @@ def _corner_normals(points: Array, facets: IntArray) -> tuple[Array, Array]:
     """Unit normals (n, 3) across the diagonals of facets, and the longer diagonals (n,)."""
     x = points[facets[:, :4]]
     one, other = x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]
-    normal = np.cross(one, other)
+    normal = cross(one, other)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     size = np.maximum(np.linalg.norm(one, axis=1), np.linalg.norm(other, axis=1))
     return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0), size
@@ -162,7 +162,7 @@ def _corner_angles(points: Array, facets: IntArray) -> Array:
     back = -np.roll(forth, 1, axis=1)
     three = triangular(facets)
     forth[three, 2] = forth[three, 3]
-    out = np.arctan2(np.linalg.norm(np.cross(forth, back), axis=2), np.einsum("nai,nai->na", forth, back))
+    out = np.arctan2(np.linalg.norm(cross(forth, back), axis=2), np.einsum("nai,nai->na", forth, back))
     out[three, 3] = 0.0
     return out
 
@@ -210,7 +210,7 @@ def _creases(points: Array, facets: IntArray, first: IntArray, second: IntArray,
     normals = side_normals(points, facets, triangular(facets))
     for side in (first, second):
         own = normals[side // 4] - normals[side // 4, side % 4][:, None]
-        across = np.cross(normals[side // 4, side % 4], along)
+        across = cross(normals[side // 4, side % 4], along)
         most = np.maximum(most, np.abs(np.einsum("nai,ni->na", own, across)).max(axis=1) / width)
     out[tested] = (turn > EXCESS * most * width)[tested]
     return out

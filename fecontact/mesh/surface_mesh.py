@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.common.arguments import function, instance, known_options
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, cross
 from fecontact.common.checks import index_array, number_array
 from fecontact.common.errors import MeshError
 from fecontact.common.html import cell
@@ -202,7 +202,7 @@ def averaged_normals(points: Array, facets: IntArray) -> tuple[Array, Array]:
     _, dN = facet_shapes(k, triangle, local)
     tangents = np.einsum("naj,nai->nij", dN, points[facets[facet]])
     t1, t2 = tangents[:, :, 0], tangents[:, :, 1]
-    normal = np.cross(t1, t2)
+    normal = cross(t1, t2)
     length = np.linalg.norm(normal, axis=1)
     # the angle between the sides at a corner; pi at a mid-side node
     angle = np.arctan2(length, np.einsum("ni,ni->n", *_sides_at(t1, t2, column, triangle)))

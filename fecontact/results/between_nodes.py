@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fecontact.bodies.body import Body
-from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask
+from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask, cross
 from fecontact.contact.coupling.nodal import STEEPEST
 from fecontact.contact.search_region import with_rings
 from fecontact.mesh.facets import facet_centres
@@ -78,7 +78,7 @@ class GapsBetweenNodes:
         turn, u = self._relative.rotation, self.contact._displacements[1]
         foot = self.other.project(x @ turn.T + self._relative.translation)
         if foot.weights is None:
-            theirs = u[:3] + np.cross(u[3:], foot.points)
+            theirs = u[:3] + cross(u[3:], foot.points)
         else:
             theirs = foot.weights @ _at_nodes(self.contact.master, with_nodes(self.other), u)
         gap = foot.gap + np.einsum("ni,ni->n", foot.normals, moved @ turn.T - theirs)
@@ -88,7 +88,7 @@ class GapsBetweenNodes:
         """The same at coordinates (n, 2) of facets (n,), with positions (n, 3) and shape functions (n, k)."""
         x, tangents, shapes = self.surface.evaluate(facet, local)
         gap, normals, outside = self._gap(x, np.einsum("na,nai->ni", shapes, self._own[self.surface.facets[facet]]))
-        own = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+        own = cross(tangents[:, :, 0], tangents[:, :, 1])
         averted = np.einsum("ni,ni->n", own, normals) > -STEEPEST * np.linalg.norm(own, axis=1)
         return gap, normals, outside | averted, x, shapes
 

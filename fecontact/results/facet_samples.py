@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, cross
 from fecontact.contact.coupling.mortar_basis import multiplier_shapes, multipliers_on_square
 from fecontact.mesh.facets import TRIANGLE_COLUMNS, shapes_on_square, triangular
 from fecontact.mesh.section_mesh import line_shapes
@@ -65,7 +65,7 @@ def facet_samples(
         N, dN = shapes_on_square(facets, local)
         tangents = np.einsum("fqaj,fai->fqij", dN, x, optimize=True)
         points = N @ x
-        areas = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) / n**2
+        areas = np.linalg.norm(cross(tangents[..., 0], tangents[..., 1]), axis=-1) / n**2
     return FacetSamples(points, areas, pressure_shapes(facets, local, mortar), local)
 
 

@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
 from fecontact.bodies.pose import Pose, turned
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, cross
 from fecontact.contact.condensed_problem import BodyBlock
 from fecontact.contact.interface import Interface
 from fecontact.contact.springs import SpringState
@@ -187,7 +187,7 @@ class _Motion:
 
     def linear(self, points: Array) -> Array:
         """Displacements (n, 3) of world points (n, 3)."""
-        return np.asarray(self.motion[:3] + np.cross(self.motion[3:], points - self.point))
+        return np.asarray(self.motion[:3] + cross(self.motion[3:], points - self.point))
 
     @property
     def pose(self) -> Pose:

@@ -36,7 +36,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, cross
 from fecontact.common.compact_repr import compact_repr
 from fecontact.results.facet_samples import facet_samples, hats, pressure_shapes
 
@@ -154,13 +154,13 @@ def facet_frames(nodes: Array, facets: IntArray) -> tuple[Array, Array]:
         along = ends[:, 1] - ends[:, 0]
         return ends.mean(axis=1), (along / (along**2).sum(axis=1, keepdims=True))[:, None]
     corners = nodes[facets[:, :4]]
-    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normal = cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     size = np.sqrt(np.linalg.norm(normal, axis=1) / 2)
     normal /= 2 * size[:, None] ** 2
     one = corners[:, 1] - corners[:, 0]
     one -= np.einsum("ni,ni->n", one, normal)[:, None] * normal
     one /= np.linalg.norm(one, axis=1, keepdims=True)
-    return corners.mean(axis=1), np.stack([one, np.cross(normal, one)], axis=1) / size[:, None, None]
+    return corners.mean(axis=1), np.stack([one, cross(normal, one)], axis=1) / size[:, None, None]
 
 
 def patches(facets: IntArray, chosen: IntArray, known: Mask) -> tuple[IntArray, IntArray]:

@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, cross
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import MeshError
 from fecontact.mesh.facets import edge_keys, facet_shapes, facets_at_sides, found, sides_of, triangular
@@ -197,7 +197,7 @@ class FacetSurface:
         """Square root of the approximate area (n_facets,) of each facet."""
         corners = self.points[self.facets[:, :4]]
         diagonals = corners[:, [2, 3]] - corners[:, [0, 1]]
-        return np.sqrt(np.linalg.norm(np.cross(diagonals[:, 0], diagonals[:, 1]), axis=1) / 2)
+        return np.sqrt(np.linalg.norm(cross(diagonals[:, 0], diagonals[:, 1]), axis=1) / 2)
 
     @cached_property
     def tree(self) -> cKDTree:
@@ -300,7 +300,7 @@ class FacetSurface:
     def normals(self, facet: IntArray, local: Array) -> Array:
         """Outward unit normals (n, 3)."""
         _, tangents, _ = self.evaluate(facet, local)
-        n = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+        n = cross(tangents[:, :, 0], tangents[:, :, 1])
         length = np.linalg.norm(n, axis=1)
         if (length == 0).any():
             raise MeshError(

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, cross
 from fecontact.common.errors import InputError
 from fecontact.contact.coupling.mortar_basis import has_mortar_basis, multiplier_shapes, own_samples, tied_multipliers
 from fecontact.contact.coupling.nodal import STEEPEST, MortarIntegrals, Pairing, SurfacePair
@@ -102,8 +102,8 @@ def block_of(samples: Samples, points: Array, origin: Array, rotation: Array, tr
         projection.gap,
         normals,
         x,
-        np.cross(x - origin, normals),
-        np.cross(lever, projection.normals),
+        cross(x - origin, normals),
+        cross(lever, projection.normals),
     )
     return Block(
         used,
@@ -233,7 +233,7 @@ def _samples(
     # in the slave's axes: those of a section rotated by pi have y reversed
     own, tangents, N = slave.evaluate(facet, local)
     x = own @ rotation.T + translation
-    normal = np.cross(tangents[:, :, 0], tangents[:, :, 1]) @ rotation.T
+    normal = cross(tangents[:, :, 0], tangents[:, :, 1]) @ rotation.T
     inwards = -normals_of(slave).at(facet, local) @ rotation.T
     if on_master is None:
         projection = project_along(master, x, inwards, share)
@@ -458,7 +458,7 @@ def _multiplier_areas(slave: FacetSurface) -> Array:
         part = slice(start, start + AREAS)
         on, place = facet[part], local[part]
         x, tangents, _ = slave.evaluate(on, place)
-        area = weight[part] * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1) * slave.extent(x)
+        area = weight[part] * np.linalg.norm(cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1) * slave.extent(x)
         np.add.at(
             total, slave.facets[on], multiplier_shapes(slave.facets.shape[1], slave.triangle[on], place) * area[:, None]
         )

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse.linalg import spsolve
 
 from fecontact.bodies.body import Body
-from fecontact.common.arrays import Array, IntArray, Mask
+from fecontact.common.arrays import Array, IntArray, Mask, cross
 from fecontact.common.compact_repr import compact_repr
 from fecontact.contact.coupling.mortar_basis import own_samples
 from fecontact.contact.coupling.segments import segment_samples
@@ -119,7 +119,7 @@ def covered_shares(
 def _areas(surface: FacetSurface, facet: IntArray, local: Array, weight: Array) -> Array:
     """Areas (n_facets,) from weights (n,) of samples at coordinates (n, 2) of facets (n,)."""
     x, tangents, _ = surface.evaluate(facet, local)
-    area = weight * np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1) * surface.extent(x)
+    area = weight * np.linalg.norm(cross(tangents[:, :, 0], tangents[:, :, 1]), axis=1) * surface.extent(x)
     return np.asarray(np.bincount(facet, area, len(surface.facets)), dtype=float)
 
 
@@ -202,7 +202,7 @@ def facets_at_nodes(surface: FacetSurface) -> tuple[IntArray, Array, IntArray]:
 def _corners(surface: FacetSurface) -> _Corners:
     facet, local, node = facets_at_nodes(surface)
     _, tangents, _ = surface.evaluate(facet, local)
-    normals = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    normals = cross(tangents[:, :, 0], tangents[:, :, 1])
     normals = unit_vectors(normals)
     order = np.argsort(node, kind="stable")
     nodes, first = np.unique(node[order], return_index=True)
@@ -542,7 +542,7 @@ class Pairing:
         if self.sums is not None:
             return self.sums.levers
         lever = (self.slave_weights @ points) @ self.rotation.T + self.translation - self.projection.points
-        return np.asarray(self.average @ np.cross(lever, self.projection.normals))
+        return np.asarray(self.average @ cross(lever, self.projection.normals))
 
 
 def pair(surfaces: SurfacePair) -> Pairing:
