@@ -59,16 +59,34 @@ def order(rows: Sequence[Row], against: str, what: str = "pressure_l2") -> float
     >>> round(order(rows, "dofs"), 12)
     0.333333333333
     """
-    found = [(row[against], error_of(row, what)) for row in rows]
-    x, y = (np.log(v) for v in np.reshape([p for p in found if p[0] > 0 and p[1] > 0], (-1, 2)).T)
-    if len(x) < 2 or np.ptp(x) == 0:
-        return math.nan
-    return -float(np.polyfit(x, y, 1)[0])
+    return -_slope([(row[against], error_of(row, what)) for row in rows])
+
+
+def growth(rows: Sequence[Row], what: str) -> float:
+    """Exponent p of 'seconds' or 'peak_mb' ~ dofs^p, as `order`.
+
+    Examples
+    --------
+    >>> rows = [{"seconds": 2.0 * n**3, "dofs": n**2} for n in (2, 4, 8)]
+    >>> round(growth(rows, "seconds"), 12)
+    1.5
+    """
+    return _slope([(row["dofs"], row[what]) for row in rows])
+
+
+def _slope(pairs: Sequence[tuple[float, float]]) -> float:
+    """Slope of the line through logarithms of pairs of positive numbers."""
+    x, y = (np.log(v) for v in np.reshape([p for p in pairs if p[0] > 0 and p[1] > 0], (-1, 2)).T)
+    return math.nan if len(x) < 2 or np.ptp(x) == 0 else float(np.polyfit(x, y, 1)[0])
 
 
 def orders(rows: Sequence[Row]) -> list[str]:
     """Orders of the error of one method in dofs and in seconds, as text."""
-    rates = (order(rows, against) for against in ("dofs", "seconds"))
+    return as_text([order(rows, against) for against in ("dofs", "seconds")])
+
+
+def as_text(rates: Sequence[float]) -> list[str]:
+    """Exponents as text."""
     return ["-" if math.isnan(rate) else f"{rate:.2f}" for rate in rates]
 
 
