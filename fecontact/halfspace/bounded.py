@@ -57,7 +57,7 @@ def solve_bounded(problem: GridProblem, start: GridIterate, tolerance: float) ->
 
     Where no pressures balance the loads, as may be on coarse cells, the iterate is returned.
     """
-    box, work = _Admissible.of(problem), Work.of(problem.g.shape, len(problem.F))
+    box, work = _Admissible.of(problem), Work.of(problem.g.shape)
     p = box.nearest(start.p)
     if not balanced(problem, p):
         return start

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -86,7 +87,11 @@ class GridProblem:
 
     def each(self, work: Callable[[slice], Any]) -> list[Any]:
         """Results of a function of strips of the cells, which it may change."""
-        return each(work, strips(*self.g.shape), self.workers)
+        return each(work, self._strips, self.workers)
+
+    @cached_property
+    def _strips(self) -> list[slice]:
+        return strips(*self.g.shape)
 
     def motion(self, q: Array, strip: slice) -> Array:
         """B^T q of a strip."""
@@ -175,7 +180,7 @@ def solve_on_grid(problem: GridProblem, start: Array, active: Mask, tolerance: f
     M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2003) 865; W. McLean, O. Steinbach, Adv. Comput. Math. 11
     (1999) 271; I. A. Polonsky, L. M. Keer, Wear 231 (1999) 206.
     """
-    active, work = active & problem.allowed, Work.of(problem.g.shape, len(problem.F))
+    active, work = active & problem.allowed, Work.of(problem.g.shape)
     p = np.where(active, np.maximum(start, 0.0), 0.0)
     p = carry(problem, p if problem.bound is None else np.minimum(p, problem.bound))
     full = None if problem.bound is None else active & problem.at_bound(p)
@@ -300,7 +305,7 @@ def carry(problem: GridProblem, p: Array) -> Array:
         return carried, np.einsum("kij,lij->kl", weighed, rows)
 
     carried, gram = (sum(parts) for parts in zip(*problem.each(moments), strict=True))
-    factors = np.linalg.lstsq(gram, problem.F - carried, rcond=1e-12)[0]
+    factors = pseudo_inverse(gram) @ (problem.F - carried)
 
     def scale(strip: slice) -> None:
         factor = 1 + problem.motion(factors, strip)
@@ -316,141 +321,151 @@ def carry(problem: GridProblem, p: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Work:
-    """Arrays that the rounds overwrite: gaps on the set, preconditioned ones, direction and its image (nx, ny).
-
-    And `images` (m, nx, ny), the preconditioned rows.
-    """
+    """Arrays (nx, ny) that the rounds overwrite: gaps on the set, preconditioned ones, direction and its image."""
 
     gap: Array
     z: Array
     d: Array
     image: Array
-    images: Array
 
     @classmethod
-    def of(cls, shape: tuple[int, int], m: int) -> Work:
-        """Arrays of a shape, for m rows."""
+    def of(cls, shape: tuple[int, int]) -> Work:
+        """Arrays of a shape."""
         gap, z, d, image = (np.empty(shape) for _ in range(4))
-        return cls(gap, z, d, image, np.empty((m, *shape)))
+        return cls(gap, z, d, image)
 
 
 @dataclass(frozen=True, eq=False)
 class _Balance:
-    """Equilibrium rows on a set, and the preconditioner in the subspace of pressures that do not change the loads."""
+    """Equilibrium rows on a set of cells, and conjugate gradients among the pressures that do not change the loads.
+
+    Gaps less a motion and preconditioned ones are both brought to that subspace by orthogonal projection: changes of
+    pressures have no loads, and the gaps that they leave no part that a motion would close.
+    """
 
     problem: GridProblem
     active: Mask
     work: Work
     inverse: Array
 
-    def precondition(self) -> tuple[Array, float, float]:
-        """Precondition the gap, without change of the loads: the change of the multiplier (m,).
+    @classmethod
+    def of(cls, problem: GridProblem, active: Mask, work: Work) -> _Balance:
+        """Rows of a problem on a set."""
 
-        The gap follows the multiplier. Also its product with the preconditioned one, and its largest size.
-        """
-        problem, gap, z, images = self.problem, self.work.gap, self.work.z, self.work.images
-        problem.preconditioner.apply(gap, z)
+        def products(strip: slice) -> Array:
+            return np.einsum("kij,lij->kl", problem.B[:, strip] * active[strip], problem.B[:, strip])
 
-        def mask(strip: slice) -> Array:
-            z[strip] *= self.active[strip]
-            return problem.loads(z, strip)
+        return cls(problem, active, work, pseudo_inverse(sum(problem.each(products))))
 
-        dq = -self.inverse @ sum(problem.each(mask))
-
-        def follow(strip: slice) -> tuple[float, float]:
-            if len(dq):
-                z[strip] += np.einsum("k,kij->ij", dq, images[:, strip])
-                gap[strip] += problem.motion(dq, strip) * self.active[strip]
-            return float(np.vdot(gap[strip], z[strip])), _size(gap[strip])
-
-        rho, largest = zip(*problem.each(follow), strict=True)
-        return dq, sum(rho), max(largest)
-
-    def take_gap(self, at: GridIterate) -> Array:
-        """Gap on the set less a rigid motion (m,): beside this the preconditioner's single precision would lose it."""
-        problem, gap, images = self.problem, self.work.gap, self.work.images
+    def take_gap(self, at: GridIterate) -> tuple[Array, float]:
+        """Gap on the set less the motion (m,) that leaves least of it, and its largest size."""
+        problem, gap = self.problem, self.work.gap
 
         def take(strip: slice) -> Array:
             gap[strip] = (at.u[strip] + problem.g[strip] + problem.motion(at.q, strip)) * self.active[strip]
-            return np.einsum("kij,ij->k", images[:, strip], gap[strip])
+            return problem.loads(gap, strip)
 
-        motion = -self.inverse @ sum(problem.each(take))
+        dq = -self.inverse @ sum(problem.each(take))
 
-        def move(strip: slice) -> None:
-            gap[strip] += problem.motion(motion, strip) * self.active[strip]
+        def move(strip: slice) -> float:
+            if len(dq):
+                gap[strip] += problem.motion(dq, strip) * self.active[strip]
+            return _size(gap[strip])
 
-        problem.each(move)
-        return np.asarray(motion)
+        return dq, max(problem.each(move))
 
-    def missing(self, p: Array) -> Array:
-        """Factors (m,) of the images that make p balance the loads."""
-        carried = sum(self.problem.each(lambda strip: self.problem.loads(p, strip)))
-        return np.asarray(self.inverse @ (self.problem.F - carried))
+    def precondition(self) -> tuple[Array, float]:
+        """Precondition the gap: factors (m,) of the rows that take its loads from it, and its product with the gap."""
+        problem, gap, z = self.problem, self.work.gap, self.work.z
+        problem.preconditioner.apply(gap, z)
+
+        def mask(strip: slice) -> tuple[Array, float]:
+            z[strip] *= self.active[strip]
+            return problem.loads(z, strip), float(np.vdot(gap[strip], z[strip]))
+
+        loads, rho = zip(*problem.each(mask), strict=True)
+        return -self.inverse @ sum(loads), sum(rho)
+
+    def turn(self, rows: Array, factor: float) -> None:
+        """Turn the direction d to the preconditioned gap without loads, and factor d."""
+        problem, d = self.problem, self.work.d
+
+        def turned(strip: slice) -> None:
+            if factor:
+                d[strip] *= factor
+                d[strip] += self.work.z[strip]
+            else:
+                d[strip] = self.work.z[strip]
+            if len(rows):
+                d[strip] += problem.motion(rows, strip) * self.active[strip]
+
+        problem.each(turned)
+
+    def measure(self) -> tuple[float, Array]:
+        """Product of the direction with its image, and the motion (m,) that leaves least of the image on the set."""
+        problem, d, image = self.problem, self.work.d, self.work.image
+
+        def measured(strip: slice) -> tuple[float, Array]:
+            on_set = np.einsum("kij,ij->k", problem.B[:, strip], image[strip] * self.active[strip])
+            return float(np.vdot(d[strip], image[strip])), on_set
+
+        curvature, loads = zip(*problem.each(measured), strict=True)
+        return sum(curvature), self.inverse @ sum(loads)
+
+    def advance(self, at: GridIterate, length: float, dq: Array) -> tuple[float, float]:
+        """Go a length back along the direction, gaps following a motion: largest change of displacement, and gap."""
+        problem, work = self.problem, self.work
+
+        def advanced(strip: slice) -> tuple[float, float]:
+            moved = length * work.image[strip]
+            size = _size(moved)
+            at.p[strip] -= length * work.d[strip]
+            at.u[strip] -= moved
+            if len(dq):
+                moved -= length * problem.motion(dq, strip)
+            moved *= self.active[strip]
+            work.gap[strip] -= moved
+            return size, _size(work.gap[strip])
+
+        changes, gaps = zip(*problem.each(advanced), strict=True)
+        return max(changes), max(gaps)
 
 
-def _balance(problem: GridProblem, active: Mask, work: Work) -> _Balance:
-    m = len(problem.F)
-    for row, image in zip(problem.B, work.images, strict=True):
-        np.multiply(row, active, out=work.z)
-        problem.preconditioner.apply(work.z, image)
-        image *= active
-    gram = sum(
-        problem.each(lambda strip: np.array([problem.loads(image, strip) for image in work.images]).reshape(m, m))
-    )
-    inverse = np.asarray(np.linalg.pinv((gram + gram.T) / 2, rcond=1e-12, hermitian=True), dtype=float)
-    return _Balance(problem, active, work, inverse)
+def pseudo_inverse(gram: Array) -> Array:
+    """Of a symmetric matrix (m, m) of few rows, where these may depend on each other."""
+    if len(gram) == 1:
+        return np.divide(1.0, gram, out=np.zeros((1, 1)), where=gram > 0)
+    return np.asarray(np.linalg.pinv(gram, rcond=1e-12, hermitian=True), dtype=float)
 
 
 def equalise(problem: GridProblem, at: GridIterate, tolerance: float, factor: float, work: Work) -> GridIterate:
     """Conjugate gradients on the set until the gaps have shrunk by a factor or are closed, in the iterate's arrays."""
     free = at.free
-    balance = _balance(problem, free, work)
+    balance = _Balance.of(problem, free, work)
     p, u, q, drift = at.p, at.u, at.q, at.drift
-    missing = balance.missing(p)
-    if sum(abs(f) * _size(image) for f, image in zip(missing, work.images, strict=True)) > CARRIED * _size(p):
-        correction = np.tensordot(missing, work.images, 1)
+    missing = balance.inverse @ (problem.F - sum(problem.each(lambda strip: problem.loads(p, strip))))
+    correction = problem.motion(missing, slice(None)) * free if missing.any() else 0.0
+    if np.abs(correction).max(initial=0.0) > CARRIED * _size(p):
         p += correction
         u += problem.compliance.apply(correction)
     closed = 0.3 * tolerance * largest_displacement(problem, u)
 
-    q = q + balance.take_gap(at)
-    dq, rho, largest = balance.precondition()
-    work.d[...] = work.z
-    first, steps, q = rho, 0, q + dq
-    while steps < MAX_ITERATIONS and largest > closed and rho > factor**2 * first:
+    dq, largest = balance.take_gap(at)
+    q, steps, before, first = q + dq, 0, 0.0, 0.0
+    while steps < MAX_ITERATIONS and largest > closed:
+        rows, rho = balance.precondition()
+        first = first if steps else rho
+        if rho <= factor**2 * first:
+            break
+        balance.turn(rows, rho / before if steps else 0.0)
         problem.rough.apply(work.d, work.image)
-        curvature = sum(problem.each(lambda strip: float(np.vdot(work.d[strip], work.image[strip]))))
+        curvature, motion = balance.measure()
         if curvature <= 0:
             break
-        drift += ROUGHNESS * _advance(problem, at, free, rho / curvature, work)
+        change, largest = balance.advance(at, rho / curvature, motion)
+        q, drift = q + rho / curvature * motion, drift + ROUGHNESS * change
         before, steps = rho, steps + 1
-        dq, rho, largest = balance.precondition()
-        q = q + dq
-        _turn(problem, rho / before, work)
     return replace(at, q=q, nit=at.nit + steps, rounds=at.rounds + 1, drift=drift)
-
-
-def _advance(problem: GridProblem, at: GridIterate, free: Mask, length: float, work: Work) -> float:
-    """Go a length back along the direction: pressures, displacements and gaps; the largest change of displacement."""
-
-    def advance(strip: slice) -> float:
-        moved = length * work.image[strip]
-        at.p[strip] -= length * work.d[strip]
-        at.u[strip] -= moved
-        work.gap[strip] -= moved * free[strip]
-        return _size(moved)
-
-    return float(max(problem.each(advance)))
-
-
-def _turn(problem: GridProblem, factor: float, work: Work) -> None:
-    """Turn the direction d to z + factor d."""
-
-    def turn(strip: slice) -> None:
-        work.d[strip] *= factor
-        work.d[strip] += work.z[strip]
-
-    problem.each(turn)
 
 
 def _size(values: Array) -> float:

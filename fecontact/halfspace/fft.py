@@ -70,8 +70,11 @@ def each(function: Callable[[Item], Result], items: Sequence[Item], threads: int
     >>> each(lambda n: n * n, [1, 2, 3], threads=2)
     [1, 4, 9]
     """
-    threads = min(default_threads() if threads is None else threads, len(items))
-    return list(map(function, items) if threads <= 1 else _pool(threads).map(function, items))
+    if len(items) > 1:
+        threads = min(default_threads() if threads is None else threads, len(items))
+        if threads > 1:
+            return list(_pool(threads).map(function, items))
+    return list(map(function, items))
 
 
 @cache
@@ -85,6 +88,9 @@ Transform = Callable[[NDArray], NDArray]
 
 #: Numbers per strip of rows or columns: 1 to 2 MB.
 STRIP = 1 << 17
+
+#: Lengths up to which transforms are products with their matrices: calls of others take longer than their work.
+SHORT = 40
 
 #: Numbers side by side to whose multiples strips of columns are rounded.
 CACHE_LINE = 8
@@ -279,9 +285,16 @@ class Convolution:
             for j in made:
                 np.multiply(backward(rows[j, strip])[:, :ny], scale * self.factor, out=results[j, strip], dtype=float)
 
-        each(into_rows, strips(nx, self.lengths[1]), self.workers)
-        each(convolve, strips(rows.shape[2], self.lengths[0], CACHE_LINE), self.workers)
-        each(out_of_rows, strips(nx, self.lengths[1]), self.workers)
+        of_rows, of_columns = self._strips
+        each(into_rows, of_rows, self.workers)
+        each(convolve, of_columns, self.workers)
+        each(out_of_rows, of_rows, self.workers)
+
+    @cached_property
+    def _strips(self) -> tuple[list[slice], list[slice]]:
+        """Of rows, and of transformed columns."""
+        (x, y), columns = self.lengths, self._rows(0).shape[2]
+        return strips(self.shape[0], y), strips(columns, x, CACHE_LINE)
 
     def _rows(self, n: int) -> NDArray:
         """Transformed rows of n fields, to be filled."""
@@ -299,11 +312,30 @@ class Convolution:
         """Transforms along x and y, forwards and backwards, the latter in place."""
         out: list[tuple[Transform, Transform]] = []
         for axis, real in ((0, self.symmetric[1]), (1, True)):
-            name = "dct" if self.symmetric[axis] else "rfft" if real else "fft"
+            name, length = "dct" if self.symmetric[axis] else "rfft" if real else "fft", self.lengths[axis]
+            if length <= SHORT:
+                out.append(_short(name, self.shape[axis], length, axis, self._is_single))
+                continue
             forward, backward = getattr(scipy.fft, name), getattr(scipy.fft, f"i{name}")
-            options = {"n": self.lengths[axis], "axis": axis - 2}
+            options = {"n": length, "axis": axis - 2}
             out.append((partial(forward, **options), partial(backward, overwrite_x=True, **options)))
         return out
+
+
+@cache
+def _short(name: str, n: int, length: int, axis: int, single: bool) -> tuple[Transform, Transform]:
+    """A short transform of n values along an axis, forwards and backwards, as products with its matrices."""
+    back = getattr(scipy.fft, f"i{name}")
+    there = getattr(scipy.fft, name)(np.eye(n), n=length)
+    units = np.eye(there.shape[1])
+    here = back(units, n=length)[:, :n]
+    if name == "rfft":  # it is the real part of a product
+        here = here - 1j * back(1j * units, n=length)[:, :n]
+    if single:
+        there, here = (m.astype(np.complex64 if np.iscomplexobj(m) else np.float32) for m in (there, here))
+    forward: Transform = (lambda x: x @ there) if axis else (lambda x: there.T @ x)
+    backward: Transform = (lambda x: x @ here) if axis else (lambda x: here.T @ x)
+    return forward, (lambda x: backward(x).real) if name == "rfft" else backward
 
 
 def _times(kernel: NDArray, spectrum: NDArray, in_place: bool = False) -> NDArray:

@@ -31,8 +31,9 @@ from fecontact.halfspace.grid import Even, block_sums
 #: Largest number of cells per side of the coarsest grid.
 COARSEST = 24
 
-#: Tolerance on the coarser grids, below their discretisation error.
-COARSE_TOLERANCE = 1e-3
+#: Tolerance on the coarser grids, below their discretisation error; on the next coarser, whose pressure tells the error
+#: of the finest.
+COARSE_TOLERANCE, NEXT_TOLERANCE = 1e-3, 1e-4
 
 #: Tolerance from which single precision suffices throughout.
 ROUGH_ENOUGH = 1e-4
@@ -227,7 +228,7 @@ def solve_level(
     while True:
         exact, inverse = compliance(level, part, tally, workers), preconditioner(level, part, tally, workers)
         rough = exact
-        if not level.periodic:  # for a periodic one the preconditioner is the exact inverse, and the start may be exact
+        if not (level.periodic and active.all()):  # in full contact of a periodic one the inverse is exact
             rough, inverse = exact.rough, inverse.rough
         problem = GridProblem(
             exact if tolerance < ROUGH_ENOUGH else rough,
@@ -359,7 +360,8 @@ def solve_coarser(
     # overlapping cells if the approach is prescribed, else all
     start, active = np.zeros(first.g.shape), first.allowed & (first.g < 0) if len(first.F) == 0 else first.allowed
     for k in range(len(levels) - 1, 0, -1):
-        at = solve(levels[k], start, active, max(tolerance, COARSE_TOLERANCE), tally, workers)
+        within = COARSE_TOLERANCE if k > 1 else NEXT_TOLERANCE
+        at = solve(levels[k], start, active, max(tolerance, within), tally, workers)
         coarse = np.maximum(at.p, 0.0)
         start, active = start_on(levels[k - 1], coarse)
     return start, active, len(levels), coarse

@@ -196,7 +196,9 @@ def test_the_certificate_sees_what_is_wrong():
     step = fc.PressStep(force=force, tangential=(0.5 * MU * force, 0.0))
     good = press_step(friction, body.heights_of(BALL), step, None)
     assert good.residuals.worst < 1e-8
-    assert (good.slip * good.traction).sum(axis=0).max() <= 1e-12 * good.work_density.max()
+    # where it sticks, slip is what the tolerance leaves of the displacement
+    left = 1e-8 * good.displacement.max() * np.hypot(*good.traction).max()
+    assert (good.slip * good.traction).sum(axis=0).max() <= left
     numbers = good.residuals
     for name in ("penetration", "tension", "complementarity", "equilibrium", "cone", "slip", "dissipation"):
         assert not replace(numbers, **{name: 1e-6}).within(1e-8)
@@ -371,7 +373,8 @@ def test_surfaces_that_part_and_meet_again(mu, options, tmp_path):
     assert np.abs(path[3].pressure - once.pressure).max() < 1e-8 * once.max_pressure
     assert np.abs(path[3].traction - once.traction).max() < 1e-8 * once.max_pressure
     assert abs(path[3].friction_work - once.friction_work) < 1e-8 * 5e-4 * once.force
-    assert np.abs(path.shift[:, 0] - [0.0, 0.0, 2.5e-3, 1e-3, 1e-3]).max() < 1e-15
+    # where no force drags it, the shift is zero within the tolerance of 1e-10 of the displacement
+    assert np.abs(path.shift[:, 0] - [0.0, 0.0, 2.5e-3, 1e-3, 1e-3]).max() < 1e-10 * 5e-3
     again = body.press_path(BALL, steps, mu, path=tmp_path / "path.jsonl")
     assert (again.force == path.force).all()
 
