@@ -152,7 +152,7 @@ def kernel_spectrum(table: Array, lengths: Shape) -> Array:
     full = np.zeros((lengths[0] + 1, lengths[1] + 1))
     rows, columns = min(table.shape[0], len(full)), min(table.shape[1], full.shape[1])
     full[:rows, :columns] = table[:rows, :columns]
-    return np.asarray(scipy.fft.dctn(full, type=1, overwrite_x=True))
+    return np.asarray(scipy.fft.dctn(full, type=1, overwrite_x=True, workers=default_threads()))
 
 
 Kernels = tuple[tuple[NDArray | None, ...], ...]

@@ -113,12 +113,14 @@ def even_axes(values: Array, allowed: Mask, rows: Array) -> Even:
     >>> even_axes(z, z > 0, np.ones((1, 2, 2)))
     (True, False)
     """
-    scale = float(np.abs(values).max())
+    fields = [values, *rows] if allowed.all() else [values, *rows, allowed.astype(float)]
+    limits = [ROUNDING * max(float(field.max()), -float(field.min())) for field in fields]
     out = []
-    for axis in (0, 1):
-        even = values.shape[axis] % 2 == 0 and bool((allowed == np.flip(allowed, axis)).all())
-        even = even and float(np.abs(values - np.flip(values, axis)).max()) <= ROUNDING * scale
-        out.append(even and all(float(np.abs(r - np.flip(r, axis)).max()) <= ROUNDING * np.abs(r).max() for r in rows))
+    for axis, n in enumerate(values.shape):
+        halves = (np.split(np.moveaxis(field, axis, 0), [n // 2]) for field in fields if n % 2 == 0)
+        off = (low - high[::-1] for low, high in halves)
+        within = (max(float(d.max()), -float(d.min())) <= limit for d, limit in zip(off, limits, strict=False))
+        out.append(n % 2 == 0 and all(within))
     return out[0], out[1]
 
 
@@ -137,10 +139,16 @@ def unfold(values: NDArray, symmetric: Even) -> NDArray:
     >>> unfold(np.array([[1.0, 2.0]]), (False, True)).tolist()
     [[2.0, 1.0, 1.0, 2.0]]
     """
-    for axis in (0, 1):
-        if symmetric[axis]:
-            values = np.concatenate([np.flip(values, axis), values], axis=axis)
-    return values
+    if not any(symmetric):
+        return values
+    shape = (values.shape[0] * (1 + symmetric[0]), values.shape[1] * (1 + symmetric[1]))
+    out, (x, y) = np.empty(shape, values.dtype), part_of(shape, symmetric)
+    out[x, y] = values
+    if symmetric[1]:
+        out[x, : y.start] = values[:, ::-1]
+    if symmetric[0]:
+        out[: x.start] = out[: x.start - 1 : -1]
+    return out
 
 
 def at_offsets(table: Array, cells: IntArray, shape: tuple[int, int], mirrored: Even) -> Array:

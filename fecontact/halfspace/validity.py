@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask
+from fecontact.halfspace.fft import each, strips
 from fecontact.surfaces.between_nodes import FALL, overlap_outline, smallest_gaps, star_area
 
 #: A `HalfSpace` or a `HalfSpaceContact`, which ask for their own warnings: `grid`, `material`, `layers`, `periodic`.
@@ -93,12 +94,21 @@ def overlap_between_cells(contact: OnCells, heights: Callable[[Array, Array], Ar
     `search.candidates.approach_for_load`, E* times depth times the root of the area over two.
     """
     grid, ny = contact.grid, contact.grid.shape[1]
-    finite = np.isfinite(contact.gap)
-    gap = np.where(finite, contact.gap, contact.gap[finite].max())
-    lowest, highest = _of_four(np.minimum, gap), _of_four(np.maximum, gap)
-    rise = scipy.ndimage.maximum_filter(highest - lowest, 3)
-    beside = _of_four(np.maximum, scipy.ndimage.maximum_filter(contact.active, 3))
-    facets = np.flatnonzero((beside == 0) & (lowest < FALL * rise))
+    active, farthest = contact.active, contact.gap.max(where=np.isfinite(contact.gap), initial=-np.inf)
+
+    def low_facets(strip: slice) -> IntArray:
+        """Facets beside no pressure over which the gap may be negative; one row more is looked at on both sides."""
+        first, last = max(strip.start - 1, 0), strip.stop + 2
+        gap = np.minimum(contact.gap[first:last], farthest)
+        lowest, highest = _of_four(np.minimum, gap), _of_four(np.maximum, gap)
+        highest -= lowest
+        if lowest.min() >= FALL * highest.max():
+            return np.zeros(0, np.int64)
+        beside = _of_four(np.maximum, scipy.ndimage.maximum_filter(active[first:last], 3))
+        low = (beside == 0) & (lowest < FALL * scipy.ndimage.maximum_filter(highest, 3))
+        return np.flatnonzero(low[strip.start - first :][: strip.stop - strip.start]) + strip.start * (ny - 1)
+
+    facets = np.concatenate(each(low_facets, strips(grid.shape[0] - 1, ny)))
     if len(facets) == 0:
         return ""
     tilt = contact.tilt[0] * grid.x[:, None] + contact.tilt[1] * grid.y[None, :]
