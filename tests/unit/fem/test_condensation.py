@@ -40,7 +40,8 @@ def test_routes_give_the_same_answer(route, backend):
     for way in ("schur", route):
         body, ball, scene = ball_on_block(way, backend)
         loads = {ball: (0.0, 0.0, -0.02), (body, "x_max"): (0.01, 0.0, 0.005)}
-        results.append((scene.solve(forces=loads), body))
+        # one linear problem: poses would end within the tolerance of their steps only, 1e-4 of the deflection
+        results.append((scene.solve(forces=loads, finite_motion=False), body))
     (first, a), (second, b) = results
     assert second.condensation == {"block": f"{route}: as asked"}
     assert f"compliance of block by {route}" in str(second)
@@ -67,8 +68,8 @@ def test_floating_body_between_two_routes(route):
 
 def test_dense_solvers_get_an_array():
     _, ball, scene = ball_on_block("operator")
-    expected = scene.solve(forces={ball: (0.0, 0.0, -0.02)})
-    found = scene.solve(forces={ball: (0.0, 0.0, -0.02)}, solver="nnls")
+    expected = scene.solve(forces={ball: (0.0, 0.0, -0.02)}, finite_motion=False)
+    found = scene.solve(forces={ball: (0.0, 0.0, -0.02)}, finite_motion=False, solver="nnls")
     assert expected.solution.solver == "projected-cg"
     assert found.solution.solver == "nnls"
     assert same(found.contacts[0].forces, expected.contacts[0].forces)
