@@ -298,11 +298,15 @@ class Carried(Retained):
 
 @dataclass(frozen=True, eq=False)
 class Plain(Condensation):
-    """Factor of the whole stiffness, for any rows; the compliance is dense (`columns`) or an operator."""
+    """Factor of the whole stiffness, for any rows; the compliance is dense (`columns`) or an operator.
+
+    `n_rows` is the number of rows for which it was made, if they were known.
+    """
 
     factor: Factor
     route: str
     why: str
+    n_rows: int | None = None
 
     def compliance(self, C: sp.csr_matrix) -> Array | LinearOperator:
         """S as an array or an operator."""
@@ -435,6 +439,10 @@ MEMORY_SHARE = 0.5
 #: Schur complement on their nodes, although that one serves other rows on the same nodes too: 500 nodes at 3e4
 #: (docs/figures/scale.md).
 MANY_NODES = 3.0
+#: Degrees of freedom on the nodes of rows solved for one by one, over the rows, from which on columns of the rows are
+#: faster, for any number of poses: 300 rows on 10,000 (a mortar coupling) take 0.2 s for each pose, as products with an
+#: inverse do, which itself takes a minute.
+FEW_ROWS = 4
 #: Degrees of freedom on the nodes of the rows, over the rows, up to which the Schur complement and its inverse are
 #: faster than columns: with friction 5,223 rows on as many of 75,228 take 14 s instead of 18 s, 2,706 of 80,760 11 s of
 #: 13 s.
@@ -493,6 +501,9 @@ def choose_route(
     if columns > budget or (one_by_one and dense > budget and n_rows is None):
         what = f"{nodes} nodes" if n_rows is None else f"{rows} rows"
         return "operator", f"a dense matrix for {what} takes {columns / 1e9:.2g} GB of {budget / 1e9:.2g} GB"
+    few = one_by_one and n_rows is not None and FEW_ROWS * rows <= n_retained
+    if few and rows < MANY_PRODUCTS * root:
+        return "columns", f"{rows} rows on {nodes} nodes: columns of the rows are quicker than those of the nodes"
     if poses > 1 and dense <= budget and (one_by_one or once_for_all(n_dofs, n_retained, poses, factor)):
         return "schur", f"{nodes} candidate nodes, shared by {poses} poses"
     # many rows on few nodes are few columns

@@ -468,7 +468,8 @@ class Model:
         route, why = self.way, "as asked"
         border = (rows is not None or poses > 1) and has_bordered(self.backend)
         if route == "auto":
-            n_rows, size = None if rows is None else rows.shape[0], 0 if last is None else last.memory
+            known = last.n_rows if rows is None and isinstance(last, Plain) else None
+            n_rows, size = known if rows is None else rows.shape[0], 0 if last is None else last.memory
             route, why = choose_route(
                 len(self.solved_dofs), len(dofs), memory_budget(), poses, not border, n_rows, float(size)
             )
@@ -480,7 +481,7 @@ class Model:
             covered = last is not None and last.covers(dofs) and (not other_rows or route == "operator")
         if last is not None and covered:
             if isinstance(last, (Plain, Bordered)) and rows is not None and route not in ("schur", last.route):
-                last = self.condensation = Plain(last.factor, route, why)
+                last = self.condensation = Plain(last.factor, route, why, rows.shape[0])
             return last
         # K is kept where the rows change again, as from pose to pose
         K = self._assembled(timer, kept=isinstance(last, Bordered))
@@ -493,7 +494,9 @@ class Model:
                 return self.condensation
         if route != "schur":
             with timer("factorise"):
-                self.condensation = Plain(factorise(K, self.backend), route, why)
+                self.condensation = Plain(
+                    factorise(K, self.backend), route, why, None if rows is None else rows.shape[0]
+                )
             return self.condensation
         if isinstance(last, Retained):
             # earlier candidates are likely to return in a sweep

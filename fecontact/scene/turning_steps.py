@@ -15,7 +15,7 @@ points answer by the changes l of forces and the motions q
 
 So the next problem asks for A p = q, and all of them together lead to (1 - A)^-1 p, Newton's step (Nocedal & Wright,
 Numerical Optimization, 2nd ed. 2006, section 11.1). Where A is not well below one, the equilibrium may not be stable,
-and steps are left as they are.
+and steps are left as they are; so are those of compliances that are products, of which no equations are solved.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from fecontact.results.contact_fields import ContactFields
 from fecontact.results.result import ContactResult
 from fecontact.surfaces.facet_surface import has_cells
 
-#: Largest eigenvalue of A up to which it is taken into account.
-LARGEST = 0.7
+#: Largest eigenvalue of A from which on, and up to which, it is taken into account: less leaves a hundredth at a step.
+SMALLEST, LARGEST = 0.01, 0.7
 #: Stiffness against a motion, relative to the largest, up to which no contact resists it.
 UNRESISTED = 1e-8
 
@@ -73,7 +73,7 @@ def newton_step(result: ContactResult, steps: Array) -> Array:
     resisted, shifted = np.split(B @ stiff, [len(B)], axis=1)
     A = np.linalg.pinv(resisted, rcond=UNRESISTED, hermitian=True) @ (free.T @ K.reshape(len(free), -1) - shifted)
     own = A @ free
-    if np.abs(np.linalg.eigvals(own)).max() > LARGEST:
+    if not SMALLEST <= np.abs(np.linalg.eigvals(own)).max() <= LARGEST:
         return steps
     more = np.linalg.solve(np.eye(len(own)) - own, A @ steps.ravel())
     return np.asarray(steps + (free @ more).reshape(steps.shape))

@@ -10,7 +10,7 @@ from fecontact import InputError
 from fecontact.bodies import rotation_about
 from fecontact.common.stopwatch import Stopwatch
 from fecontact.fem import condensation, model
-from fecontact.fem.condensation import MANY_NODES, MANY_PRODUCTS, choose_route, memory_budget
+from fecontact.fem.condensation import FEW_ROWS, MANY_NODES, MANY_PRODUCTS, choose_route, memory_budget
 from fecontact.fem.factor import available_backends, bordered, factorise, has_bordered
 from fecontact.fem.stiffness import assemble_stiffness
 from fecontact.scene import linear as scene_module
@@ -132,9 +132,13 @@ def test_the_choice_goes_by_nodes_and_memory(monkeypatch):
     assert choose_route(10000, 3 * int(100 * MANY_PRODUCTS), 1e12, one_by_one=True)[0] == "operator"
     # many rows on few nodes are few columns, whatever solves for them
     assert choose_route(10000, 3 * 8, 1e12, one_by_one=True, n_rows=int(100 * MANY_PRODUCTS))[0] == "schur"
-    told = choose_route(10000, 6000, 1e12, one_by_one=True, n_rows=900)
-    assert told == ("schur", "900 rows on 2000 candidate nodes, fewer than 1000")
+    told = choose_route(10000, 3000, 1e12, one_by_one=True, n_rows=900)
+    assert told == ("schur", "900 rows on 1000 candidate nodes, fewer than 1000")
     # several poses: dense once against products, and against columns only where it is quicker in all
+    # rows on many nodes, as of a mortar coupling, are solved for themselves, for many poses too
+    for poses in (1, 20):
+        for rows, route in ((many // FEW_ROWS, "columns"), (many // FEW_ROWS + 1, "schur")):
+            assert choose_route(10000, many, 1e12, poses, one_by_one=True, n_rows=rows)[0] == route
     assert choose_route(10000, many, 1e12, poses=20, one_by_one=True)[0] == "schur"
     assert choose_route(10000, many, 1e12, poses=20, factor=5e7)[0] == "schur"
     assert choose_route(10000, 10 * many, 1e12, poses=20, factor=5e7)[0] == "columns"
