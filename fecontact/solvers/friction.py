@@ -103,7 +103,7 @@ def solve_friction(
         scaled, x, p, name = begin
         steps = FIRST_STEPS if best is None else LATER_STEPS
         outcome, orientation = friction_newton(scaled, x, p, max_iterations=steps)
-        forces = scaled.forces(np.where(np.abs(outcome.x) < scaled.rounding_of(outcome.x), 0.0, outcome.x))
+        forces = scaled.forces(_without_rounding(scaled, outcome.x))
         found = Solution(
             problem, forces, scaled.motion(_nearest(scaled, outcome.x, outcome.p)), outcome.status,
             outcome.message, outcome.nit, name, time.perf_counter() - began, tuple(outcome.history),
@@ -135,6 +135,13 @@ def solve_friction(
         f"{tolerance:.0e}). Take smaller load steps; with much friction there may be no solution or several.",
         code="not-certified",
     )
+
+
+def _without_rounding(scaled: ScaledProblem, x: Array) -> Array:
+    """Forces (N,) without those that are rounding; where a point is pressed small tangential ones hold its slip."""
+    small = np.abs(x) < scaled.rounding_of(x)
+    small[scaled.tangents] &= small[scaled.points][:, None]
+    return np.where(small, 0.0, x)
 
 
 def _held(scaled: ScaledProblem, x: Array, p: Array) -> Iterator[tuple[ScaledProblem, Array, Array, str]]:

@@ -301,6 +301,18 @@ def test_the_work_of_rounding_is_no_dissipation() -> None:
         assert (found.dissipation <= 1e-10) is certified
 
 
+def test_small_forces_hold_the_slip_of_what_is_pressed() -> None:
+    """Points pressed by 1, one dragged, the others by less than rounding of the pressures; an open one has no force."""
+    n, drift = 31, 9e-14
+    g = np.concatenate([np.full(n - 1, -1.0), [1.0], [1e-3], np.full(n - 1, drift)])
+    rows = ContactProblem(np.eye(2 * n), g, np.zeros((0, 2 * n)), np.zeros(0))
+    problem = replace(rows, points=np.arange(n), tangents=n + np.arange(n)[:, None], mu=np.full(n, 3.0))
+    found = solve_friction(problem)
+    assert found.residuals.within(1e-10)
+    assert np.abs(found.tangential[1:-1] + drift).max() < 1e-16
+    assert found.forces[n - 1] == found.tangential[-1, 0] == 0.0
+
+
 def test_a_motion_that_nothing_feels_is_none() -> None:
     """One of two points touches and sticks; the body is free to turn about it, and came from a turn of 5."""
     B = np.array([[0.0, 0.0, 1.0, 1.0], [0.0, 1.0, 0.0, 1.0]])  # shift of both; turn about the first, opens the second
