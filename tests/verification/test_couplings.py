@@ -121,3 +121,29 @@ def test_mortar_beats_nodal_forces_on_coarse_slaves(row):
         for coupling, error in zip(("mortar", "nodal"), errors, strict=True)
     )
     assert abs(mortar) < 0.2 * abs(nodal)
+
+
+def test_a_side_whose_faces_are_wider_than_the_contact_is_not_made_the_slave(row):
+    """A ridge on a block of wide faces: a mean gap over such a face hides what overlaps.
+
+    Source: the same with all cells divided in eight, by either side; the wide faces as slave are off by twice and more.
+    """
+
+    def approach(n, **choice):
+        lower = fc.shapes.block((1.0, 1.0, 1.0), (3 * n, 3 * n, 3 * n))
+        upper = fc.shapes.block((0.4, 0.4, 0.4), (3 * n, 3 * n, 3 * n)).translated((0.3, 0.3, 1.0))
+        upper = upper.mapped(lambda x: x + np.outer((x[:, 0] - 0.5) ** 2 * (1.4 - x[:, 2]) / 0.4, [0.0, 0.0, 1.0]))
+        one = fc.ElasticBody(lower, fc.Material(210e3, 0.0), "top", {"bottom": "xyz"}, name="lower")
+        other = fc.ElasticBody(upper, fc.Material(210e3, 0.0), "bottom", {"top": "xy"}, name="upper")
+        scene = fc.Scene([one, other], [fc.Contact(other, one, **choice)])
+        result = scene.solve(pressures={(other, "top"): 100.0})
+        return result.contacts[0].slave.name, -float(result.displacement(other)[:, 2].mean())
+
+    slave, found = approach(2)
+    _, wide = approach(2, swap="always")
+    fine = [approach(4, swap=swap)[1] for swap in ("never", "always")]
+    assert slave == "upper"
+    # the finer meshes' sides differ by a seventh
+    row("ridge on wide faces", "approach", fine[0], found, within=0.05)
+    assert fine[0] < fine[1] < 1.2 * fine[0]
+    assert wide > 1.5 * fine[1]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fecontact.bodies.body import Body
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.contact.candidates import likely_nodes
 from fecontact.contact.contact import Contact
@@ -306,9 +306,10 @@ def choose_coupling(contact: Contact, given: CouplingChoice, seen: SurfacePair, 
     swappable = contact.swap == "auto"
     if not grid and contact.coupling == "auto" and (has_mortar_basis(s) or (swappable and has_mortar_basis(m))):
         # a fine slave follows every kink of a coarse master and its pressure oscillates, so the coarser side is the
-        # slave; a triangle has three multipliers where a quadrilateral has nine, so quadrilaterals are the slave
+        # slave; a triangle has three multipliers where a quadrilateral has nine, so quadrilaterals are the slave. A
+        # weighted gap is a mean over a face of the slave: over one wider than the contact it hides what overlaps
         mine, its = bool(s.triangle[touched].any()), bool(m.triangle[opposite].any())
-        better = mine if mine != its else ratio > COARSER
+        better = mine if mine != its else ratio > COARSER and _resolves(m, opposite)
         swapped = swappable and has_mortar_basis(m) and (better or not has_mortar_basis(s))
         reason = "has the quadrilaterals" if mine != its else "is coarser"
         return _chosen(given, swapped, "mortar", _why_mortar(s), reason)
@@ -323,6 +324,15 @@ def choose_coupling(contact: Contact, given: CouplingChoice, seen: SurfacePair, 
     if not grid:
         note = "faces do not match: nodal forces err by the order of the face size"
     return _chosen(given, swappable and ratio < 1 / COARSER, "nodal", note)
+
+
+def _resolves(surface: FacetSurface, likely: IntArray) -> bool:
+    """Whether one of the facets that are likely to touch has all its neighbours among them."""
+    others = np.ones(len(surface.facets), bool)
+    others[likely] = False
+    rim = np.zeros(len(surface.points), bool)
+    rim[surface.facets[others]] = True
+    return bool((~rim[surface.facets[likely]].any(axis=1)).any())
 
 
 def _mean(sizes: Array) -> float:
