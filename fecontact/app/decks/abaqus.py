@@ -38,6 +38,7 @@ from fecontact.app.decks.content import DeckContent, DeckCut, DeckPair, DeckStep
 from fecontact.app.decks.cyclic import sector, sector_conditions, sectors_of
 from fecontact.app.decks.divided import divided_deck
 from fecontact.app.decks.elastic import linear_elastic, orientation
+from fecontact.app.decks.gaps import apart, keeps_apart
 from fecontact.app.decks.heat import expansion_of, temperatures_of
 from fecontact.app.decks.materials import compressibility, hyperelastic, hyperfoam
 from fecontact.app.decks.pretension import cut_conditions, cut_sections, on_both_sides, with_twins_between
@@ -354,6 +355,10 @@ def _conditions(
             raise InputError(f"{tie.place}: a sector of plane elements is not done here.", code="not-supported")
         pair = _pair(line, tie.place, 0.0, given, mesh, follows=False)
         parts.append(sector_conditions(mesh, sector(tie, (pair.slave, pair.master), cyclic), 3 * special.count))
+    for s in (s for s in model if keeps_apart(s) and state is None):
+        reach = s.parameters.get("POSITION TOLERANCE")
+        ties = [_pair(line, s.place, 0.0, given, mesh, reach) for line in s.lines]
+        parts += [apart(mesh, tie, 3 * special.count, given.remarks) for tie in ties]
     found = sp.vstack(parts, format="csr")
     return found if found.shape[0] else None
 
@@ -400,7 +405,9 @@ def _model(
         if wrong := [p for p in OF_TIES if p in s.parameters]:
             raise InputError(f"{s.place}: *TIE, {wrong[0]} ties surfaces that are apart, which is not done here.")
         reach = s.parameters.get("POSITION TOLERANCE")
-        if s.parameters.get("ADJUST", "YES").upper() == "NO":
+        if keeps_apart(s):
+            if not names.mesh.is_flat:
+                return owner
             found.remarks.warn(f"{s.place}: ADJUST=NO is not used: tied nodes are moved onto their master.")
         found.ties += [_pair(line, s.place, 0.0, found, names.mesh, reach) for line in s.lines]
     elif s.keyword in ("PLASTIC", "CREEP", "VISCOELASTIC"):

@@ -2,7 +2,8 @@
 
 Nodes of the slave are moved, without strain: with ADJUST those that lie in the master or at most so far from it come
 onto it, or those of a set of nodes, with *CLEARANCE all to the given distance, negative in the master (Abaqus Keywords
-Reference).
+Reference). With *TIE, ADJUST=NO tied nodes stay where they are and have the displacements of their closest points on
+the master, not its turns (Dhondt, CalculiX CrunchiX User's Manual, *TIE).
 """
 
 from __future__ import annotations
@@ -12,13 +13,19 @@ from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
+import scipy.sparse as sp
 
-from fecontact.app.decks.content import DeckPair
+from fecontact.app.decks.content import DeckPair, Remarks
+from fecontact.common.errors import InputError
 from fecontact.mesh.base_mesh import BaseMesh
+from fecontact.mesh.formats.abaqus_deck import KeywordSection
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.section_curve import CurveSurface
+from fecontact.surfaces.tied import followers
 
 M = TypeVar("M", bound=BaseMesh)
+#: Distance of tied nodes, relative to the size of the mesh, that is rounding of a deck.
+ROUNDING = 1e-6
 
 
 def with_gaps(mesh: M, pairs: Sequence[DeckPair]) -> M:
@@ -54,3 +61,45 @@ def with_gaps(mesh: M, pairs: Sequence[DeckPair]) -> M:
         points[nodes[moves]] = wanted[moves]
         mesh = replace(mesh, points=points)
     return mesh
+
+
+def keeps_apart(s: KeywordSection) -> bool:
+    """Whether it is a *TIE whose nodes keep their distances."""
+    return s.keyword == "TIE" and s.parameters.get("ADJUST", "YES").upper() == "NO"
+
+
+def apart(mesh: BaseMesh, tie: DeckPair, n: int, remarks: Remarks) -> sp.csr_matrix:
+    """Conditions (m, n), the first 3 n_points of displacements: those of tied nodes less those of their closest points.
+
+    Raises
+    ------
+    InputError
+        If no node lies within the tie's reach.
+
+    Examples
+    --------
+    >>> import fecontact as fc
+    >>> lower = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
+    >>> upper = lower.translated((0, 0, 1.1))
+    >>> rename = lambda mesh, old, new: replace(mesh, boundaries={new: mesh.faces(old)})
+    >>> both = fc.merge([rename(upper, "bottom", "slave"), rename(lower, "top", "master")], 0.0)
+    >>> remarks = Remarks()
+    >>> apart(both, DeckPair("slave", "master", 0.0, "line 1", reach=0.2), 3 * len(both.points), remarks).shape
+    (12, 48)
+    >>> remarks.warnings
+    ['line 1: tied nodes stay up to 0.1 from their master and follow its displacements, not its turns.']
+    """
+    try:
+        found = followers(mesh, tie.slave, tie.master, tie.reach)
+    except InputError as error:
+        raise InputError(f"{tie.place}: {error}", code=error.code) from None
+    if found.loose:
+        remarks.warn(f"{tie.place}: {found.loose}")
+    away = np.linalg.norm(mesh.points[found.nodes] - found.weights @ mesh.points, axis=1).max(initial=0.0)
+    if away > ROUNDING * np.linalg.norm(np.ptp(mesh.points, axis=0)):
+        told = f"tied nodes stay up to {away:.3g} from their master and follow its displacements, not its turns."
+        remarks.warn(f"{tie.place}: {told}")
+    own = sp.csr_matrix((np.ones(len(found.nodes)), (range(len(found.nodes)), found.nodes)), shape=found.weights.shape)
+    rows = sp.kron(own - found.weights, np.eye(3), format="csr")
+    rows.resize(rows.shape[0], n)
+    return rows

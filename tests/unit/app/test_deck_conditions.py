@@ -239,3 +239,32 @@ def test_faces_tied_to_faces_follow_the_coarser_side_whichever_is_named_first(tm
     assert energies[1] == pytest.approx(energies[0], rel=1e-12)
     assert energies[2] == pytest.approx(energies[0], rel=1e-12)
     assert energies[3] < (1 - 1e-4) * energies[0]
+
+
+@pytest.mark.parametrize("adjust", ["", ", ADJUST=NO"])
+def test_a_tie_that_keeps_its_gap_has_the_length_of_its_blocks(adjust, tmp_path):
+    """Unit columns .125 apart under a unit force: by 2 F / (E A); moved onto the master the upper one is longer."""
+    lower, upper = blocks(divisions=((1, 1, 1), (1, 1, 3)))
+    pull = "*CLOAD\n" + "".join(f"{n + 5001}, 3, .25\n" for n in upper.boundary_nodes("top"))
+    text = deck_of((lower, upper.translated((0, 0, 0.125))), step(pull), FIXED + SLIDING)
+    pair = "*CONTACT PAIR, INTERACTION=I\n"
+    text = text.replace(pair, f"*TIE, NAME=T, POSITION TOLERANCE=.2{adjust}\n").replace(", 0.3\n", ", 0.\n")
+    path = tmp_path / "deck.inp"
+    path.write_text(text)
+    result = fc.read_scene(path).solve()
+    (body,) = result.scene.bodies
+    longer = 0 if adjust else 0.125
+    assert abs(result.displacement(body)[:, 2].max() - (2 + longer) / MATERIAL.E) <= 1e-12
+    top = body.mesh.points[body.mesh.boundary_nodes("UP_face_bottom"), 2]
+    assert np.abs(top - (1.125 - longer)).max() <= 1e-12
+    told = [w for w in result.warnings if "stay up to 0.125 from their master" in w]
+    assert len(told) == bool(adjust)
+
+
+def test_a_tie_that_keeps_its_gap_and_reaches_nothing_is_refused(tmp_path):
+    lower, upper = blocks(divisions=((1, 1, 1), (1, 1, 1)))
+    text = deck_of((lower, upper.translated((0, 0, 0.5))), step("*BOUNDARY\nUP_top, 3, 3, .1\n"), FIXED)
+    path = tmp_path / "deck.inp"
+    path.write_text(text.replace("*CONTACT PAIR, INTERACTION=I\n", "*TIE, NAME=T, ADJUST=NO\n"))
+    with refused(fc.InputError, "tie-apart", "reach"):
+        fc.read_scene(path)
