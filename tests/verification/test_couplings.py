@@ -123,6 +123,7 @@ def test_mortar_beats_nodal_forces_on_coarse_slaves(row):
     assert abs(mortar) < 0.2 * abs(nodal)
 
 
+@pytest.mark.full
 def test_a_side_whose_faces_are_wider_than_the_contact_is_not_made_the_slave(row):
     """A ridge on a block of wide faces: a mean gap over such a face hides what overlaps.
 

@@ -31,6 +31,18 @@ def blocks(upper: int, lower: int, **options: str) -> Callable[[], tuple[fc.Scen
     return made
 
 
+def narrow(wide: int) -> Callable[[], tuple[fc.Scene, fc.ElasticBody]]:
+    """A block of 5 x 5 faces on the middle of one of n x n faces: it covers two of 4 in part, and four of 8."""
+
+    def made() -> tuple[fc.Scene, fc.ElasticBody]:
+        mesh = fc.shapes.block((0.4, 0.4, 0.2), (5, 5, 1), element="hex20").translated((0.3, 0.3, 0.0))
+        above = fc.ElasticBody(mesh, SOLID, "bottom", {"top": "xyz"}, name="upper").placed((0.0, 0.0, 0.5))
+        below = block(wide, "lower", "top")
+        return fc.Scene([above, below], [fc.Contact(above, below)]), above
+
+    return made
+
+
 def on_cells() -> tuple[fc.Scene, fc.ElasticBody]:
     above = block(2, "upper", "bottom").placed((-0.5, -0.5, 0.0))
     half = fc.HalfSpace(SOLID, size=(2.0, 2.0), cells=(12, 12))
@@ -42,6 +54,8 @@ CASES = {
     "nest": (blocks(4, 2), "nodal", "upper"),
     "do not match": (blocks(2, 3), "mortar", "upper"),
     "swap to the coarser": (blocks(3, 2), "mortar", "lower"),
+    "coarser, with a face amid others": (narrow(8), "mortar", "lower"),
+    "coarser, with none": (narrow(4), "mortar", "upper"),
     "nodal, swap to the finer": (blocks(2, 3, coupling="nodal"), "nodal", "lower"),
     "mortar": (blocks(3, 3, coupling="mortar"), "mortar", "upper"),
     "cells of a half-space": (on_cells, None, None),
