@@ -53,6 +53,8 @@ LOOK = 0.5
 #: How long processes may take to end.
 SECONDS_TO_END = 10.0
 SYSTEM_PYTHON = "/usr/bin/python3"
+#: Debian's petsc4py is found by a link, which only PETSc's development package makes, or by PETSC_DIR.
+DEBIAN_LINK, DEBIAN_FOLDERS = Path("/usr/lib/petsc"), Path("/usr/lib/petscdir")
 HOW_TO_GET = (
     "Debian and Ubuntu: apt install python3-petsc4py openmpi-bin; or conda install -c conda-forge petsc4py openmpi. "
     "FECONTACT_MPI_PYTHON names a Python that has petsc4py."
@@ -97,7 +99,7 @@ class Job:
             address = f"{host}:{server.getsockname()[1]}"
             self._processes = subprocess.Popen(
                 [*command, str(folder), address], stdin=subprocess.DEVNULL, stdout=self._said, stderr=self._said,
-                env=_environment(),
+                env=environment(),
             )  # fmt: skip
             self._ranks: list[socket.socket] = []
             self.close = weakref.finalize(self, _end, self._processes, self._ranks, self._said, self._folder)
@@ -218,10 +220,13 @@ def _package() -> str:
     return str(Path(__file__).resolve().parents[2])
 
 
-def _environment() -> dict[str, str]:
+def environment() -> dict[str, str]:
     """Environment of the processes: one thread each; another Python does not take this one's paths."""
     keep = interpreter() == [sys.executable]
     kept = {k: v for k, v in os.environ.items() if keep or not k.startswith("PYTHON")}
+    if not keep and not DEBIAN_LINK.exists():
+        for folder in sorted(DEBIAN_FOLDERS.glob("*/*-real")):
+            kept.setdefault("PETSC_DIR", str(folder))
     return {**kept, "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 

@@ -1,7 +1,6 @@
 """The engine 'petsc' against the direct back-end, on one and two processes; its refusals."""
 
 import json
-import os
 import shutil
 import subprocess
 import sys
@@ -15,7 +14,7 @@ from refusals import refused
 import fecontact as fc
 from fecontact import FecontactError, InputError, MissingPackageError
 from fecontact.app.cli import main
-from fecontact.fem.petsc.job import interpreter
+from fecontact.fem.petsc.job import environment, interpreter
 from fecontact.mesh.refine import refined, touching
 from fecontact.scene.cost import explain
 
@@ -23,7 +22,7 @@ from fecontact.scene.cost import explain
 def has_petsc():
     found = shutil.which("mpiexec") and subprocess.run(
         [*interpreter(), "-c", "import petsc4py"], capture_output=True, check=False,
-        env={k: v for k, v in os.environ.items() if not k.startswith("PYTHON")},
+        env=environment(),
     )  # fmt: skip
     return bool(found) and found.returncode == 0
 
@@ -44,7 +43,7 @@ def forces(result):
 
 
 @needs_petsc
-@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.full)])
 def test_two_bodies_on_processes_carry_the_same_forces(ranks):
     """Source: the direct back-end. Loads on bodies, a floating body, rows that share displacements."""
     _, plate, ball, scene = ball_between_blocks()
@@ -62,6 +61,7 @@ def test_two_bodies_on_processes_carry_the_same_forces(ranks):
 
 
 @needs_petsc
+@pytest.mark.full
 def test_one_model_in_two_poses_with_turned_axes_and_hanging_nodes(steel):
     """Source: the direct back-end. The stiffness is transformed by the processes."""
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, 2, 2))
