@@ -281,10 +281,14 @@ class ElasticBody(Body):
     @property
     def notes(self) -> tuple[str, ...]:
         """Corrections made when its mesh was read, and what takes a material for isotropic."""
+        return (*self.mesh.notes, *self._notes_of_materials)
+
+    @property
+    def _notes_of_materials(self) -> tuple[str, ...]:
         directed = [m.average for m in self.model.given if m.directed]
         means = ", ".join(f"E = {m.E:.4g}, nu = {m.nu:.4g}" for m in directed)
         note = f"growth of pressures at edges, and scales, are those of its mean over all directions: {means}."
-        return (*self.mesh.notes, *[note] * bool(directed))
+        return (note,) if directed else ()
 
     @property
     def size(self) -> float:

@@ -22,8 +22,8 @@ from fecontact.common.arrays import Array, IntArray
 from fecontact.common.checks import among, positive
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
-from fecontact.common.material import Material
 from fecontact.fem.laws import Law, at_rest
+from fecontact.fem.model import AnyMaterial
 from fecontact.fem.section_model import SectionModel, on_axis
 from fecontact.fem.support import symmetry_planes
 from fecontact.mesh.section_mesh import Extent, SectionMesh
@@ -40,7 +40,7 @@ class SectionBody(ElasticBody):
     meshes: ClassVar = SectionMesh
 
     mesh: SectionMesh  # type: ignore[assignment]
-    material: Material | Law | Mapping[str, Material] | Mapping[str, Law]
+    material: AnyMaterial | Law | Mapping[str, AnyMaterial] | Mapping[str, Law]
     contact: str | Sequence[str] = ()
     supports: Mapping[str, str] = field(default_factory=dict)
     pressure: str = field(default="sides", init=False, repr=False)
@@ -58,8 +58,8 @@ class SectionBody(ElasticBody):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """None: sections are not read from files."""
-        return ()
+        """What takes a material for isotropic; sections are not read from files."""
+        return self._notes_of_materials
 
     @property
     def _out_of_plane(self) -> Extent:
@@ -126,6 +126,7 @@ class PlaneBody(SectionBody):
     ----------
     mesh : SectionMesh
     material : Material, or mapping of element set to Material
+        Or `OrthotropicMaterial`, `AnisotropicMaterial`, whose axes are those of space, y across the section.
     contact : str or sequence of str
         Boundaries that may come into contact.
     supports : mapping of boundary name to components, optional
@@ -196,6 +197,7 @@ class AxisymmetricBody(SectionBody):
     mesh : SectionMesh
         At x >= 0. Nodes on the axis are held radially.
     material : Material, or mapping of element set to Material
+        Or `OrthotropicMaterial`, `AnisotropicMaterial`, whose axes are those of space, y across the section.
     contact : str or sequence of str
         Boundaries that may come into contact.
     supports : mapping of boundary name to components, optional

@@ -73,7 +73,7 @@ class DirectedMaterial:
 
     axes: Any
     density: float | None
-    expansion: float | None
+    expansion: float | tuple[float, float, float] | None
     #: Whether its stiffness depends on the direction.
     directed = True
 
@@ -95,8 +95,27 @@ class DirectedMaterial:
         InputError
             If a function gives no axes for each point.
         """
+        axes = self._axes_at(points)
+        return self.stiffness[None] if axes is None else turned(self.stiffness, axes)
+
+    def expansion_at(self, points: Array) -> Array:
+        """Strains (n or 1, 6) per change of temperature at points (n, 3), shears not doubled.
+
+        Examples
+        --------
+        >>> wood = OrthotropicMaterial((9.0, 1, 1), (0.3, 0.3, 0.3), (1.0, 1, 1), expansion=(1.0, 2.0, 3.0))
+        >>> wood.expansion_at(np.zeros((1, 3)))[0].tolist()
+        [1.0, 2.0, 3.0, 0.0, 0.0, 0.0]
+        """
+        along = np.broadcast_to(np.asarray(self.expansion, float), 3)
+        axes = self._axes_at(points)
+        axes = np.eye(3)[None] if axes is None else axes
+        return np.einsum("p,npi,npi->ni", along, axes[..., FIRST], axes[..., SECOND])
+
+    def _axes_at(self, points: Array) -> Array | None:
+        """Axes (n or 1, 3, 3) at points (n, 3); None of those of the body."""
         if not self.varies:
-            return self.stiffness[None] if self.axes is None else turned(self.stiffness, np.array([self.axes]))
+            return None if self.axes is None else np.array([self.axes])
         found = array_of(self.axes(points))
         if found is None or found.shape != (len(points), 3, 3):
             raise InputError(
@@ -104,7 +123,7 @@ class DirectedMaterial:
                 f"{shown(found)}.",
                 code="wrong-shape",
             )
-        return turned(self.stiffness, _checked(found))
+        return _checked(found)
 
     @property
     def average(self) -> Material:
@@ -114,7 +133,8 @@ class DirectedMaterial:
         K = normal.sum() / 9
         G = (1.5 * np.trace(normal) - normal.sum() / 2 + 3 * shear) / 15
         nu = (3 * K - 2 * G) / (2 * (3 * K + G))
-        return Material(float(9 * K * G / (3 * K + G)), float(nu), self.density, self.expansion)
+        mean = None if self.expansion is None else float(np.mean(self.expansion))
+        return Material(float(9 * K * G / (3 * K + G)), float(nu), self.density, mean)
 
     def _check(self, C: Array) -> None:
         """Refuse what is not elastic, and normalise the axes.
@@ -133,7 +153,10 @@ class DirectedMaterial:
             )
         if self.density is not None:
             positive("the density", self.density)
-        if self.expansion is not None:
+        if self.expansion is not None and np.ndim(self.expansion):
+            along = vector("the coefficients of expansion along the axes", self.expansion)
+            object.__setattr__(self, "expansion", tuple(along.tolist()))
+        elif self.expansion is not None:
             finite("the coefficient of expansion", self.expansion)
         if self.axes is not None and not callable(self.axes):
             found = array_of(self.axes)
@@ -190,9 +213,9 @@ def turned(C: Array, axes: Array) -> Array:
 class OrthotropicMaterial(DirectedMaterial):
     """Linear elastic material with three planes of symmetry: wood, laminae of fibres, cortical bone.
 
-    For `ElasticBody`. What needs an isotropic material (half-spaces, local bodies, sections, laws of finite strain)
-    refuses it. Estimates of errors use the stiffness as it is; scales, as the modulus by which contacts are searched,
-    use `average`.
+    For `ElasticBody`, `PlaneBody` and `AxisymmetricBody`. What needs an isotropic material (half-spaces, local bodies,
+    laws of finite strain) refuses it. Estimates of errors use the stiffness as it is; scales, as the modulus by which
+    contacts are searched, use `average`.
 
     Parameters
     ----------
@@ -206,8 +229,10 @@ class OrthotropicMaterial(DirectedMaterial):
     axes : (3, 3) array_like, or function, optional
         Its axes 1, 2, 3 as rows, in the axes of the body's mesh; or a function of points (n, 3) that gives (n, 3, 3),
         such as `CylindricalAxes`. Those of the body by default.
-    density, expansion : float, optional
+    density : float, optional
         As in `Material`.
+    expansion : float or (3,) floats, optional
+        As in `Material`; or a coefficient along each of its axes.
 
     Raises
     ------
@@ -227,7 +252,7 @@ class OrthotropicMaterial(DirectedMaterial):
     G: tuple[float, float, float]
     axes: Any = None
     density: float | None = None
-    expansion: float | None = None
+    expansion: float | tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "E", positives("Young's moduli E1, E2, E3", self.E, 3))
@@ -278,7 +303,7 @@ class AnisotropicMaterial(DirectedMaterial):
     moduli: Any
     axes: Any = None
     density: float | None = None
-    expansion: float | None = None
+    expansion: float | tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
         C = array_of(self.moduli)

@@ -180,10 +180,11 @@ def without_traction(
     """
     if moduli is not None:
         there = moduli.any(axis=(1, 2))
-        out, C = strain.copy(), moduli[there]
-        stress = (C @ (DOUBLED * strain[there])[..., None])[..., 0]
-        stress = components(along[there] @ stress[:, SYMMETRIC] @ along[there])
-        out[there] = np.linalg.solve(C, stress[..., None])[..., 0] / DOUBLED
+        out, C, own = strain.copy(), moduli[there], np.delete(np.arange(6), [1] if held else [])
+        before = (C @ (DOUBLED * strain[there])[..., None])[..., 0]
+        change = components(along[there] @ before[:, SYMMETRIC] @ along[there]) - before
+        solved = np.linalg.solve(C[:, own[:, None], own], change[:, own, None])[..., 0]
+        out[np.ix_(there, own)] += solved / DOUBLED[own]
         return out
     stress = components(along @ hooke(strain, np.array(lame), np.array(shear))[:, SYMMETRIC] @ along)
     nu = lame / (2 * (lame + shear))

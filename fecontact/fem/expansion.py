@@ -39,8 +39,8 @@ def free_strain(elements: Cells, expansion: Array, change: Array, across: Array 
     Parameters
     ----------
     elements : Cells
-    expansion : (n_cells,) array
-        Coefficients of linear expansion.
+    expansion : (n_cells, n_q or 1, 6) array
+        Strains per change of temperature, shears not doubled.
     change : (n_points,) array
         Of the temperature.
     across : (n_cells,) array, optional
@@ -50,8 +50,7 @@ def free_strain(elements: Cells, expansion: Array, change: Array, across: Array 
     out = np.full((elements.count, n_q, 6), np.nan)
     for group in elements.groups:
         N = group.element.rule()[0]
-        own = expansion[group.cells, None] * (change[group.nodes] @ N.T)
-        out[group.cells, : len(N)] = own[..., None] * (np.arange(6) < 3)
+        out[group.cells, : len(N)] = expansion[group.cells, : len(N)] * (change[group.nodes] @ N.T)[..., None]
     if across is not None:
         out[..., 1] = 2 * across[:, None] * out[..., 0]
     return out

@@ -118,17 +118,26 @@ class Model:
         self.materials = [m.average for m in self.given]
         check_mesh(mesh, None if conditions is None else np.unique(conditions.indices // 3))
         self.mesh, self.supports, self.backend, self.way = mesh, dict(supports), backend, condensation
-        self.selective = integration == "selective" or (
-            integration == "auto" and max(m.nu for m in self.materials) > NEARLY_INCOMPRESSIBLE
-        )
-        if self.selective and self.is_directed:
+        self.selective = self._selective(integration)
+        self._check_connected(conditions)
+
+    def _selective(self, integration: str, locks: bool = True) -> bool:
+        """Whether the volumetric part is integrated at reduced points, of what locks if it is incompressible.
+
+        Raises
+        ------
+        InputError
+            Of a material that is not isotropic.
+        """
+        nu = max(m.nu for m in self.materials)
+        selective = integration == "selective" or (integration == "auto" and locks and nu > NEARLY_INCOMPRESSIBLE)
+        if selective and self.is_directed:
             raise InputError(
                 "Selective integration is offered for isotropic materials only, and the mean Poisson's ratio of this "
-                f"body is {max(m.nu for m in self.materials):.4g}: integration='full' solves it, too stiff by some "
-                "percent.",
+                f"body is {nu:.4g}: integration='full' solves it, too stiff by some percent.",
                 code="selective-anisotropic",
             )
-        self._check_connected(conditions)
+        return selective
 
     @property
     def is_directed(self) -> bool:
@@ -217,20 +226,33 @@ class Model:
         """Shear modulus of each cell."""
         return self._per_cell("shear_modulus")
 
-    @cached_property
+    @property
     def moduli(self) -> Array | None:
         """Moduli (n_cells, n_q or 1, 6, 6) in the body's axes, see `fem.stiffness`; None where all are isotropic."""
-        if not self.is_directed:
-            return None
+        return self._moduli
+
+    @cached_property
+    def _moduli(self) -> Array | None:
+        return self._at_places(lambda material, x: material.at(x), (6, 6)) if self.is_directed else None
+
+    @cached_property
+    def _expansions(self) -> Array:
+        """Strains (n_cells, n_q or 1, 6) per change of temperature, in the body's axes."""
+        if self.is_directed:
+            return self._at_places(lambda material, x: material.expansion_at(x), (6,))
+        return self._per_cell("expansion")[:, None, None] * (np.arange(6) < 3)
+
+    def _at_places(self, of: Callable[[Any, Array], Array], shape: tuple[int, ...]) -> Array:
+        """What materials have (n_cells, n_q or 1, ...) at the Gauss points, or once where none varies."""
         places = gauss_strain(self.elements, np.zeros_like(self.mesh.points))[1]
         places = np.where(np.isnan(places), places[:, :1], places)
         if not any(m.varies for m in self.given):
             places = places[:, :1]
-        out = np.empty((*places.shape[:2], 6, 6))
+        out = np.empty((*places.shape[:2], *shape))
         for k, material in enumerate(self.given):
             own = self.material_of_cell == k
-            C = material.at(places[own].reshape(-1, 3))
-            out[own] = C if len(C) == 1 else C.reshape(out[own].shape)
+            found = of(material, places[own].reshape(-1, 3))
+            out[own] = found if len(found) == 1 else found.reshape(out[own].shape)
         return out
 
     def stress(self, strain: Array) -> Array:
@@ -333,10 +355,10 @@ class Model:
 
     def heated(self, change: Array) -> Heated:
         """Forces and free strains of a change of temperature (n_points,)."""
-        expansion = self._per_cell("expansion")
-        strain = free_strain(self.elements, expansion, change, self.across)
+        strain = free_strain(self.elements, self._expansions, change, self.across)
         if self.moduli is not None:
             return Heated(stress_forces(self.elements, self.stress(strain)), strain)
+        expansion = self._per_cell("expansion")
         return Heated(
             expansion_forces(self.elements, expansion, change, self._lame_sum, self.shear, self.selective), strain
         )
@@ -616,7 +638,7 @@ def materials_of_cells(
         DirectedMaterial not in kinds
     ):
         raise InputError(
-            "Orthotropic and anisotropic materials are for solids, ElasticBody; this body is isotropic: give it a "
+            "Orthotropic and anisotropic materials are for solids and sections; this body is isotropic: give it a "
             "Material, such as their `.average`.",
             code="anisotropic",
         )

@@ -18,24 +18,34 @@ takes 0.068 s of processor time against 0.014 s here.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
+from fecontact.common.anisotropic import DirectedMaterial
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError, MeshError
 from fecontact.common.material import Material
 from fecontact.fem.coordinates import Coordinates
-from fecontact.fem.model import NEARLY_INCOMPRESSIBLE, Model, materials_of_cells
+from fecontact.fem.expansion import Heated
+from fecontact.fem.model import AnyMaterial, Model, materials_of_cells
 from fecontact.fem.rigid import null_space
 from fecontact.fem.stiffness import Batch, Cells, batches, facet_forces, moments_of_volume
+from fecontact.fem.stress import DOUBLED, to_nodes
 from fecontact.fem.support import check_followed, linked
 from fecontact.mesh.check import check_size
 from fecontact.mesh.section_mesh import Extent, SectionMesh, line_integrals
 
+#: Components of strains in the order of `_strain_rows`; those in the plane of plane stress, and across it.
+STRAINS = np.array([0, 2, 1, 5, 3, 4])
+IN_PLANE, ACROSS = np.array([0, 2, 5]), np.array([1, 3, 4])
 
-def section_stiffness(cells: Cells, lame: Array, shear: Array, selective: bool, torsion: bool = False) -> sp.csr_matrix:
+
+def section_stiffness(
+    cells: Cells, lame: Array, shear: Array, selective: bool, torsion: bool = False, moduli: Array | None = None
+) -> sp.csr_matrix:
     """Upper triangle (3 n_points, 3 n_points) of the stiffness; without torsion the rows of y are empty.
 
     Parameters
@@ -48,19 +58,26 @@ def section_stiffness(cells: Cells, lame: Array, shear: Array, selective: bool, 
         Whether the volumetric part is integrated at reduced points.
     torsion : bool
         Whether nodes move along y, too.
+    moduli : (n_cells, n_q or 1, 6, 6) array, optional
+        In place of Lame constants.
     """
     (group,) = cells.groups
     per_node = 3 if torsion else 2
     full = next(batches(cells, cells.count))
     B = _strain_rows(full, per_node)
     n_cells, n_q, n_strains, width = B.shape
-    factors = np.array([2.0, 2.0, 2.0, 1.0, 1.0, 1.0])[:n_strains, None]
-    weighted = B * (full.dV * shear[:, None])[:, :, None, None] * factors
     flat = (n_cells, n_strains * n_q, width)
-    K = B.reshape(flat).swapaxes(1, 2) @ weighted.reshape(flat)
-    volumetric = next(batches(cells, cells.count, reduced=True)) if selective else full
-    d = (_strain_rows(volumetric, per_node) if selective else B)[:, :, :3].sum(axis=2)
-    K += (d * (volumetric.dV * lame[:, None])[:, :, None]).swapaxes(1, 2) @ d
+    if moduli is None:
+        factors = np.array([2.0, 2.0, 2.0, 1.0, 1.0, 1.0])[:n_strains, None]
+        weighted = B * (full.dV * shear[:, None])[:, :, None, None] * factors
+        K = B.reshape(flat).swapaxes(1, 2) @ weighted.reshape(flat)
+        volumetric = next(batches(cells, cells.count, reduced=True)) if selective else full
+        d = (_strain_rows(volumetric, per_node) if selective else B)[:, :, :3].sum(axis=2)
+        K += (d * (volumetric.dV * lame[:, None])[:, :, None]).swapaxes(1, 2) @ d
+    else:
+        which = STRAINS[:n_strains]
+        weighted = (moduli[..., which[:, None], which] @ B) * full.dV[:, :, None, None]
+        K = B.reshape(flat).swapaxes(1, 2) @ weighted.reshape(flat)
     dofs = (3 * group.nodes[:, :, None] + np.array([0, 2, 1])[:per_node]).reshape(n_cells, -1)
     rows = np.repeat(dofs, width, axis=1).ravel()
     columns = np.tile(dofs, (1, width)).ravel()
@@ -115,7 +132,7 @@ class SectionModel(Model):
     def __init__(
         self,
         mesh: SectionMesh,
-        materials: Material | Mapping[str, Material],
+        materials: AnyMaterial | Mapping[str, AnyMaterial],
         supports: Mapping[str, str],
         out_of_plane: Extent,
         plane_stress: bool,
@@ -136,12 +153,14 @@ class SectionModel(Model):
                 code="negative-radius",
             )
         self.elements = Cells.of(mesh, out_of_plane)
-        self.material_of_cell, self.materials = materials_of_cells(mesh, materials)
-        self.across = -self.lame / (self.lame + 2 * self.shear) if plane_stress else None
+        self.material_of_cell, self.given = materials_of_cells(mesh, materials, (Material, DirectedMaterial))
+        self.materials = [m.average for m in self.given]
+        if plane_stress and self.is_directed:
+            self.across_held = True  # as zero, of moduli that leave no stress across
+        elif plane_stress:
+            self.across = -self.lame / (self.lame + 2 * self.shear)
         self.supports, self.backend = dict(supports), backend
-        self.selective = integration == "selective" or (
-            integration == "auto" and not plane_stress and max(m.nu for m in self.materials) > NEARLY_INCOMPRESSIBLE
-        )
+        self.selective = self._selective(integration, not plane_stress)
         check_followed(mesh, supports)
         coordinates = Coordinates(ties=mesh.hanging)
         held = np.flatnonzero(coordinates.of_functions(self._held()))
@@ -193,9 +212,58 @@ class SectionModel(Model):
     @cached_property
     def stiffness(self) -> sp.csr_matrix:
         """Upper triangle of the stiffness (n_dofs, n_dofs)."""
-        return section_stiffness(
-            self.elements, self.effective_lame, self.shear, self.selective, self.out_of_plane.torsion
+        constants = self.effective_lame, self.shear, self.selective, self.out_of_plane.torsion
+        return section_stiffness(self.elements, *constants, self.moduli)
+
+    @cached_property
+    def moduli(self) -> Array | None:
+        """Moduli (n_cells, n_q or 1, 6, 6), see `Model.moduli`; in plane stress those of the stresses in the plane.
+
+        There the strains across are those of zero stress, C_JJ e_J = -C_JI e_I, so that the others have the moduli
+        C_II - C_IJ C_JJ^-1 C_JI; they themselves count as zero, with the moduli C_JJ.
+        """
+        C = self._moduli
+        if C is None or not self.plane_stress:
+            return C
+        out = np.zeros_like(C)
+        out[..., ACROSS[:, None], ACROSS] = C[..., ACROSS[:, None], ACROSS]
+        out[..., IN_PLANE[:, None], IN_PLANE] = C[..., IN_PLANE[:, None], IN_PLANE] + (
+            C[..., IN_PLANE[:, None], ACROSS] @ self._strains_across
         )
+        return out
+
+    @property
+    def _strains_across(self) -> Array:
+        """Strains across the plane of plane stress (n_cells, n_q or 1, 3, 3) by those in it, shears doubled."""
+        C = self._moduli
+        assert C is not None
+        return -np.linalg.solve(C[..., ACROSS[:, None], ACROSS], C[..., ACROSS[:, None], IN_PLANE])
+
+    def nodal_strain(self, u: Array) -> Array:
+        """Strains (n_points, 6) at the nodes."""
+        if not (self.plane_stress and self.is_directed):
+            return super().nodal_strain(u)
+        strain = self.gauss_strain(u)
+        by = DOUBLED[IN_PLANE] / DOUBLED[ACROSS][:, None] * self._strains_across
+        strain[..., ACROSS] = (by @ strain[..., IN_PLANE, None])[..., 0]
+        return to_nodes(self.elements, strain)
+
+    def heated(self, change: Array) -> Heated:
+        """Forces and free strains of a change of temperature (n_points,).
+
+        Raises
+        ------
+        InputError
+            In plane stress of a material that is not isotropic.
+        """
+        if self.plane_stress and self.is_directed:
+            raise InputError(
+                "Temperatures of materials that are not isotropic are not offered in plane stress: take plane='strain' "
+                "or a solid.",
+                code="heated-anisotropic",
+            )
+        found = super().heated(change)
+        return replace(found, forces=self._moving(found.forces))
 
     def _moving(self, forces: Array) -> Array:
         """Forces (n_dofs,) without those in which nodes do not move."""

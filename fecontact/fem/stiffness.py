@@ -342,6 +342,7 @@ def nodal_forces(batch: Batch, stress: Array) -> Array:
     f = (batch.gradients @ weighted).sum(axis=1)
     if batch.hoop is not None:
         f[..., 0] += np.einsum("cqa,cq->ca", batch.hoop, weighted[..., 1, 1])
+        f[..., 1] -= np.einsum("cqa,cq->ca", batch.hoop, weighted[..., 0, 1])
     return f
 
 

@@ -49,6 +49,7 @@ from fecontact.app.decks.sections import (
     even_on,
     face_surfaces,
     in_section,
+    material_in_section,
     state_of,
 )
 from fecontact.app.decks.springs import springs_of
@@ -227,6 +228,8 @@ def read_deck(path: Path, laws: str = FINITE, divide: int = 0) -> DeckContent:
             conditions, axes = conditions_in_section(conditions, moving), axes_in_section(axes)
         _tell_of_conditions(keywords[:first], steps, names, found.remarks)
         materials = _materials(found, laws)
+        if state_of_cells is not None:
+            materials = {name: material_in_section(made) for name, made in materials.items()}
         contacts, tied = _pairs(found, mesh, materials)
     except (ValueError, IndexError, OverflowError) as error:
         if isinstance(error, InputError):

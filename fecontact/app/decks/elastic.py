@@ -7,6 +7,7 @@ D_ijkl are given by the columns of the upper triangle, components in the order 1
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -26,7 +27,11 @@ COUNTS = {"ISOTROPIC": 2, "ENGINEERING CONSTANTS": 9, "ORTHOTROPIC": 9, "ANISOTR
 IN_LINE = 8
 
 
-def linear_elastic(s: KeywordSection, density: float | None, expansion: float | None) -> tuple[AnyMaterial, bool]:
+#: Coefficient of expansion, or those along axes.
+Expansion: TypeAlias = float | tuple[float, float, float] | None
+
+
+def linear_elastic(s: KeywordSection, density: float | None, expansion: Expansion) -> tuple[AnyMaterial, bool]:
     """Material of *ELASTIC at the first temperature, and whether there are others.
 
     Raises
@@ -54,10 +59,12 @@ def linear_elastic(s: KeywordSection, density: float | None, expansion: float | 
         raise InputError(f"{s.place}: {error}", code=error.code) from None
 
 
-def _made(kind: str, c: Sequence[float], density: float | None, expansion: float | None) -> AnyMaterial:
+def _made(kind: str, c: Sequence[float], density: float | None, expansion: Expansion) -> AnyMaterial:
     if kind == "ISOTROPIC":
-        return Material(c[0], c[1], density, expansion)
-    given = {"density": density, "expansion": expansion}
+        if not isinstance(expansion, tuple):
+            return Material(c[0], c[1], density, expansion)
+        kind, c = "ENGINEERING CONSTANTS", [*[c[0]] * 3, *[c[1]] * 3, *[c[0] / (2 + 2 * c[1])] * 3]
+    given: dict[str, Any] = {"density": density, "expansion": expansion}
     if kind == "ENGINEERING CONSTANTS":
         return OrthotropicMaterial((c[0], c[1], c[2]), (c[3], c[4], c[5]), (c[6], c[7], c[8]), **given)
     rows, columns = (np.array([i for j in range(6) for i in range(j + 1)]), np.repeat(np.arange(6), np.arange(1, 7)))

@@ -158,8 +158,8 @@ def _parts(root: Element, raw: RawMesh, mesh: Mesh, laws: str, remarks: Remarks)
             out.sections.append((mesh.groups[domain], name))
         else:
             raise InputError(
-                f"{d.get('line')}: the elements of {domain!r} of the elastic material {name!r} are no solids, and their "
-                "stiffness would be lost.",
+                f"{d.get('line')}: the elements of {domain!r} of the elastic material {name!r} are no solids, and "
+                "their stiffness would be lost.",
                 code="not-supported",
             )
     return out

@@ -58,8 +58,8 @@ def together(gravity: Array, rotations: Sequence[Rotation]) -> Array | Callable[
     return lambda points: gravity + sum((turn(points) for turn in rotations), np.zeros(3))
 
 
-def expansion_of(s: KeywordSection) -> float:
-    """Coefficient of *EXPANSION, isotropic and the same at every temperature.
+def expansion_of(s: KeywordSection) -> float | tuple[float, float, float]:
+    """Coefficient of *EXPANSION, or those along three axes (TYPE=ORTHO), the same at every temperature.
 
     Raises
     ------
@@ -68,13 +68,15 @@ def expansion_of(s: KeywordSection) -> float:
     """
     rows = [values_of(line) for line in s.lines]
     form = s.parameters.get("TYPE", "ISO").upper()
-    if not form.startswith("ISO") or not rows or any(row[0] != rows[0][0] for row in rows):
+    n = 1 if form.startswith("ISO") else 3 if form.startswith("ORTHO") else 0
+    if not n or not rows or any(len(row) < n or row[:n] != rows[0][:n] for row in rows):
         raise InputError(
-            f"{s.place}: expected one coefficient of expansion for all directions and temperatures; found type {form}, "
-            f"{s.lines[:2]}.",
+            f"{s.place}: expected *EXPANSION of type ISO or ORTHO, with one or three coefficients that are the same at "
+            f"all temperatures; found type {form}, {s.lines[:2]}.",
             code="expansion",
         )
-    return rows[0][0]
+    first = rows[0]
+    return first[0] if n == 1 else (first[0], first[1], first[2])
 
 
 def temperatures_of(

@@ -12,6 +12,7 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact.app.decks.ccx import FrdField, compared
+from fecontact.app.decks.sections import material_in_section
 
 LOWER = fc.sections.rectangle((2.0, 1.0), (4, 2)).translated((1.0, 0, 0))
 UPPER = fc.sections.rectangle((1.0, 1.0), (3, 2)).translated((1.5, 0, 1.0))
@@ -92,6 +93,54 @@ def test_ccx_finds_the_same(name, read):
     u = np.linalg.norm(result.displacement(result.scene.bodies[1]), axis=1).max()
     assert abs(u - moved) < 0.003 * moved
     assert abs(np.linalg.norm(result.contacts[0].force) - force) < 0.001 * force
+
+
+WOOD = "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n200., 100., 50., .3, .2, .25, 40., 30.\n20.,\n"
+#: Type, data lines of *ORIENTATION, and the contact force by ccx, under `DOWN`, and heated by 10 between walls.
+DIRECTED = [
+    ("CPE8", "", 0.601499),
+    ("CPE8", "NAME=O\n0., 0., 1., 1., 0.3, 0.\n", 0.292127),
+    ("CPS8", "NAME=O\n1., .5, 0., -.5, 1., 0.\n", 0.585565),
+    ("CAX8", "NAME=O, SYSTEM=CYLINDRICAL\n0., 0., 0., 0., 1., 0.\n", 7.51207),
+]
+
+
+def of_wood(text, axes):
+    text = text.replace("*ELASTIC\n100., 0.3\n", WOOD)
+    if axes:
+        text = text.replace("*SOLID SECTION", f"*ORIENTATION, {axes}*SOLID SECTION", 1)
+        text = text.replace("MATERIAL=M\n", "MATERIAL=M, ORIENTATION=O\n")
+    return text
+
+
+@pytest.mark.parametrize(("kind", "axes", "force"), DIRECTED)
+def test_orthotropic_sections_press_as_those_of_ccx(kind, axes, force, read):
+    result = read(of_wood(deck(kind, DOWN), axes)).solve()
+    assert abs(result.contacts[0].total_force - force) < 0.001 * force
+
+
+@pytest.mark.parametrize(("kind", "force"), [("CPE8", 1.54416), ("CAX8", 38.9726)])
+def test_expansions_along_axes_press_as_those_of_ccx(kind, force, read):
+    walls = "*BOUNDARY\nLOW_bottom, 1, 2\nUP_top, 1, 2\n"
+    numbers = [k + first for mesh, first in ((LOWER, 1), (UPPER, 501)) for k in range(len(mesh.points))]
+    nodes = "*NSET, NSET=ALL\n" + "".join(f"{n},\n" for n in numbers)
+    initial = f"{nodes}*INITIAL CONDITIONS, TYPE=TEMPERATURE\nALL, 0.\n"
+    text = of_wood(deck(kind, "*TEMPERATURE\nALL, 10.\n", walls + initial), "NAME=O\n1., .5, 0., -.5, 1., 0.\n")
+    result = read(text.replace(WOOD, f"{WOOD}*EXPANSION, TYPE=ORTHO\n1e-3, 3e-3, -2e-3\n")).solve()
+    assert abs(result.contacts[0].total_force - force) < 0.001 * force
+
+
+def test_any_stiffness_in_a_section_is_that_of_the_deck():
+    """The material of a section, z of the deck as y, beside a rotation that does the same but for a reflection."""
+    rng = np.random.default_rng(3)
+    root = rng.normal(size=(6, 6))
+    axes = fc.rotation_about((1.0, 0.4, -2.0), 0.8)
+    given = fc.AnisotropicMaterial(root @ root.T + 6 * np.eye(6), axes=axes, expansion=(1.0, 2.0, 3.0))
+    points = np.zeros((1, 3))
+    order = np.array([0, 2, 1, 5, 4, 3])  # xx, zz, yy, xz, zy, xy
+    made = material_in_section(given)
+    assert np.abs(made.at(points) - given.at(points)[:, order[:, None], order]).max() < 1e-12
+    assert np.abs(made.expansion_at(points) - given.expansion_at(points)[:, order]).max() < 1e-12
 
 
 @pytest.mark.parametrize("kind", ["CAX8", "CAX4", "CAX6", "CAX3"])

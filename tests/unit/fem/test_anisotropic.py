@@ -188,8 +188,6 @@ def test_refused_where_an_isotropic_material_is_needed():
     with refused(fc.InputError, "selective-anisotropic"):
         fc.ElasticBody(BLOCK, wood, integration="selective")
     with refused(fc.InputError, "anisotropic"):
-        fc.PlaneBody(fc.sections.rectangle((1.0, 1.0), (2, 2)), wood)
-    with refused(fc.InputError, "anisotropic"):
         fc.LocalBody(
             fc.ElasticBody(BLOCK, wood, supports={"bottom": "xyz"}), at=(0.5, 0.5, 1.0), window=0.3, cells=(8, 8)
         )
