@@ -9,8 +9,8 @@ stays the same. Engineering constants give the compliance C^-1: 1 / E_i on its d
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -124,6 +124,25 @@ class DirectedMaterial:
                 code="wrong-shape",
             )
         return _checked(found)
+
+    def exchanged(self) -> Self:
+        """The same material where y and z are exchanged.
+
+        Its axes stay right-handed, as the third one is turned back, which changes the sign of what is odd in it.
+
+        Examples
+        --------
+        >>> wood = OrthotropicMaterial((9.0, 2, 1), (0.3, 0.3, 0.3), (1.0, 1, 1)).exchanged()
+        >>> (1 / np.linalg.inv(wood.at(np.zeros((1, 3)))[0]).diagonal()[:3]).round(12).tolist()
+        [9.0, 1.0, 2.0]
+        """
+        axes, order, back = self.axes, [0, 2, 1], np.array([[1.0], [1.0], [-1.0]])
+
+        def everywhere(x: Array) -> Array:
+            return np.asarray(axes(x[:, order])[..., order] * back)
+
+        once = None if self.varies else (np.eye(3) if axes is None else np.array(axes))[:, order] * back
+        return cast(Self, replace(cast(Any, self), axes=everywhere if self.varies else once))
 
     @property
     def average(self) -> Material:
@@ -314,6 +333,11 @@ class AnisotropicMaterial(DirectedMaterial):
         check_magnitude("the moduli", C)
         object.__setattr__(self, "moduli", tuple(map(tuple, C.tolist())))
         self._check((C + C.T) / 2)
+
+    def exchanged(self) -> Self:
+        """The same material where y and z are exchanged; moduli of yz and xz beside others are odd."""
+        odd = np.array([1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
+        return replace(super().exchanged(), moduli=np.array(self.moduli) * odd * odd[:, None])
 
     @property
     def stiffness(self) -> Array:

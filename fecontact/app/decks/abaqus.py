@@ -49,7 +49,6 @@ from fecontact.app.decks.sections import (
     even_on,
     face_surfaces,
     in_section,
-    material_in_section,
     state_of,
 )
 from fecontact.app.decks.springs import springs_of
@@ -229,7 +228,7 @@ def read_deck(path: Path, laws: str = FINITE, divide: int = 0) -> DeckContent:
         _tell_of_conditions(keywords[:first], steps, names, found.remarks)
         materials = _materials(found, laws)
         if state_of_cells is not None:
-            materials = {name: material_in_section(made) for name, made in materials.items()}
+            materials = {k: made.exchanged() if at_rest(made).directed else made for k, made in materials.items()}
         contacts, tied = _pairs(found, mesh, materials)
     except (ValueError, IndexError, OverflowError) as error:
         if isinstance(error, InputError):

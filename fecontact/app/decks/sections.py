@@ -10,13 +10,11 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from fecontact.app.decks.content import DeckStep
-from fecontact.common.anisotropic import AnisotropicMaterial, DirectedMaterial
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import InputError
 from fecontact.mesh.formats.abaqus_deck import SHEET, KeywordSection
@@ -105,25 +103,6 @@ def conditions_in_section(conditions: sp.csr_matrix | None, moving: Mask) -> sp.
 def axes_in_section(axes: Mapping[int, Array]) -> dict[int, Array]:
     """Axes of nodes with z of the deck as y."""
     return {node: own[:, AXES] for node, own in axes.items()}
-
-
-def material_in_section(material: Any) -> Any:
-    """A material with z of the deck as y.
-
-    Of its axes, which stay right-handed, the third one is turned back: what is odd in it changes its sign, the moduli
-    of xz and yz beside others.
-    """
-    if not isinstance(material, DirectedMaterial):
-        return material
-    axes, back = material.axes, np.array([[1.0], [1.0], [-1.0]])
-    if callable(axes):
-        turned: Any = lambda x: axes(x[:, AXES])[..., AXES] * back  # noqa: E731
-    else:
-        turned = (np.eye(3) if axes is None else np.array(axes))[:, AXES] * back
-    odd = np.array([1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
-    if isinstance(material, AnisotropicMaterial):
-        return replace(material, moduli=np.array(material.moduli) * odd * odd[:, None], axes=turned)
-    return replace(material, axes=turned)
 
 
 def even_on(mesh: PlaneCells, name: str, revolved: bool) -> Array:

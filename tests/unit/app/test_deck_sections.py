@@ -12,7 +12,6 @@ from refusals import refused
 
 import fecontact as fc
 from fecontact.app.decks.ccx import FrdField, compared
-from fecontact.app.decks.sections import material_in_section
 
 LOWER = fc.sections.rectangle((2.0, 1.0), (4, 2)).translated((1.0, 0, 0))
 UPPER = fc.sections.rectangle((1.0, 1.0), (3, 2)).translated((1.5, 0, 1.0))
@@ -130,7 +129,7 @@ def test_expansions_along_axes_press_as_those_of_ccx(kind, force, read):
     assert abs(result.contacts[0].total_force - force) < 0.001 * force
 
 
-def test_any_stiffness_in_a_section_is_that_of_the_deck():
+def test_any_material_of_a_section_is_that_of_the_deck():
     """The material of a section, z of the deck as y, beside a rotation that does the same but for a reflection."""
     rng = np.random.default_rng(3)
     root = rng.normal(size=(6, 6))
@@ -138,7 +137,7 @@ def test_any_stiffness_in_a_section_is_that_of_the_deck():
     given = fc.AnisotropicMaterial(root @ root.T + 6 * np.eye(6), axes=axes, expansion=(1.0, 2.0, 3.0))
     points = np.zeros((1, 3))
     order = np.array([0, 2, 1, 5, 4, 3])  # xx, zz, yy, xz, zy, xy
-    made = material_in_section(given)
+    made = given.exchanged()
     assert np.abs(made.at(points) - given.at(points)[:, order[:, None], order]).max() < 1e-12
     assert np.abs(made.expansion_at(points) - given.expansion_at(points)[:, order]).max() < 1e-12
 
