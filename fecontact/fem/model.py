@@ -51,6 +51,7 @@ from fecontact.fem.support import (
     Support,
     fix_null_space,
     linked,
+    mirrors,
     nodal_coordinates,
     prescribed_displacements,
     share_of_support,
@@ -566,7 +567,7 @@ class Model:
             K = self._assembled(timer)
             with timer("factorise"):
                 factor = AmgFactor(K, self.nodal_modes[self.solved_dofs], self._corners())
-                self.condensation = Multigrid(factor, self.solved_positions)
+                self.condensation = Multigrid(factor, self.solved_positions, mirrors(self.mesh, self.supports))
         return self.condensation
 
     @property

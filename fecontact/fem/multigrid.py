@@ -3,7 +3,7 @@
 Contact is not solved by products with the compliance, each of which needs a solve, but for displacements and forces
 together: an outer active set, and for each set the equations of bodies on its rows, by conjugate gradients with a
 V-cycle (`fem.constrained_cg`), from the last solution: roughly while the set changes, then to the tolerance. The first
-set, and the scale of the motions, are those of a half-space in place of each body.
+set, and the scale of the motions, are those of a half-space in place of each body, with its planes of symmetry.
 
 Rows that hold bodies together: the lift of their gaps, the projection on displacements that keep them. Only G W G^T is
 factorised.
@@ -41,6 +41,8 @@ PROBE = 0.1
 MAX_SETS = 60
 #: Boussinesq's displacement under the middle of a uniformly loaded square: 4 ln(1 + sqrt(2)) over its side.
 SELF = 4 * np.log(1 + np.sqrt(2))
+#: Planes of symmetry of a whole body.
+NO_PLANES = np.zeros((0, 4))
 #: Smallest pivot of G W G^T, relative to its largest entry, at which rows count as dependent.
 DEPENDENT = 1e-12
 #: Entries of (G W G^T)^-1, relative to its diagonal, that are dropped from a preconditioner.
@@ -147,6 +149,8 @@ class MultigridCompliance(Compliance):
     C : (n_rows, n) csr_matrix
     positions : (n, 3) array
         Positions of the degrees of freedom.
+    planes : (k, 4) array, optional
+        Planes of symmetry that bound the body, see `fem.support.mirrors`.
     system : callable, optional
         Makes the `System` of n rows and all bodies; by default an `Assembly`.
     """
@@ -155,10 +159,16 @@ class MultigridCompliance(Compliance):
     factor: IterativeFactor
 
     def __init__(
-        self, factor: IterativeFactor, C: sp.csr_matrix, positions: Array, system: MakeSystem | None = None
+        self,
+        factor: IterativeFactor,
+        C: sp.csr_matrix,
+        positions: Array,
+        planes: Array = NO_PLANES,
+        system: MakeSystem | None = None,
     ) -> None:
         super().__init__(factor, C)
         self.system: MakeSystem = system or Assembly
+        self.planes = planes
         weights = abs(C)
         total = np.asarray(weights.sum(axis=1)).reshape(-1, 1)
         self.points = np.asarray(weights @ positions) / np.where(total > 0, total, 1.0)
@@ -166,7 +176,7 @@ class MultigridCompliance(Compliance):
     @cached_property
     def half_space(self) -> Array:
         """Compliance (n_rows, n_rows) of a half-space between the points, scaled by one product with the body's own."""
-        S = half_space_compliance(self.points)
+        S = half_space_compliance(self.points, self.planes)
         ones = np.ones(len(S))
         size = float(ones @ (self.C @ self.factor.solve_one(self.C.T @ ones, PROBE)))
         return S * (size / float(S.sum()))
@@ -356,15 +366,30 @@ def _motions(guess: Array, B: Array) -> Array:
     return np.asarray(np.linalg.pinv(B @ scipy.linalg.cho_solve(factor, B.T), rcond=1e-12, hermitian=True))
 
 
-def half_space_compliance(points: Array) -> Array:
+def half_space_compliance(points: Array, planes: Array = NO_PLANES) -> Array:
     """1 / r (n, n) between points (n, 3); on the diagonal the mean over a square as wide as the nearest distance.
 
-    K. L. Johnson, Contact Mechanics, 1985, eq. 3.25, without its factor (1 - nu^2) / (pi E).
+    K. L. Johnson, Contact Mechanics, 1985, eq. 3.25, without its factor (1 - nu^2) / (pi E). Of a body cut at planes of
+    symmetry (k, 4) each force has its mirror images across those that are no farther away than the points are apart;
+    on a plane it is one with its image.
+
+    Examples
+    --------
+    >>> points = np.array([[1.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
+    >>> mirrored = half_space_compliance(points, np.array([[1.0, 0.0, 0.0, 0.0]]))
+    >>> (mirrored - half_space_compliance(points)).round(9).tolist()
+    [[0.5, 0.25], [0.25, 0.166666667]]
     """
-    distance = cdist(points, points)
     width = cKDTree(points).query(points, k=2)[0][:, 1] if len(points) > 1 else np.ones(1)
-    np.fill_diagonal(distance, np.maximum(width, 1e-12 * distance.max()) / SELF)
-    return 1.0 / distance
+    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+    least = np.maximum(width, 1e-12 * extent) / SELF
+    images, S = [points], np.zeros((len(points), len(points)))
+    for n, height in zip(planes[:, :3], planes[:, 3], strict=True):
+        if np.abs(points @ n - height).min() <= extent:
+            images += [x - 2 * np.outer(x @ n - height, n) for x in images]
+    for x in images:
+        S += 1.0 / np.maximum(cdist(points, x), least)
+    return S
 
 
 def _half_spaces(n: int, shares: Sequence[tuple[IntArray, MultigridCompliance]]) -> Array:
@@ -390,10 +415,11 @@ class Multigrid(Condensation):
 
     factor: IterativeFactor
     positions: Array
+    planes: Array
     system: MakeSystem | None = None
     route: str = "operator"
     why: str = "multigrid has products only"
 
     def compliance(self, C: sp.csr_matrix) -> MultigridCompliance:
         """S as an operator with its own solver."""
-        return MultigridCompliance(self.factor, C, self.positions, self.system)
+        return MultigridCompliance(self.factor, C, self.positions, self.planes, self.system)

@@ -5,7 +5,7 @@ The coordinates are those of `fem.coordinates`: of nodes that do not hang, in ro
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -103,15 +103,37 @@ def symmetry_planes(mesh: Mesh | SectionMesh, supports: Mapping[str, Support]) -
 
     Only plane boundaries count. A node on two such planes is listed twice.
     """
-    nodes, across = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
+    found = [(np.zeros(0, np.int64), np.zeros((0, 3))), *_plane_boundaries(mesh, supports)]
+    nodes, across = zip(*found, strict=True)
+    return np.concatenate(nodes), np.concatenate(across)
+
+
+def mirrors(mesh: Mesh, supports: Mapping[str, Support]) -> Array:
+    """Planes of symmetry (k, 4) as unit normals n and heights n . x, each of them once.
+
+    Examples
+    --------
+    >>> from fecontact.mesh.shapes import block
+    >>> mirrors(block((1.0, 1.0, 1.0), (1, 1, 1)), {"x_min": "x", "y_max": "y", "bottom": "xyz"}).tolist()
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 1.0]]
+    """
+    out = np.zeros((0, 4))
+    for on, across in _plane_boundaries(mesh, supports):
+        n, middle = across[0], mesh.points[on].mean(axis=0)
+        off = np.abs(out[:, :3] @ middle - out[:, 3]) > PLANE * np.ptp(mesh.points, axis=0).max()
+        if (off | (np.abs(out[:, :3] @ n) < 1 - PLANE)).all():
+            out = np.concatenate([out, [[*n, n @ middle]]])
+    return out
+
+
+def _plane_boundaries(mesh: Mesh | SectionMesh, supports: Mapping[str, Support]) -> Iterator[tuple[IntArray, Array]]:
+    """Nodes (n,) and unit normals (n, 3) of each plane boundary that is held along its normal."""
     for name, support in supports.items():
         if is_plane(support):
             on, directions = support_directions(mesh, name, support)
             height = np.einsum("ni,ni->n", mesh.points[on], directions[:, 0])
             if np.ptp(height) <= PLANE * np.ptp(mesh.points, axis=0).max():
-                nodes.append(on)
-                across.append(directions[:, 0])
-    return np.concatenate(nodes), np.concatenate(across)
+                yield on, directions[:, 0]
 
 
 def held_directions(mesh: Mesh, supports: Mapping[str, Support]) -> Array:

@@ -17,6 +17,7 @@ from fecontact.contact.model import SceneModel
 from fecontact.fem.condensation import memory_budget
 from fecontact.fem.multigrid import Multigrid
 from fecontact.fem.petsc.job import Job, SharedFactor, SharedSystem
+from fecontact.fem.support import mirrors
 
 ENGINES = ("own", "petsc")
 #: Unknowns above which several processes pay off (docs/scale.md).
@@ -59,7 +60,8 @@ def on_processes(model: SceneModel, ranks: int) -> Iterator[None]:
     for each in {id(each): each for each in models}.values():
         numbers = [k for k, other in enumerate(models) if other is each]
         why = f"multigrid of PETSc on {ranks} processes has products only"
-        each.condensation = Multigrid(SharedFactor(job, numbers), each.solved_positions, SharedSystem, why=why)
+        planes = mirrors(each.mesh, each.supports)
+        each.condensation = Multigrid(SharedFactor(job, numbers), each.solved_positions, planes, SharedSystem, why=why)
     try:
         yield
     finally:

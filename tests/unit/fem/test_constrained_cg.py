@@ -6,7 +6,8 @@ import scipy.sparse as sp
 
 import fecontact as fc
 from fecontact.fem.constrained_cg import Held, constrained_cg
-from fecontact.fem.multigrid import DependentRowsError, SparseRows
+from fecontact.fem.multigrid import DependentRowsError, SparseRows, half_space_compliance
+from fecontact.solvers import ContactProblem, solve
 
 
 def problem(seed, n=40, a=7, m=2, per_row=4):
@@ -145,3 +146,22 @@ def test_a_cycle_restricted_to_rows_is_that_of_the_restricted_matrix():
     assert cycle.coarsest.toarray() == pytest.approx(up @ A @ down.toarray(), abs=1e-5 * A.max())
     r = rows.G.T @ np.ones(20)
     assert cycle(r) @ (factor.K @ cycle(r)) > 0
+
+
+def test_half_spaces_of_a_quarter_press_as_the_whole():
+    """Forces of a ball on a symmetric grid of points, and on its quarter with mirror images: half of them on a plane."""
+    x = np.linspace(-1.0, 1.0, 9)
+    whole = np.column_stack([*(v.ravel() for v in np.meshgrid(x, x)), np.zeros(81)])
+    own = (whole[:, :2] >= 0).all(axis=1)
+    part = whole[own]
+    planes = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [1.0, 0.0, 0.0, -50.0]])  # the last is far away
+
+    def forces(points, compliance):
+        return solve(ContactProblem(compliance, 0.5 * (points**2).sum(axis=1) - 0.3)).forces
+
+    alone = forces(whole, half_space_compliance(whole))[own] / 2.0 ** (part[:, :2] == 0).sum(axis=1)
+    mirrored = forces(part, half_space_compliance(part, planes))
+    assert 0 < (mirrored > 0).sum() < len(part)
+    assert np.abs(mirrored - alone).max() < 1e-10 * alone.max()
+    without = forces(part, half_space_compliance(part))
+    assert np.abs(without / without.sum() - alone / alone.sum()).max() > 0.05
