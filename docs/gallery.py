@@ -76,7 +76,7 @@ def with_listings(page: str) -> str:
     def listed(match: re.Match[str]) -> str:
         entry = shown["_".join([match[1], *match[2].split()])]
         code = (ROOT / "examples" / f"{entry.script}.py").read_text(encoding="utf-8")
-        about = (ast.get_docstring(ast.parse(code)) or "").partition("\n")[2].partition("Run: ")[0].strip()
+        about = (ast.get_docstring(ast.parse(code)) or "").partition("\n\n")[2].partition("Run: ")[0].strip()
         parts = [about, folded(f"The code, {entry.script}.py", "python", code)]
         if entry.printed.exists():
             parts.append(folded("What it prints", "text", entry.printed.read_text(encoding="utf-8")))

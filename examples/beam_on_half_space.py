@@ -1,9 +1,12 @@
-"""An unbonded beam on a half-space, lifted off beyond a contact length that does not depend on the load.
+"""An unbonded beam on a half-space, lifted off beyond a contact length that does not
+depend on the load.
 
-A bar is pressed in its middle. Rectangles of uniform pressure across its width take Love's displacement, the bar bends
-as Bernoulli's, and the complementarity problem finds where it lifts off, in one solution. H. D. Conway & K. A. Farnham,
-Int. J. Mech. Sci. 12 (1970), cited by Elangovan's report, take the same rectangles and raise the contact length step by
-step; their tables were not at hand, so that the figures here are checked by such steps with elements for the beam.
+A bar is pressed in its middle. Rectangles of uniform pressure across its width take
+Love's displacement, the bar bends as Bernoulli's, and the complementarity problem finds
+where it lifts off, in one solution. H. D. Conway & K. A. Farnham, Int. J. Mech. Sci. 12
+(1970), cited by Elangovan's report, take the same rectangles and raise the contact
+length step by step; their tables were not at hand, so that the figures here are checked
+by such steps with elements for the beam.
 
 Run: python examples/beam_on_half_space.py
 """
@@ -50,7 +53,9 @@ class Rest:
 
 
 def settlement(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Middles (n,) of the rectangles of one half, and their displacements (n, n) by unit forces on both halves."""
+    """Middles (n,) of the rectangles of one half, and their displacements (n, n) by
+    unit forces on both halves.
+    """
     step = HALF / n
     x = (np.arange(n) + 0.5) * step
     unit = 1 / (step * SIDE)
@@ -68,22 +73,34 @@ def settlement(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def press(ratio: float, n: int = 160, force: float = FORCE) -> Rest:
-    """A bar `ratio` times as stiff as the half-space; forces F lift it by x^2 (3 X - x) / (6 EI), x < X."""
+    """A bar `ratio` times as stiff as the half-space; forces F lift it by x^2 (3 X - x)
+    / (6 EI), x < X.
+    """
     x, sunk = settlement(n)
     near, far = np.minimum(x[:, None], x), np.maximum(x[:, None], x)
     bent = near**2 * (3 * far - near) / (6 * ratio * SOFT.E * SIDE**4 / 12)
-    problem = ContactProblem(sunk + bent, np.zeros(n), np.ones((1, n)), np.array([force / 2]))
+    problem = ContactProblem(
+        sunk + bent, np.zeros(n), np.ones((1, n)), np.array([force / 2])
+    )
     forces = solve(problem).forces
     first = int(np.flatnonzero(forces)[0])
     return Rest(x, forces, float((sunk + bent)[first] @ forces))
 
 
-def main(ratios: tuple[float, ...] = RATIOS, n: int = 160, out: Path | str = "out") -> dict[float, Rest]:
-    """Contact lengths for some ratios of the moduli, and the pressures along the bar."""
+def main(
+    ratios: tuple[float, ...] = RATIOS, n: int = 160, out: Path | str = "out"
+) -> dict[float, Rest]:
+    """Contact lengths for some ratios of moduli, and pressures along the bar."""
     found = {ratio: press(ratio, n) for ratio in ratios}
-    print("modulus of the bar / half-space   contact length / side   approach x side E / force")
+    print(
+        "modulus of the bar / half-space   contact length / side   approach x side E "
+        "/ force"
+    )
     for ratio, rest in found.items():
-        print(f"{ratio:>31.0f}{2 * rest.contact / SIDE:>24.2f}{rest.approach * SIDE * SOFT.E / FORCE:>28.4f}")
+        print(
+            f"{ratio:>31.0f}{2 * rest.contact / SIDE:>24.2f}"
+            f"{rest.approach * SIDE * SOFT.E / FORCE:>28.4f}"
+        )
     figure = Figure(figsize=(7, 4), layout="constrained")
     axes = figure.subplots()
     for ratio, rest in found.items():

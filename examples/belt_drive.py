@@ -1,8 +1,9 @@
 """A belt on two pulleys: tension, stick and slip while one of them is turned.
 
-The belt is a cable of absolute nodal coordinates that nothing holds but the friction of the pulleys. One pulley is
-pulled away until the belt is tight; then the other is turned. Points slip where the belt leaves it first, then on the
-whole arc: the tensions have reached Euler and Eytelwein's exp(mu pi), and the torque grows no more.
+The belt is a cable of absolute nodal coordinates that nothing holds but the friction of
+the pulleys. One pulley is pulled away until the belt is tight; then the other is
+turned. Points slip where the belt leaves it first, then on the whole arc: the tensions
+have reached Euler and Eytelwein's exp(mu pi), and the torque grows no more.
 
 Run: python examples/belt_drive.py
 """
@@ -24,8 +25,12 @@ MU, RADIUS, DISTANCE, EA, EI = 0.3, 1.0, 3.0, 100.0, 2e-2
 
 def pulley(x: float, turn: float = 0.0) -> fc.RigidBody:
     """A cylinder along z at (x, 0), turned about its axis."""
-    along = fc.rotation_about((0, 0, 1), turn) @ fc.rotation_about((1, 0, 0), math.pi / 2)
-    body = fc.RigidBody(fc.surfaces.Cylinder(RADIUS), name="pulley").placed((0, 0, -RADIUS))
+    along = fc.rotation_about((0, 0, 1), turn) @ fc.rotation_about(
+        (1, 0, 0), math.pi / 2
+    )
+    body = fc.RigidBody(fc.surfaces.Cylinder(RADIUS), name="pulley").placed(
+        (0, 0, -RADIUS)
+    )
     return body.placed(rotation=along).placed((x, 0, 0))
 
 
@@ -51,7 +56,10 @@ def main(n: int = 24, turns: int = 12, out: Path | None = None) -> dict[str, flo
     band = belt(n, m)
     joints = Joints([band])
     closed = [joints.flat(), joints.rigid((0, 0), (0, -1))]
-    driver, driven = [len(band.cells) - 1, *range(n + 1)], range(n + m - 1, 2 * n + m + 1)
+    driver, driven = (
+        [len(band.cells) - 1, *range(n + 1)],
+        range(n + m - 1, 2 * n + m + 1),
+    )
     a = Assembly(
         [band],
         closed,
@@ -60,7 +68,12 @@ def main(n: int = 24, turns: int = 12, out: Path | None = None) -> dict[str, flo
             fc.Contact(band.side(elements=driven), pulley(DISTANCE), friction=MU),
         ],
     )
-    states = [equilibrium(lambda s: Stage(a.with_rigid(pulley(0.0), pulley(DISTANCE + 0.02 * s))), steps=1).last]
+    states = [
+        equilibrium(
+            lambda s: Stage(a.with_rigid(pulley(0.0), pulley(DISTANCE + 0.02 * s))),
+            steps=1,
+        ).last
+    ]
     angles = np.linspace(0, 0.012, turns + 1)
     for turn in angles[1:]:
         stage = Stage(a.with_rigid(pulley(0.0, turn), pulley(DISTANCE + 0.02)))
@@ -70,7 +83,9 @@ def main(n: int = 24, turns: int = 12, out: Path | None = None) -> dict[str, flo
         states.append(path.last)
     tension = np.array([EA * band.strains(s.q, 0)[..., 0].mean(axis=1) for s in states])
     slack, tight = tension[:, n + m // 2], tension[:, -1 - m // 2]
-    draw(band, states[-1], tension[-1], angles, (slack, tight)).savefig(folder / "belt_drive.png", dpi=150)
+    draw(band, states[-1], tension[-1], angles, (slack, tight)).savefig(
+        folder / "belt_drive.png", dpi=150
+    )
     figures = {
         "tension at rest": slack[0],
         "slack": slack[-1],
@@ -86,7 +101,11 @@ def main(n: int = 24, turns: int = 12, out: Path | None = None) -> dict[str, flo
 
 
 def draw(
-    band: Structure, state: State, tension: np.ndarray, angles: np.ndarray, spans: tuple[np.ndarray, np.ndarray]
+    band: Structure,
+    state: State,
+    tension: np.ndarray,
+    angles: np.ndarray,
+    spans: tuple[np.ndarray, np.ndarray],
 ) -> Figure:
     """The belt coloured by its tension, and both tensions while the pulley turns."""
     figure = Figure(figsize=(9.0, 4.0), layout="constrained")
@@ -94,7 +113,9 @@ def draw(
     for x in (0.0, DISTANCE + 0.02):
         t = np.linspace(0, 2 * math.pi, 100)
         left.fill(x + RADIUS * np.cos(t), RADIUS * np.sin(t), color="0.9")
-    pieces = LineCollection(list(band.points(state.q)[..., :2]), cmap="viridis", linewidths=4)
+    pieces = LineCollection(
+        list(band.points(state.q)[..., :2]), cmap="viridis", linewidths=4
+    )
     pieces.set_array(tension)
     left.add_collection(pieces)
     figure.colorbar(pieces, ax=left, label="tension", location="bottom")

@@ -1,4 +1,5 @@
-"""A ball and a rough surface on an elastic half-space: matrix-free, in seconds, against Hertz.
+"""A ball and a rough surface on an elastic half-space: matrix-free, in seconds, against
+Hertz.
 
 Run: python examples/half_space.py
 """
@@ -25,11 +26,14 @@ def main(n: int = 256, out: str | Path = "out") -> dict[str, float]:
     target = exact.pressure(np.hypot(ball.grid.x[:, None], ball.grid.y[None, :]))
     error = float(np.linalg.norm(ball.pressure - target) / np.linalg.norm(target))
     print(
-        f"ball on {n} x {n} cells: {seconds:.2f} s, pressure L2 error {100 * error:.2f} %, approach {ball.approach:.6g}"
+        f"ball on {n} x {n} cells: {seconds:.2f} s, pressure L2 error "
+        f"{100 * error:.2f} %, approach {ball.approach:.6g}"
     )
     print(ball)
 
-    rough = fc.surfaces.self_affine((n, n), size=(1.0, 1.0), hurst=0.8, rms_slope=0.05, seed=1)
+    rough = fc.surfaces.self_affine(
+        (n, n), size=(1.0, 1.0), hurst=0.8, rms_slope=0.05, seed=1
+    )
     sheet = fc.HalfSpace(STEEL, size=(1.0, 1.0), cells=(n, n), periodic=True)
     squeezed = sheet.press(rough.z, force=0.02 * STEEL.plane_strain_modulus * 0.05)
     share = float(squeezed.active.mean())
@@ -40,7 +44,10 @@ def main(n: int = 256, out: str | Path = "out") -> dict[str, float]:
     ball.plot(units=UNITS, ax=left)
     left.set_title(f"ball, {ball.force:g} N")
     squeezed.plot(units=UNITS, ax=right)
-    right.set_title(f"rough surface: {100 * share:.1f} % in contact,\nlargest {squeezed.max_pressure:.0f} MPa")
+    right.set_title(
+        f"rough surface: {100 * share:.1f} % in contact,\nlargest "
+        f"{squeezed.max_pressure:.0f} MPa"
+    )
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
     save_figure(figure, folder / "half_space.png")

@@ -1,7 +1,9 @@
-"""A leaf spring: three leaves clamped at the middle of the car's axle, one on the other, with friction between them.
+"""A leaf spring: three leaves clamped at the middle of the car's axle, one on the
+other, with friction between them.
 
-Half of it is modelled. The end of the main leaf is loaded and let go: leaves press on each other near their ends and
-slide, so that the spring is stiffer on the way down than on the way back, and takes up work.
+Half of it is modelled. The end of the main leaf is loaded and let go: leaves press on
+each other near their ends and slide, so that the spring is stiffer on the way down than
+on the way back, and takes up work.
 
 Run: python examples/leaf_spring.py
 """
@@ -33,8 +35,14 @@ def spring(friction: float) -> ancf.Assembly:
     ]
     joints = Joints(leaves)
     sides = [leaf.side(THICKNESS / 2) for leaf in leaves]
-    contacts = [fc.Contact(upper, lower, friction=friction) for upper, lower in pairwise(sides)]
-    return ancf.Assembly(leaves, [joints.flat(), *(joints.clamped((k, 0)) for k in range(len(leaves)))], contacts)
+    contacts = [
+        fc.Contact(upper, lower, friction=friction) for upper, lower in pairwise(sides)
+    ]
+    return ancf.Assembly(
+        leaves,
+        [joints.flat(), *(joints.clamped((k, 0)) for k in range(len(leaves)))],
+        contacts,
+    )
 
 
 def cycle(a: ancf.Assembly, steps: int) -> tuple[ancf.Path, ancf.Path]:
@@ -42,13 +50,17 @@ def cycle(a: ancf.Assembly, steps: int) -> tuple[ancf.Path, ancf.Path]:
     load = ancf.force_at(a.solids[0], (max(LEAVES), 0, 0), (0, -FORCE, 0))
     load = np.concatenate([load, np.zeros(a.n_dofs - len(load))])
     down = ancf.equilibrium(lambda s: ancf.Stage(a, s * load), steps=steps)
-    back = ancf.equilibrium(lambda s: ancf.Stage(a, (1 - s) * load), steps=steps, start=down.last)
+    back = ancf.equilibrium(
+        lambda s: ancf.Stage(a, (1 - s) * load), steps=steps, start=down.last
+    )
     if not (down.success and back.success):
         raise SystemExit(f"{down.message} {back.message}")
     return down, back
 
 
-def main(friction: float = 0.3, steps: int = 6, out: Path | None = None) -> dict[str, float]:
+def main(
+    friction: float = 0.3, steps: int = 6, out: Path | None = None
+) -> dict[str, float]:
     """Load and let go, without friction too, draw and print."""
     folder = Path("out") if out is None else out
     folder.mkdir(exist_ok=True)
@@ -59,12 +71,19 @@ def main(friction: float = 0.3, steps: int = 6, out: Path | None = None) -> dict
         a = spring(mu)
         down, back = cycle(a, steps)
         states = [*down, *back[1:]]
-        force = FORCE * np.array([0.0, *(s.level for s in down), *(1 - s.level for s in back[1:])])
-        sunk = np.array([0.0, *(-a.solids[0].positions(a.part(s.q, 0))[-1, 1] for s in states)])
+        force = FORCE * np.array(
+            [0.0, *(s.level for s in down), *(1 - s.level for s in back[1:])]
+        )
+        sunk = np.array(
+            [0.0, *(-a.solids[0].positions(a.part(s.q, 0))[-1, 1] for s in states)]
+        )
         smooth = smooth if smooth.size else np.sort([sunk, force])
         loops.plot(sunk, force - np.interp(sunk, *smooth), "o-", markersize=3)
         curves.plot(sunk, force, "o-", markersize=3, label=f"friction {mu:g}")
-        found |= {f"sunk by, friction {mu:g}": sunk.max(), f"work taken up, friction {mu:g}": np.trapezoid(force, sunk)}
+        found |= {
+            f"sunk by, friction {mu:g}": sunk.max(),
+            f"work taken up, friction {mu:g}": np.trapezoid(force, sunk),
+        }
     for k, leaf in enumerate(a.solids):
         for q, colour in ((a.q0, "0.7"), (down.last.q, f"C{k}")):
             x = leaf.points(a.part(q, k)).reshape(-1, 3)
@@ -72,9 +91,15 @@ def main(friction: float = 0.3, steps: int = 6, out: Path | None = None) -> dict
     shapes.set(title="at rest and loaded", xlabel="x in mm", aspect="equal")
     curves.set(xlabel="end sinks by, in mm", title="force in N")
     curves.legend()
-    loops.set(xlabel="end sinks by, in mm", title="force less that without friction, in N")
+    loops.set(
+        xlabel="end sinks by, in mm", title="force less that without friction, in N"
+    )
     figure.savefig(folder / "leaf_spring.png", dpi=150)
-    print("\n".join(f"{name:30} {value:.5g}" for name, value in found.items()), down, sep="\n")
+    print(
+        "\n".join(f"{name:30} {value:.5g}" for name, value in found.items()),
+        down,
+        sep="\n",
+    )
     return found
 
 

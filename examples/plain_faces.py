@@ -1,4 +1,5 @@
-"""Why contact faces carry a ninth node: the plain 20-node element beside it, on Hertz and on a uniform patch.
+"""Why contact faces carry a ninth node: the plain 20-node element beside it, on Hertz
+and on a uniform patch.
 
 Run: python examples/plain_faces.py
 """
@@ -16,19 +17,27 @@ from fecontact.results.pictures.draw import draw_field
 
 
 def patch(pressure: str, n: int = 3) -> fc.ContactResult:
-    """A block under uniform compression; every contact force should be a share of one and the same pressure."""
+    """A block under uniform compression; every contact force should be a share of one
+    and the same pressure.
+    """
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (n, n, n))
     supports = {"top": "z", "x_min": "x", "y_min": "y"}
-    block = fc.ElasticBody(mesh, fc.Material(1.0, 0.3), "bottom", supports, pressure=pressure, name="block")
+    block = fc.ElasticBody(
+        mesh, fc.Material(1.0, 0.3), "bottom", supports, pressure=pressure, name="block"
+    )
     floor = fc.RigidBody(fc.Plane())
-    return fc.Scene([block, floor], [fc.Contact(block, floor)]).solve(forces={block: (0, 0, -0.01)})
+    return fc.Scene([block, floor], [fc.Contact(block, floor)]).solve(
+        forces={block: (0, 0, -0.01)}
+    )
 
 
 def main(level: int = 2, out: str | Path = "out") -> dict[str, float]:
     errors = {}
     figure = Figure(figsize=(11.0, 9.0), layout="constrained")
     for row, pressure in zip(figure.subplots(2, 2), ("midface", "nodal"), strict=True):
-        hertz = solve_spheres("equal", model="symmetric", level=level, pressure=pressure)
+        hertz = solve_spheres(
+            "equal", model="symmetric", level=level, pressure=pressure
+        )
         errors[pressure] = hertz.figures["pressure, L2"].found
         exact, (contact,) = CASES["equal"].hertz, hertz.solved.contacts
         radius = np.hypot(contact.points[:, 0], contact.points[:, 1])

@@ -1,8 +1,9 @@
-"""The torque of a press fit: a steel hub on a shaft, twisted until friction no longer holds it.
+"""The torque of a press fit: a steel hub on a shaft, twisted until friction no longer
+holds it.
 
-The interference presses the hub on the shaft by a negative gap. The hub is then turned in load steps, first by as
-little as it sticks, at last until it slides: the torque is that of the reaction. Under a torque instead of a turn it
-holds up to the same limit.
+The interference presses the hub on the shaft by a negative gap. The hub is then turned
+in load steps, first by as little as it sticks, at last until it slides: the torque is
+that of the reaction. Under a torque instead of a turn it holds up to the same limit.
 
 Run: python examples/press_fit_torque.py
 """
@@ -24,12 +25,18 @@ def main(n: int = 3, out: str | Path = "out") -> dict[str, float]:
     mesh = fc.shapes.thick_ring(SEAT, RIM, WIDTH, (n, n, 1), sector="full")
     hub = fc.ElasticBody(mesh, STEEL, "inner", {"bottom": "z", "top": "z"}, name="hub")
     shaft = fc.RigidBody(fc.surfaces.Cylinder(SEAT + INTERFERENCE), name="shaft")
-    # the cylinder lies along y with its top at the origin: set it upright, round the axis of the hub
-    shaft = shaft.placed((0, 0, -SEAT - INTERFERENCE)).placed(rotation=fc.rotation_about((1, 0, 0), np.pi / 2))
+    # the cylinder lies along y with its top at the origin: set it upright, round the
+    # axis of the hub
+    shaft = shaft.placed((0, 0, -SEAT - INTERFERENCE)).placed(
+        rotation=fc.rotation_about((1, 0, 0), np.pi / 2)
+    )
     scene = fc.Scene([hub, shaft], [fc.Contact(hub, shaft, friction=MU)])
 
     lame = cylinder.shrink_fit(
-        radii=(0.0, SEAT, RIM), materials=(RIGID, STEEL), interference=INTERFERENCE, plane="strain"
+        radii=(0.0, SEAT, RIM),
+        materials=(RIGID, STEEL),
+        interference=INTERFERENCE,
+        plane="strain",
     )
     expected = MU * lame.pressure * 2 * np.pi * SEAT**2 * WIDTH
 
@@ -37,13 +44,22 @@ def main(n: int = 3, out: str | Path = "out") -> dict[str, float]:
     turned = scene.solve_path([{"motions": {hub: {"rz": turn}}} for turn in turns])
     torque = np.array([result.reaction(hub)[5] for result in turned.steps])
     print(turned)
-    loaded = scene.solve_path([{"moments": {hub: (0, 0, m)}, "free": {hub: "rz"}} for m in (0.0, 0.98 * expected)])
+    loaded = scene.solve_path(
+        [
+            {"moments": {hub: (0, 0, m)}, "free": {hub: "rz"}}
+            for m in (0.0, 0.98 * expected)
+        ]
+    )
     held = loaded[1].contacts[0].friction
     figures = {
         "torque at slip": float(torque[-1]),
         "by Lame's pressure": expected,
-        "slip under 0.98 of it, a share of the last turn's": float(np.abs(held.slip).max() / (SEAT * turns[-1])),
-        "largest residual": max(r.friction.residuals.worst for path in (turned, loaded) for r in path.steps),
+        "slip under 0.98 of it, a share of the last turn's": float(
+            np.abs(held.slip).max() / (SEAT * turns[-1])
+        ),
+        "largest residual": max(
+            r.friction.residuals.worst for path in (turned, loaded) for r in path.steps
+        ),
     }
     for name, value in figures.items():
         print(f"{name:<52}{value:.6g}")

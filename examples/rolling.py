@@ -1,4 +1,5 @@
-"""A ball that begins to roll, from Cattaneo to Carter as of CONTACT's example, then rolls over a bump; an animation.
+"""A ball that begins to roll, from Cattaneo to Carter as of CONTACT's example, then
+rolls over a bump; an animation.
 
 Run: python examples/rolling.py
 """
@@ -22,18 +23,25 @@ PULL = (SHARE * MU * FORCE, 0.0)
 
 def main(n: int = 28, out: str | Path = "out") -> dict[str, float]:
     cell, across = WIDTH / n, n + 5
-    half = fc.HalfSpace(BODY, ((across + 2 * n) * cell, across * cell), (across + 2 * n, across), against=BODY)
+    half = fc.HalfSpace(
+        BODY,
+        ((across + 2 * n) * cell, across * cell),
+        (across + 2 * n, across),
+        against=BODY,
+    )
 
     def at(x: float) -> fc.PressStep:
         return fc.PressStep(force=FORCE, tangential=PULL, position=(x, 0.0))
 
     # dragged, then rolled cell by cell over twice its width
-    begins = half.press_path(BALL, [at(-n * cell), *(at((k - n) * cell) for k in range(1, 2 * n + 1))], MU)
+    begins = half.press_path(
+        BALL, [at(-n * cell), *(at((k - n) * cell) for k in range(1, 2 * n + 1))], MU
+    )
     creep = np.diff(begins.shift[:, 0]) / cell
     steady = half.roll(BALL, force=FORCE, friction=MU, tangential=PULL, rule="contact")
 
-    # on from the steady state of cells half as large, over a ridge across the way; half steps halve the teeth of cells
-    # that the edge reaches late in a step
+    # on from the steady state of cells half as large, over a ridge across the way; half
+    # steps halve the teeth of cells that the edge reaches late in a step
     cell, fine = cell / 2, 2 * n
     cells = (4 * fine + 5, fine + 5)
     half = fc.HalfSpace(BODY, (cells[0] * cell, cells[1] * cell), cells, against=BODY)
@@ -41,7 +49,13 @@ def main(n: int = 28, out: str | Path = "out") -> dict[str, float]:
     ridge = 0.004 * np.exp(-((half.grid.x - 0.85 * WIDTH) ** 2))
     track = np.repeat(ridge[:, None], fine + 5, axis=1)
     step = cell / 2
-    bumped = half.press_path(BALL, [at(k * step) for k in range(1, 5 * fine // 2 + 1)], MU, start=first, track=track)
+    bumped = half.press_path(
+        BALL,
+        [at(k * step) for k in range(1, 5 * fine // 2 + 1)],
+        MU,
+        start=first,
+        track=track,
+    )
     over = np.diff(bumped.shift[1::2, 0], prepend=0.0) / cell
 
     figures = {
@@ -52,7 +66,9 @@ def main(n: int = 28, out: str | Path = "out") -> dict[str, float]:
         "and on cells half as large": first.creepage[0],
         "creepage over the bump, least": float(over.min()),
         "creepage over the bump, most": float(over.max()),
-        "pressure over the bump, most": max(contact.max_pressure for contact in bumped.steps),
+        "pressure over the bump, most": max(
+            contact.max_pressure for contact in bumped.steps
+        ),
         "and without it": steady.max_pressure,
     }
     for name, value in figures.items():
@@ -60,22 +76,43 @@ def main(n: int = 28, out: str | Path = "out") -> dict[str, float]:
 
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    draw(begins, bumped, creep / steady.creepage[0], over / first.creepage[0], folder / "rolling.png")
+    draw(
+        begins,
+        bumped,
+        creep / steady.creepage[0],
+        over / first.creepage[0],
+        folder / "rolling.png",
+    )
     animate([*begins.steps, *bumped.steps[::4]], folder / "rolling.gif")
     return figures
 
 
 def line(contact: FrictionContact) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Along the middle: places from the ball's, tractions, and the limit of friction."""
+    """Along the middle: places from the ball's, tractions, the limit of friction."""
     middle = contact.grid.shape[1] // 2
-    return contact.grid.x - contact.position[0], contact.traction[0][:, middle], MU * contact.pressure[:, middle]
+    return (
+        contact.grid.x - contact.position[0],
+        contact.traction[0][:, middle],
+        MU * contact.pressure[:, middle],
+    )
 
 
-def draw(begins: FrictionPath, bumped: FrictionPath, creep: np.ndarray, over: np.ndarray, file: Path) -> None:
-    """Tractions at some distances, creepages over the distance, and tractions over the bump."""
+def draw(
+    begins: FrictionPath,
+    bumped: FrictionPath,
+    creep: np.ndarray,
+    over: np.ndarray,
+    file: Path,
+) -> None:
+    """Tractions at some distances, creepages over the distance, and tractions over the
+    bump.
+    """
     figure = Figure(figsize=(12.0, 4.2), layout="constrained")
     left, middle, right = figure.subplots(1, 3)
-    for axes, path, ways in ((left, begins, (0, 0.25, 0.5, 2)), (right, bumped, (0.4, 0.6, 0.85, 1.25))):
+    for axes, path, ways in (
+        (left, begins, (0, 0.25, 0.5, 2)),
+        (right, bumped, (0.4, 0.6, 0.85, 1.25)),
+    ):
         cell = path[1].position[0] - path[0].position[0]
         for way in ways:
             k = round(way * WIDTH / cell) - (path is bumped)
@@ -89,8 +126,14 @@ def draw(begins: FrictionPath, bumped: FrictionPath, creep: np.ndarray, over: np
         axes.legend(fontsize="small", loc="lower center", bbox_to_anchor=(0.46, 0.0))
     left.set_title("dragged, then rolling")
     right.set_title("over a bump")
-    middle.plot(np.linspace(0, 2 * WIDTH, len(creep) + 1)[1:], creep, label="begins to roll")
-    middle.plot(np.linspace(0, 1.25 * WIDTH, len(over) + 1)[1:], over, label="over a bump, from the steady state")
+    middle.plot(
+        np.linspace(0, 2 * WIDTH, len(creep) + 1)[1:], creep, label="begins to roll"
+    )
+    middle.plot(
+        np.linspace(0, 1.25 * WIDTH, len(over) + 1)[1:],
+        over,
+        label="over a bump, from the steady state",
+    )
     middle.axhline(1.0, color="0.6", linestyle="--", label="steady, one solve")
     middle.set_xlabel("distance [mm]")
     middle.set_ylabel("creepage over the steady one")
@@ -99,7 +142,7 @@ def draw(begins: FrictionPath, bumped: FrictionPath, creep: np.ndarray, over: np
 
 
 def animate(contacts: list[FrictionContact], file: Path) -> None:
-    """Tractions along the middle under the limit of friction, a picture for each step."""
+    """Tractions along the middle under the limit of friction, for each step."""
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     axes = figure.subplots()
     axes.set_xlim(-0.7 * WIDTH, 0.7 * WIDTH)
@@ -114,7 +157,9 @@ def animate(contacts: list[FrictionContact], file: Path) -> None:
         limit.set_data(x, 1e3 * most)
         traction.set_data(x, 1e3 * q)
 
-    FuncAnimation(figure, show, frames=len(contacts)).save(file, writer=PillowWriter(fps=8))
+    FuncAnimation(figure, show, frames=len(contacts)).save(
+        file, writer=PillowWriter(fps=8)
+    )
 
 
 if __name__ == "__main__":

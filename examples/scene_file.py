@@ -1,4 +1,5 @@
-"""A scene in a TOML file, solved from Python: the same as `fecontact solve examples/ball_on_block.toml --out out`.
+"""A scene in a TOML file, solved from Python: the same as `fecontact solve
+examples/ball_on_block.toml --out out`.
 
 Run: python examples/scene_file.py
 """
@@ -12,7 +13,8 @@ SCENE = Path(__file__).with_name("ball_on_block.toml")
 
 def main(out: str | Path = "out") -> fc.ContactResult:
     Path(out).mkdir(parents=True, exist_ok=True)
-    file = fc.read_scene(SCENE, out=out)  # all faults of the file are told together, before anything is solved
+    # all faults of the file are told together, before anything is solved
+    file = fc.read_scene(SCENE, out=out)
     result = file.solve()
     print(result)
     near, far = result.contacts[0].split_by_plane(point=(0, 0, 0), normal=(1, 0, 0))

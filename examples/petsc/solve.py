@@ -1,15 +1,18 @@
-"""Solve a contact problem out of its neutral file with PETSc, on as many processes as there are.
+"""Solve a contact problem out of its neutral file with PETSc, on as many processes as
+there are.
 
     mpiexec -n 2 python3 solve.py problem.npz forces.npz [PETSc's options]
 
-Needs numpy and petsc4py (Debian: python3-petsc4py) and nothing of fecontact; docs/neutral-file.md describes the file.
-Every body's stiffness is distributed by rows. Its compliance along the contact's rows comes from one solution for each
-row, by MUMPS' Cholesky factor unless the options say otherwise; with -ksp_type cg -pc_type gamg it is multigrid with
-the rigid modes as near-nullspace. The variational inequality
+Needs numpy and petsc4py (Debian: python3-petsc4py) and nothing of fecontact;
+docs/neutral-file.md describes the file. Every body's stiffness is distributed by rows.
+Its compliance along the contact's rows comes from one solution for each row, by MUMPS'
+Cholesky factor unless the options say otherwise; with -ksp_type cg -pc_type gamg it is
+multigrid with the rigid modes as near-nullspace. The variational inequality
 
     w = S l + g + B^T q >= 0,   l >= 0,   l . w = 0,   B l = F
 
-is solved by the reduced-space Newton method of SNES (vinewtonrsls) in the unknowns (l, q), l >= 0 and q free.
+is solved by the reduced-space Newton method of SNES (vinewtonrsls) in the unknowns (l,
+q), l >= 0 and q free.
 """
 
 import sys
@@ -37,7 +40,9 @@ def distributed(indptr, indices, data, n):
     first, last = A.getOwnershipRange()
     start, stop = indptr[first], indptr[last]
     own = (indptr[first : last + 1] - start).astype(PETSc.IntType)
-    A = PETSc.Mat().createAIJ(n, csr=(own, indices[start:stop].astype(PETSc.IntType), data[start:stop]))
+    A = PETSc.Mat().createAIJ(
+        n, csr=(own, indices[start:stop].astype(PETSc.IntType), data[start:stop])
+    )
     A.assemble()
     return A
 
@@ -63,14 +68,20 @@ def solver(K, modes):
 
 
 def condensed(file, key):
-    """Compliance (n_rows, n_rows) of a body along its rows, and its response (n_rows,) to its loads."""
-    indptr, indices, data = (file[f"{key}_stiffness_{part}"] for part in ("indptr", "indices", "data"))
+    """Compliance (n_rows, n_rows) of a body along its rows, and its response (n_rows,)
+    to its loads.
+    """
+    indptr, indices, data = (
+        file[f"{key}_stiffness_{part}"] for part in ("indptr", "indices", "data")
+    )
     n = len(indptr) - 1
     K = distributed(indptr, indices, data, n)
     ksp = solver(K, file[f"{key}_rigid_modes"])
     b, x = K.createVecRight(), K.createVecLeft()
     first, last = K.getOwnershipRange()
-    start, column, value = (file[f"{key}_coupling_{part}"] for part in ("indptr", "indices", "data"))
+    start, column, value = (
+        file[f"{key}_coupling_{part}"] for part in ("indptr", "indices", "data")
+    )
     n_rows = len(start) - 1
     row = np.repeat(np.arange(n_rows), np.diff(start))
     own = (column >= first) & (column < last)
@@ -80,7 +91,11 @@ def condensed(file, key):
         """Displacement along all rows, summed over the processes."""
         total = PETSc.Vec().createMPI(n_rows)
         part = np.bincount(row, value * x.getArray()[column], minlength=n_rows)
-        total.setValues(np.arange(n_rows, dtype=PETSc.IntType), part, addv=PETSc.InsertMode.ADD_VALUES)
+        total.setValues(
+            np.arange(n_rows, dtype=PETSc.IntType),
+            part,
+            addv=PETSc.InsertMode.ADD_VALUES,
+        )
         total.assemble()
         return everywhere(total)
 
@@ -108,7 +123,11 @@ def contact(S, g, B, F):
     c = np.concatenate([g / gap, F / size[:, 0] / force])
     J = PETSc.Mat().createAIJ(n + m, nnz=n + m)
     first, last = J.getOwnershipRange()
-    J.setValues(np.arange(first, last, dtype=PETSc.IntType), np.arange(n + m, dtype=PETSc.IntType), A[first:last])
+    J.setValues(
+        np.arange(first, last, dtype=PETSc.IntType),
+        np.arange(n + m, dtype=PETSc.IntType),
+        A[first:last],
+    )
     J.assemble()
     x, low, high = J.createVecRight(), J.createVecRight(), J.createVecRight()
     constant = J.createVecLeft()
@@ -153,8 +172,10 @@ def main(problem, answer):
     if PETSc.COMM_WORLD.getRank() == 0:
         np.savez(answer, forces=forces, motions=motions, gap=gap)
         print(
-            f"PETSc {'.'.join(map(str, PETSc.Sys.getVersion()))}, {PETSc.COMM_WORLD.getSize()} processes: "
-            f"{(forces > 0).sum()} of {len(g)} points in contact, {snes.getIterationNumber()} steps "
+            f"PETSc {'.'.join(map(str, PETSc.Sys.getVersion()))}, "
+            f"{PETSc.COMM_WORLD.getSize()} processes: "
+            f"{(forces > 0).sum()} of {len(g)} points in contact, "
+            f"{snes.getIterationNumber()} steps "
             f"(reason {snes.getConvergedReason()})"
         )
 

@@ -28,7 +28,7 @@ def example_folder() -> Path:
 
 
 def examples() -> dict[str, str]:
-    """First line about each example, by its name.
+    """First sentence about each example, by its name.
 
     Examples
     --------
@@ -75,5 +75,5 @@ def copy_example(name: str, to: str | Path = ".") -> list[Path]:
 def _about(path: Path) -> str:
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".py":
-        return (ast.get_docstring(ast.parse(text)) or "").partition("\n")[0]
+        return " ".join((ast.get_docstring(ast.parse(text)) or "").partition("\n\n")[0].split())
     return text.removeprefix("#").partition("\n")[0].partition(":  ")[0].strip() + "."

@@ -83,6 +83,13 @@ def test_code_is_no_wider_than_a_page(page):
     assert not [line for line in typed if len(line) > WIDEST]
 
 
+@pytest.mark.parametrize("script", sorted((ROOT / "examples").rglob("*.py")), ids=name)
+def test_examples_are_no_wider_than_a_page(script):
+    """The site shows them whole, with what they say about themselves."""
+    lines = script.read_text(encoding="utf-8").splitlines()
+    assert not [line for line in lines if len(line) > WIDEST]
+
+
 def anchors(page):
     """Anchors of a page's headings, as browsers of repositories and the site make them."""
     text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
