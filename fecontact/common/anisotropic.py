@@ -176,7 +176,7 @@ class DirectedMaterial:
             along = vector("the coefficients of expansion along the axes", self.expansion)
             object.__setattr__(self, "expansion", tuple(along.tolist()))
         elif self.expansion is not None:
-            finite("the coefficient of expansion", self.expansion)
+            finite("the coefficient of expansion", cast(float, self.expansion))
         if self.axes is not None and not callable(self.axes):
             found = array_of(self.axes)
             if found is None or found.shape != (3, 3):

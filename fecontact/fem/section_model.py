@@ -237,7 +237,7 @@ class SectionModel(Model):
         """Strains across the plane of plane stress (n_cells, n_q or 1, 3, 3) by those in it, shears doubled."""
         C = self._moduli
         assert C is not None
-        return -np.linalg.solve(C[..., ACROSS[:, None], ACROSS], C[..., ACROSS[:, None], IN_PLANE])
+        return np.asarray(-np.linalg.solve(C[..., ACROSS[:, None], ACROSS], C[..., ACROSS[:, None], IN_PLANE]))
 
     def nodal_strain(self, u: Array) -> Array:
         """Strains (n_points, 6) at the nodes."""

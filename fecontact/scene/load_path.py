@@ -309,11 +309,11 @@ def solve_path(
             code="finite-strain",
         )
     scenes = [step.get("scene", model) for step in steps]
-    if others := [k for k, scene in enumerate(scenes, start=1) if scene is not model]:
+    if own := [k for k, scene in enumerate(scenes, start=1) if scene is not model]:
         _check_alike(model, scenes)
         if soft or accuracy is not None or wear is not None:
             raise InputError(
-                f"Step {others[0]} has a scene of its own, which is not offered with accuracy=, wear or laws of finite "
+                f"Step {own[0]} has a scene of its own, which is not offered with accuracy=, wear or laws of finite "
                 "strain.",
                 code="scene-of-step",
             )
@@ -321,7 +321,7 @@ def solve_path(
         raise InputError("No contact has friction: the order of loads does not matter; use Scene.solve or Scene.sweep.")
     share("the tolerance", tolerance)
     loads = [LoadStep.of({name: load for name, load in step.items() if name != "scene"}) for step in steps]
-    way = SceneSteps(model, loads, finite_motion, tolerance, scenes if others else ())
+    way = SceneSteps(model, loads, finite_motion, tolerance, scenes if own else ())
     refuse_limits_alone(accuracy, max_dofs, max_seconds)
     if wear is not None:
         others = {"path=": path is not None, "accuracy=": accuracy is not None, "laws of finite strain": soft}

@@ -11,7 +11,7 @@ Source: C. G. Broyden, A class of methods for solving nonlinear simultaneous equ
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -44,6 +44,8 @@ class Tension:
     direction : (3,) array
         In which the shortening moves them, as a unit vector in the axes of the body.
     force : float
+    later : sequence of (ElasticBody, (m,) array)
+        Body and values in each step after the one in which it is tightened, which keep the shortening.
     """
 
     body: ElasticBody
@@ -51,29 +53,56 @@ class Tension:
     nodes: IntArray
     direction: Array
     force: float
+    later: Sequence[tuple[ElasticBody, Array]] = ()
 
     def of(self, result: ContactResult) -> float:
         """The tension in a result."""
         return float(result._forces_inside(self.body)[self.nodes].sum(axis=0) @ self.direction)
 
 
-def solve_tightened(
+@dataclass(frozen=True, eq=False)
+class Tightened:
+    """Shortenings (n,) by which cuts bear their tensions, and the result of the step in which they do."""
+
+    tensions: Sequence[Tension]
+    shortenings: Array
+    result: ContactResult
+
+    @property
+    def note(self) -> str:
+        """The shortenings in words."""
+        each = zip(self.tensions, self.shortenings.tolist(), strict=True)
+        told = ", ".join(f"{d:.6g} in {t.body.name!r} for {t.force:g}" for t, d in each)
+        return f"Cuts are shortened to bear their tensions: {told}."
+
+    def loads(self, k: int, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Loads of step k with the shortenings."""
+        return shortened(given, self.tensions, self.shortenings, k)
+
+
+def shortened(loads: Mapping[str, Any], tensions: Sequence[Tension], shortenings: Array, k: int = 0) -> dict[str, Any]:
+    """Loads of a step with shortenings (n,) of cuts."""
+    given = dict(loads.get("displacements", {}))
+    for t, d in zip(tensions, shortenings.tolist(), strict=True):
+        body, values = t.later[k - 1] if k else (t.body, t.values)
+        given[body] = given.get(body, 0.0) + d * values
+    return {**loads, "displacements": given}
+
+
+def tightened(
     scene: Scene, tensions: Sequence[Tension], loads: Mapping[str, Any], options: Mapping[str, Any]
-) -> ContactResult:
-    """The result of a scene whose cuts are shortened until they bear their tensions; a note has the shortenings.
+) -> Tightened:
+    """Shorten the cuts of a scene until they bear their tensions.
 
     Raises
     ------
     SolverError
-        If there are none, as nothing resists a cut.
+        If no shortening does, as nothing resists a cut.
     """
     wanted = np.array([t.force for t in tensions])
 
     def solved(shortening: Array) -> tuple[ContactResult, Array]:
-        given = dict(loads.get("displacements", {}))
-        for t, d in zip(tensions, shortening.tolist(), strict=True):
-            given[t.body] = given.get(t.body, 0.0) + d * t.values
-        result = scene.solve(**{**loads, "displacements": given}, **options)
+        result = scene.solve(**shortened(loads, tensions, shortening), **options)
         return result, np.array([t.of(result) for t in tensions])
 
     d = FIRST * np.sign(wanted) * np.array([t.body.size for t in tensions])
@@ -82,9 +111,7 @@ def solve_tightened(
     for _ in range(MOST):
         off = force - wanted
         if np.abs(off).max() <= CLOSE * np.abs(wanted).max():
-            told = ", ".join(f"{x:.6g} in {t.body.name!r} for {t.force:g}" for x, t in zip(d, tensions, strict=True))
-            notes = (*result.scene.notes, f"Cuts are shortened to bear their tensions: {told}.")
-            return replace(result, scene=replace(result.scene, notes=notes))
+            return Tightened(tensions, d, result)
         change = -np.linalg.lstsq(slopes, off, rcond=None)[0]
         d = d + change
         result, then = solved(d)

@@ -228,7 +228,8 @@ def read_deck(path: Path, laws: str = FINITE, divide: int = 0) -> DeckContent:
         _tell_of_conditions(keywords[:first], steps, names, found.remarks)
         materials = _materials(found, laws)
         if state_of_cells is not None:
-            materials = {k: made.exchanged() if at_rest(made).directed else made for k, made in materials.items()}
+            given: dict[str, Any] = dict(materials)
+            materials = {k: made.exchanged() if at_rest(made).directed else made for k, made in given.items()}
         contacts, tied = _pairs(found, mesh, materials)
     except (ValueError, IndexError, OverflowError) as error:
         if isinstance(error, InputError):

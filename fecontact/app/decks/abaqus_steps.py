@@ -97,7 +97,7 @@ ROUNDING = 1e-9
 #: Parameters of *FRICTION that make it differ by direction, speed or pressure.
 OF_FRICTION = ("ANISOTROPIC", "EXPONENTIAL DECAY", "TAUMAX", "USER")
 #: Parameters that change the meaning of loads and supports.
-MEANING = ("USER", "SUBMODEL", "TIME DELAY", "SECTOR", "FOLLOWER", "CYCLIC MODE", "OMEGA0", "PHASE", "FIXED")
+MEANING = ("USER", "SUBMODEL", "TIME DELAY", "SECTOR", "FOLLOWER", "CYCLIC MODE", "OMEGA0", "PHASE")
 
 
 @dataclass
@@ -206,7 +206,7 @@ class Amplitude:
 class StepState:
     """Supports and loads that hold on from step to step.
 
-    `held` and `forces` (n_points, 3) are as in `DeckStep`, as `removed` and `friction` are; `initial` and
+    `held` and `forces` (n_points, 3) are as in `DeckStep`, as `removed`, `friction` and `fixed` are; `initial` and
     `temperatures` (n_points,) are NaN where none is given; `changing` is the interaction whose friction the next
     keyword changes. Loads add up in a step and replace those of steps before: `given` (n_points, 3) marks the forces of
     this step, `fresh` are the names of its other loads, and `renewed` are the kinds of which it has dropped all before.
@@ -223,6 +223,7 @@ class StepState:
     removed: frozenset[tuple[str, str]] = frozenset()
     friction: dict[str, float] = field(default_factory=dict)
     changing: str = ""
+    fixed: set[int] = field(default_factory=set)
     amplitudes: dict[str, Amplitude] = field(default_factory=dict)
     renewed: set[str] = field(default_factory=set)
     fresh: set[str] = field(default_factory=set)
@@ -346,7 +347,7 @@ def _ended(name: str, state: StepState, weight: Array, axes: Mapping[int, Array]
     pull = together(weight, state.rotations)
     return DeckStep(
         name, held, forces, state.pressures, gravity=pull, along=oblique, heat=state.heat, removed=state.removed,
-        friction=state.friction,
+        friction=state.friction, fixed=frozenset(state.fixed),
     )  # fmt: skip
 
 
@@ -461,6 +462,7 @@ def _reset(s: KeywordSection, state: StepState) -> None:
     state.renewed.add(kind)
     if kind == "BOUNDARY":
         state.held[:] = np.nan
+        state.fixed.clear()
     elif kind == "CLOAD":
         state.forces[:] = 0.0
     else:
@@ -476,6 +478,10 @@ def _hold(line: Line) -> None:
         return
     if s.parameters.get("TYPE", "DISPLACEMENT").upper() != "DISPLACEMENT":
         raise InputError(f"{s.place}: expected displacements; found *BOUNDARY, TYPE={s.parameters['TYPE']}.")
+    if "FIXED" in s.parameters:
+        line.state.fixed.update(nodes.tolist())
+        return
+    line.state.fixed.difference_update(nodes.tolist())
     components, size = NAMED.get(words[1].upper()), 0.0
     if components is None:
         first, last = int(words[1]), int(words[2] or words[1])

@@ -175,7 +175,7 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
         tuple(steps) if several and along else (),
         notes,
         scenes if cases else (),
-        tuple(_tension(deck, made, cut, force) for cut, force in forces),
+        tuple(_tension(deck, held, cut, force) for cut, force in forces),
     )
 
 
@@ -185,38 +185,59 @@ def _with_shortenings(deck: DeckContent) -> tuple[DeckContent, list[tuple[DeckCu
     Raises
     ------
     InputError
-        If there is such a force in one of several steps, or another on the nodes of a cut.
+        If there is such a force after the first step, or another on the nodes of a cut; or what is held as it is
+        (FIXED) has no force before.
     """
-    found, steps = [], []
-    for step in deck.steps:
+    found, steps = dict[int, tuple[DeckCut, float]](), []
+    for k, step in enumerate(deck.steps):
         held, forces = step.held.copy(), step.forces.copy()
+        known = set(found)
         for cut in deck.cuts:
             if step.forces[cut.twins].any():
                 raise InputError(
                     f"{cut.place}: {step.name} has forces on nodes of the section, which is not done here.",
                     code="not-supported",
                 )
-            if np.isnan(held[cut.node, 0]) and (force := float(forces[cut.node, 0])):
-                found.append((cut, force))
+            free = np.isnan(held[cut.node, 0]) and cut.node not in step.fixed
+            force = float(forces[cut.node, 0]) if free else 0.0
+            if force and k:
+                raise InputError(
+                    f"{cut.place}: a force tightens the section in {step.name}; here it does in the first step alone. "
+                    "Then hold what it has shortened by *BOUNDARY, FIXED, or prescribe how much by *BOUNDARY.",
+                    code="not-supported",
+                )
+            if force:
+                found[cut.node] = cut, force
+            if force or cut.node in known & step.fixed:
                 held[cut.node, 0] = forces[cut.node, 0] = 0.0
+            elif cut.node in known:
+                raise InputError(
+                    f"{cut.place}: {step.name} neither holds what a force has shortened before (*BOUNDARY, FIXED) nor "
+                    "has that force, which is not done here.",
+                    code="not-supported",
+                )
+        if wrong := step.fixed - known:
+            raise InputError(
+                f"{deck.source}: {step.name} holds {len(wrong)} nodes as they are (*BOUNDARY, FIXED); here this is for "
+                "reference nodes of pre-tension sections, after a force.",
+                code="not-supported",
+            )
         steps.append(replace(step, held=held, forces=forces))
-    if found and len(steps) > 1:
-        raise InputError(
-            f"{found[0][0].place}: a force tightens the section in a deck of {len(steps)} steps; here it does in one "
-            "of a single step. Prescribe its shortening, which a deck of this step alone finds, by *BOUNDARY.",
-            code="not-supported",
-        )
-    return replace(deck, steps=steps), found
+    return replace(deck, steps=steps), list(found.values())
 
 
-def _tension(deck: DeckContent, made: Sequence[DeckBody], cut: DeckCut, force: float) -> Tension:
-    """The force in a cut of a body."""
-    m = next(m for m in made if np.isin(cut.twins, m.nodes).all())
-    assert m.conditions is not None
-    values = np.asarray(m.conditions.given[:, [3 * cut.node]].todense()).ravel()
+def _tension(deck: DeckContent, held: Sequence[Sequence[DeckBody]], cut: DeckCut, force: float) -> Tension:
+    """The force in a cut of a body, which each step holds in its way."""
+    bodies, values = [], []
+    for made in held:
+        m = next(m for m in made if np.isin(cut.twins, m.nodes).all())
+        assert m.conditions is not None
+        bodies.append(m.body)
+        values.append(np.asarray(m.conditions.given[:, [3 * cut.node]].todense()).ravel())
     nodes = np.searchsorted(m.nodes, cut.twins[:, 0])
     direction = cut.direction[AXES] if deck.mesh.is_flat else cut.direction
-    return Tension(m.body, values, nodes, direction, force)
+    later = list(zip(bodies[1:], values[1:], strict=True))
+    return Tension(bodies[0], values[0], nodes, direction, force, later)
 
 
 def _loose(loads: Sequence[Mapping[str, Any]]) -> list[str]:

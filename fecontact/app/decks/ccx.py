@@ -32,9 +32,11 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from fecontact.app.decks.abaqus_steps import STATIC
 from fecontact.app.decks.divided import divided_deck
+from fecontact.app.decks.pretension import FIRST
 from fecontact.app.decks.sections import AXES, state_of
 from fecontact.bodies.elastic import ElasticBody, elastic_among
 from fecontact.common.arrays import Array, IntArray
@@ -422,7 +424,7 @@ def compared(result: ContactResult, whole: Mapping[str, FrdField], seconds: floa
         apart[body.name] = sizes[2] / sizes[1] if sizes[1] else sizes[0]
         if FORCES in fields and any(body in contact.bodies for contact in result.contacts):
             taken = sum(_on(contact, body) for contact in result.contacts) + np.zeros(3)
-            force = fields[FORCES].at(numbers)[:, :3].sum(axis=0)
+            force = fields[FORCES].at(_off_cuts(body))[:, :3].sum(axis=0)
             if body._dimension == "axis":
                 force[:2] = 0.0  # of a ring
             rows.append((f"contact force on {body.name}", float(np.linalg.norm(taken)), float(np.linalg.norm(force))))
@@ -433,6 +435,14 @@ def compared(result: ContactResult, whole: Mapping[str, FrdField], seconds: floa
         peak = float(whole[CONTACT].values[:, 3].max(initial=0.0))
         rows.append(("largest pressure", max(c.max_pressure for c in result.contacts), peak))
     return BesideCcx([*rows, ("seconds", result.seconds["total"], seconds)], apart, moved=moved)
+
+
+def _off_cuts(body: ElasticBody) -> IntArray:
+    """Numbers of nodes but those of pre-tension sections, at which ccx has the forces of the sections too."""
+    numbers, x = body.mesh.file_nodes, body.mesh.points
+    assert numbers is not None
+    cut = x[numbers >= FIRST]
+    return numbers if not len(cut) else numbers[cKDTree(cut).query(x)[0] > 0]
 
 
 def _held_forces(body: ElasticBody, result: ContactResult, given: FrdField) -> tuple[float, float]:

@@ -69,6 +69,8 @@ class DeckStep:
         Contact pairs, slave and master in capitals, that the step has removed.
     friction : mapping of str to float
         Coefficients that have changed, by the name of the interaction in capitals.
+    fixed : frozenset of int
+        Nodes that are held where they are.
     """
 
     name: str
@@ -82,6 +84,7 @@ class DeckStep:
     heat: Array | None = None
     removed: frozenset[tuple[str, str]] = frozenset()
     friction: Mapping[str, float] = field(default_factory=dict)
+    fixed: frozenset[int] = frozenset()
 
     def held_as(self, nodes: IntArray | slice, others: int) -> tuple[bytes, ...]:
         """What it holds of points of the mesh, and of reference nodes, which begin at `others`."""

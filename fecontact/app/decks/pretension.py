@@ -140,7 +140,9 @@ def _normal(mesh: BaseMesh, facets: IntArray, outward: Array) -> Array:
 
 def with_twins_between(between: IntArray | None, cuts: Sequence[DeckCut]) -> IntArray | None:
     """Points of sections between others, see `DeckContent.between`, with those of sides A of cuts."""
-    for cut in cuts if between is not None else ():
+    if between is None:
+        return None
+    for cut in cuts:
         twin = dict(cut.twins[:, ::-1].tolist())
         rows = [[twin[p] for p in row] for row in between.tolist() if all(p in twin for p in row)]
         between = np.concatenate([between, np.array(rows, np.int64).reshape(-1, 3)])

@@ -11,11 +11,12 @@ from typing import Any
 from fecontact.app.scene_file.bodies import AnyBody
 from fecontact.app.scene_file.outputs import Output, write_output
 from fecontact.common.errors import InputError
+from fecontact.contact.loads import LOADS
 from fecontact.results.case_table import CaseTable
 from fecontact.results.result import ContactResult
 from fecontact.scene.load_path import LoadPath
 from fecontact.scene.scene import Scene
-from fecontact.scene.tension import Tension, solve_tightened
+from fecontact.scene.tension import Tension, Tightened, tightened
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +43,7 @@ class SceneFile:
     scenes : sequence of Scene
         Those of the cases, where supports differ between them; the first is `scene`. Empty unless given.
     tensions : tuple of Tension
-        Forces in cuts, of bolts that are tightened.
+        Forces in cuts, of bolts that are tightened in the first case or step.
     """
 
     path: Path
@@ -75,8 +76,14 @@ class SceneFile:
             what = "cases" if self.cases else "steps of a load path"
             raise InputError(f"{self.path.name} has {len(given)} {what}: call {self._verb}() instead of solve().")
         if self.tensions:
-            return solve_tightened(self.scene, self.tensions, self.loads, self.options)
+            found = self._tightened(self.loads, self.options)
+            notes = (*found.result.scene.notes, found.note)
+            return replace(found.result, scene=replace(found.result.scene, notes=notes))
         return self.scene.solve(**self.loads, **self.options)
+
+    def _tightened(self, first: Mapping[str, Any], options: Mapping[str, Any]) -> Tightened:
+        loads = {kind: load for kind, load in first.items() if kind in LOADS}
+        return tightened(self.scene, self.tensions, loads, options)
 
     def solve_path(self) -> LoadPath:
         """Solve the steps of a load path, see `Scene.solve_path`.
@@ -91,7 +98,11 @@ class SceneFile:
                 f"{self.path.name} has no steps of a load path: call {self._verb}() instead of solve_path().",
                 code="no-steps",
             )
-        return self.scene.solve_path(self.steps, **self.options)
+        if not self.tensions:
+            return self.scene.solve_path(self.steps, **self.options)
+        found = self._tightened(self.steps[0], self.options)
+        scene = replace(self.scene, notes=(*self.scene.notes, found.note))
+        return scene.solve_path([found.loads(k, step) for k, step in enumerate(self.steps)], **self.options)
 
     def sweep(self, keep: Sequence[str] = ()) -> CaseTable:
         """Solve all cases and write their files; `keep` as in `Scene.sweep`.
@@ -103,9 +114,8 @@ class SceneFile:
         """
         if not self.cases:
             raise InputError(f"{self.path.name} has no cases: call {self._verb}() instead of sweep().", code="no-cases")
-        each = [(self.scene, {**self.options, **case}) for case in self.cases]
-        if self.scenes:
-            each = [(scene, case) for scene, (_, case) in zip(self.scenes, each, strict=True)]
+        scenes = self.scenes or [self.scene] * len(self.cases)
+        each = [(scene, {**self.options, **case}) for scene, case in zip(scenes, self._cases, strict=True)]
         runs = groupby(each, key=lambda one: id(one[0]))
         tables = [run[0][0].sweep([case for _, case in run], keep=keep) for run in (list(run) for _, run in runs)]
         rows, maps = (tuple(chain.from_iterable(getattr(t, name) for t in tables)) for name in ("rows", "maps"))
@@ -114,9 +124,17 @@ class SceneFile:
             table.save(output.path)
         return table
 
+    @property
+    def _cases(self) -> Sequence[dict[str, Any]]:
+        """The cases, with the shortenings of bolts."""
+        if not self.tensions:
+            return self.cases
+        found = self._tightened(self.cases[0], self.options)
+        return [found.loads(k, case) for k, case in enumerate(self.cases)]
+
     def last_case(self) -> tuple[str, ContactResult]:
         """Name and result of the last of its cases."""
-        case = {**self.options, **self.cases[-1]}
+        case = {**self.options, **self._cases[-1]}
         return case.pop("name"), (self.scenes or [self.scene])[-1].solve(**case)
 
     def write(self, result: ContactResult) -> list[Path]:

@@ -71,6 +71,26 @@ def test_a_bolt_presses_what_it_holds(read):
     assert abs(result.contacts[0].total_force - 4.0) < 1e-7
 
 
+@pytest.mark.parametrize("friction", ["", "*FRICTION\n0.2,\n"])
+def test_what_a_force_has_shortened_is_held_in_later_steps(friction, read):
+    """A motion of the head by -.01 then adds what it does without a cut: columns that stay pressed are linear."""
+    meshes = blocks("hex20", "hex20", divisions=((1, 1, 2), (1, 1, 1)))
+    held = "*BOUNDARY\nLOW_bottom, 1, 3\nUP_top, 1, 3\nLOW_x_min, 1\nLOW_y_min, 2\n"
+    down = "*BOUNDARY\nUP_top, 3, 3, -.01\n"
+    steps = step("*CLOAD\n9000, 1, -4.\n") + step("*BOUNDARY, FIXED\n9000, 1, 1\n" + down)
+    text = deck_of(meshes, steps, HEAD + CUT.format("") + held, friction)
+    scene = read(text)
+    if friction:
+        path = scene.solve_path()
+        forces, notes = np.abs(path.forces[:, 0, 2]), path[1].notes
+    else:
+        forces, notes = scene.sweep().column("force"), scene.last_case()[1].scene.notes
+    alone = read(deck_of(meshes, step(down), held, friction)).solve().contacts[0].total_force
+    assert np.abs(forces - [4.0, 4.0 + alone]).max() < 1e-6
+    assert alone > 0.3
+    assert bool(friction) == any("Cuts are shortened" in note for note in notes)
+
+
 def test_a_section_of_plane_elements_beside_calculix(read):
     """CalculiX 2.20, CPE8 of thickness 0.1, E = 210000: a tension of -10 parts a bar by twice 4.17100e-4."""
     points = [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1), None, (0.5, 0), (1.5, 0), (0, 0.5), (1, 0.5), (2, 0.5)]
@@ -110,7 +130,10 @@ def test_temperatures_reach_both_sides_of_a_cut(read):
     [
         (bar("", surface="1, S1"), ("pre-tension", "'MIDDLE'")),
         (bar("").replace("SURFACE=MIDDLE, NODE", "ELEMENT=1, NODE"), ("not-supported", "without SURFACE")),
-        (bar("*CLOAD\n9000, 1, 5.\n") + step(""), ("not-supported", "2 steps")),
+        (bar("*CLOAD\n9000, 1, 5.\n") + step(""), ("not-supported", "step 2")),
+        (bar("*CLOAD\n9000, 1, 5.\n") + step("*CLOAD, OP=NEW\n9001, 1, 0.\n"), ("not-supported", "neither")),
+        (bar("*BOUNDARY, FIXED\n9000, 1, 1\n"), ("not-supported", "as they are")),
+        (bar("*BOUNDARY, FIXED\n5, 1, 1\n"), ("not-supported", "as they are")),
         (bar("*CLOAD\n5, 3, 5.\n"), ("not-supported", "forces on nodes")),
     ],
 )  # fmt: skip
