@@ -58,8 +58,8 @@ In [{listed}]({listed}):
 
 ## Fitted orders
 
-Exponents p of error ~ 1 / dofs^p and 1 / seconds^p, and of CPU seconds and the peak of memory ~ dofs^p, least squares over
-all runs of a method.
+Exponents p of error ~ 1 / dofs^p and 1 / seconds^p, and of CPU seconds and the peak of memory ~ dofs^p, least squares
+over all runs of a method.
 
 | method | order in dofs | order in CPU seconds | growth of seconds | growth of memory |
 |---|---|---|---|---|

@@ -149,7 +149,7 @@ def test_a_cycle_restricted_to_rows_is_that_of_the_restricted_matrix():
 
 
 def test_half_spaces_of_a_quarter_press_as_the_whole():
-    """Forces of a ball on a symmetric grid of points, and on its quarter with mirror images: half of them on a plane."""
+    """Forces of a ball on a symmetric grid, and on its quarter with mirror images: half of them on a plane."""
     x = np.linspace(-1.0, 1.0, 9)
     whole = np.column_stack([*(v.ravel() for v in np.meshgrid(x, x)), np.zeros(81)])
     own = (whole[:, :2] >= 0).all(axis=1)
