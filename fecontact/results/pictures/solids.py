@@ -5,6 +5,7 @@ Patches of rigid surfaces near contacts, for pictures.
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,6 +21,7 @@ from fecontact.common.arguments import text, texts
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError, did_you_mean
 from fecontact.common.material import VOIGT
+from fecontact.mesh.kinds import BY_MESHIO, KINDS
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh, counter_clockwise
 from fecontact.results.files import body_fields, window_patches
@@ -51,6 +53,10 @@ class Patch:
     def skin(self) -> IntArray:
         """All of its facets."""
         return self.cells
+
+    def native_cells(self) -> list[tuple[str, IntArray, IntArray]]:
+        """None: it has no solid cells."""
+        return []
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +165,6 @@ def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
         If the file does not exist, cannot be read, or holds no solid cells.
     """
     from fecontact.mesh.formats.generic import load
-    from fecontact.mesh.kinds import BY_MESHIO
 
     path = Path(path)
     if not path.is_file():
@@ -196,9 +201,9 @@ def solids_of_file(path: str | Path) -> tuple[Solid, ...]:
 
 
 def cut(solid: Solid, where: str) -> Solid | None:
-    """The cells whose centres satisfy a condition such as ``"x<0"``, with their inner faces exposed.
+    """The cells whose centres satisfy a condition such as ``"x<0"``, with their inner faces exposed; None if none does.
 
-    None if no cell does.
+    Tetrahedra, whose faces inside follow no plane, are cut at it, with straight sides; fields are linear along edges.
 
     Raises
     ------
@@ -211,11 +216,50 @@ def cut(solid: Solid, where: str) -> Solid | None:
     if solid.mesh.is_flat:
         raise InputError("A section shows its inside already: there is nothing to cut open.", code="section-not-cut")
     axis, sign, level = "xyz".index(found[1]), found[2], float(found[3])
+    kinds = solid.mesh.native_cells()
+    if kinds and all(name.startswith("tetra") for name, _, _ in kinds):
+        corners = np.concatenate([cells[:, :4] for _, cells, _ in kinds])
+        height = solid.mesh.points[:, axis] - level
+        return _part_of_tetrahedra(solid, corners, -height if sign == "<" else height)
     centre = solid.mesh.points[solid.mesh.cells[:, :8]].mean(axis=1)[:, axis]
     kept = centre < level if sign == "<" else centre > level
     if not kept.any():
         return None
     return replace(solid, mesh=type(solid.mesh)(solid.mesh.points, solid.mesh.cells[kept]))
+
+
+#: Of a tetrahedron whose first 1 to 4 corners are kept: its part, with corners (i, i) and points of edges (i, j).
+_PARTS = {
+    1: ("tet4", ((0, 0), (0, 1), (0, 2), (0, 3))),
+    2: ("wedge6", ((0, 0), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3))),
+    3: ("wedge6", ((0, 0), (1, 1), (2, 2), (0, 3), (1, 3), (2, 3))),
+    4: ("tet4", ((0, 0), (1, 1), (2, 2), (3, 3))),
+}
+#: Orders of the corners that keep the orientation.
+_TURNS = np.array([p for p in itertools.permutations(range(4)) if np.linalg.det(np.eye(4)[list(p)]) > 0])
+
+
+def _part_of_tetrahedra(solid: Solid, corners: IntArray, height: Array) -> Solid | None:
+    """The part of tetrahedra (n, 4) at positive heights (n_points,); None where there is none."""
+    kept = height[corners[:, _TURNS]] > 0
+    first = np.argmax((kept[..., :-1] >= kept[..., 1:]).all(axis=2), axis=1)
+    corners, count = np.take_along_axis(corners, _TURNS[first], axis=1), kept[:, 0].sum(axis=1)
+    if not count.any():
+        return None
+    ends = [corners[count == k][:, np.array(pairs)] for k, (_, pairs) in _PARTS.items()]
+    edges, number = np.unique(np.sort(np.concatenate([e.reshape(-1, 2) for e in ends])), axis=0, return_inverse=True)
+    one, other = height[edges].T
+    share = np.divide(one, one - other, out=np.zeros(len(edges)), where=edges[:, 0] != edges[:, 1])
+    begins = np.split(number.ravel(), np.cumsum([e.shape[0] * e.shape[1] for e in ends])[:-1])
+    parts = zip(_PARTS.values(), begins, strict=True)
+    cells = [KINDS[kind].to_hexahedra(own.reshape(-1, len(pairs))) for (kind, pairs), own in parts]
+
+    def between(values: Array) -> Array:
+        a, b = values[edges[:, 0]], values[edges[:, 1]]
+        return np.asarray(a + share.reshape(-1, *[1] * (values.ndim - 1)) * (b - a))
+
+    fields = {name: between(values) for name, values in solid.fields.items()}
+    return replace(solid, mesh=Mesh(between(solid.mesh.points), np.concatenate(cells)), fields=fields)
 
 
 def chosen(solids: Sequence[Solid], only: Sequence[str] | None, where: str | None) -> tuple[Solid, ...]:

@@ -157,6 +157,35 @@ def test_a_cut_keeps_the_cells_on_one_side(result):
     assert [s.name for s in chosen(solids, None, "z>0.5")] == ["body"]
 
 
+@pytest.mark.parametrize("where", ["x<0.37", "x>0.37", "z>0.5", "y<0.8"])
+@pytest.mark.parametrize("order", [4, 10])
+def test_a_cut_of_tetrahedra_is_plane(where, order):
+    """Six tetrahedra in each of 3 x 2 x 2 cubes: volume, skin and a linear field of the part, by hand."""
+    cubes = fc.shapes.block((1.0, 1.0, 1.0), (3, 2, 2), element="hex8")
+    corners = ((1, 2), (2, 3), (3, 7), (7, 4), (4, 5), (5, 1))
+    cells = cubes.cells[:, [[0, a, b, b, 6, 6, 6, 6] for a, b in corners]].reshape(-1, 8)
+    mesh = fc.Mesh(cubes.points, cells)
+    mesh = mesh.upgraded(20) if order == 10 else mesh
+    field = mesh.points @ [1.0, 2.0, 3.0]
+    part = cut(Solid("a", mesh, {"height": field, "displacement": 0.1 * mesh.points}), where)
+    axis, level = "xyz".index(where[0]), float(where[2:])
+    x, faces = part.mesh.points, part.mesh.skin
+    inside = level - x[:, axis] if where[1] == "<" else x[:, axis] - level
+    assert inside.min() > -1e-15
+    assert np.abs(part.fields["height"] - x @ [1.0, 2.0, 3.0]).max() < 1e-14
+    assert np.abs(part.deformed(1.0) - 1.1 * x).max() < 1e-15
+    size, sides = (level if where[1] == "<" else 1 - level), x[faces[:, :4]]
+    area = np.cross(sides[:, 2] - sides[:, 0], sides[:, 3] - sides[:, 1]) / 2
+    volume = sum(np.linalg.det(sides[:, [0, k, k + 1]]).sum() / 6 for k in (1, 2))
+    assert abs(volume - size) < 1e-12
+    assert abs(np.linalg.norm(area, axis=1).sum() - 2 - 4 * size) < 1e-12
+    on_plane = np.abs(inside[faces[:, :4]]).max(axis=1) < 1e-14
+    assert abs(np.linalg.norm(area[on_plane], axis=1).sum() - 1) < 1e-12
+    outwards = area[on_plane][:, axis] * (1 if where[1] == "<" else -1)
+    assert outwards.min() > -1e-15
+    assert cut(Solid("a", mesh, {"height": field}), "x>1.0") is None
+
+
 def test_picture_has_units_title_and_limits(result, tmp_path):
     path = tmp_path / "p.png"
     figure = plot_bodies(result, "stress_zz", path, units="MPa", length="mm", scale=50, pixels=SMALL)
