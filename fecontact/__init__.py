@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from fecontact.contact.contact import Contact
     from fecontact.contact.overclosure import SoftContact
     from fecontact.contact.springs import Spring
+    from fecontact.contact.strands import WrapCylinder
     from fecontact.fem.fibres import Fibres
     from fecontact.fem.laws import HolmesMow, MooneyRivlin, NeoHookean, Ogden, StVenantKirchhoff
     from fecontact.halfspace import (
@@ -171,6 +172,7 @@ __all__ = [
     "WheelRailContact",
     "WheelRailPath",
     "WindowedBody",
+    "WrapCylinder",
     "available_solvers",
     "cartilage_sides",
     "extrude",
@@ -219,6 +221,7 @@ _MODULES = {
     "contact.contact": "Contact",
     "contact.overclosure": "SoftContact",
     "contact.springs": "Spring",
+    "contact.strands": "WrapCylinder",
     "fem.fibres": "Fibres",
     "fem.laws": "HolmesMow MooneyRivlin NeoHookean Ogden StVenantKirchhoff",
     "halfspace": "AdhesionCurve AdhesiveContact CreepCoefficients CreepCurve Dugdale FallingFriction FrictionContact "

@@ -94,7 +94,11 @@ class Dimension:
         """
         if self.revolved:
             raise InputError(f"An axisymmetric scene has no springs; {spring.name!r} would have to be a whole ring.")
-        places = np.array([point for _, point in (spring.start, spring.end)], dtype=float)
+        if self.name == "plane" and spring.around is not None:
+            raise InputError(
+                f"{spring.name!r} wraps round a cylinder in space; its scene is plane.", code="spring-off-plane"
+            )
+        places = np.array([point for _, point in (spring.start, *spring.via, spring.end)], dtype=float)
         if self.name == "plane" and np.abs(places[:, 1]).max() > ROUNDING * np.abs(places).max(initial=0.0):
             raise InputError(f"{spring.name!r} leaves the plane y = 0 of its scene.", code="spring-off-plane")
 

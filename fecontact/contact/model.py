@@ -65,7 +65,7 @@ class SceneModel:
         check_contacts(self.contacts)
         for spring in self.springs:
             setting.check_spring(spring)
-            for owner, _ in (spring.start, spring.end):
+            for owner in spring.carriers:
                 if owner is not None and not any(owner is b for b in self.bodies):
                     raise InputError(
                         f"{owner.name!r}, to which {spring.name!r} is tied, is not among the scene's bodies.",

@@ -5,7 +5,8 @@ A ligament of stiffness k and slack length L pulls with T >= 0. With the elongat
     w = T / k - e >= 0,   T >= 0,   T w = 0
 
 which is a contact condition whose gap is -e and whose own compliance is 1/k. A linear spring is two such rows, one for
-each sign. Small motions change the length along the line between its ends.
+each sign. Small motions change the length along the line between its ends, or along all lines between the points
+through which a ligament is led and where it touches a cylinder, see `contact.strands`.
 
 A ligament with a toe region, k s^2 / (2 toe) up to the strain s = toe and k (s - toe/2) beyond (Blankevoort & Huiskes
 1991, k per strain), is a bundle of n equal fibres that tighten one after the other, at s = toe (j - 1/2)/n: its tension
@@ -14,27 +15,44 @@ is exact beyond the toe and off by k toe / (8 n^2) at most within.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body, check_body
-from fecontact.common.arguments import spelled, text
+from fecontact.bodies.pose import Pose
+from fecontact.common.arguments import instance, items, spelled, text
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import among, check_magnitude, number, positive, vector
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
 from fecontact.contact.rigid_motion import RigidMotionConstraints, after_prescribed
+from fecontact.contact.strands import Strand, WrapCylinder
 
 KINDS = ("tension", "linear")
 #: Fibres of a ligament with a toe region: their tension is off by 1/400 of that at the end of the toe.
 FIBRES = 10
 #: Largest strain at which a toe region may end.
 LONGEST_TOE = 1.0
+
+
+def _as_given(body: Body | None, point: ArrayLike) -> Array:
+    return np.asarray(point, dtype=float)
+
+
+def _present(body: Body | None, point: ArrayLike) -> Array:
+    """Place (3,) of a point of a body that has deformed, in its axes."""
+    given = _as_given(body, point)
+    return given if body is None else body._present(given)
+
+
+def _in_world(pose: Pose | None, point: Array) -> Array:
+    return point if pose is None else pose.to_world(point[None])[0]
 
 
 @spelled
@@ -57,6 +75,10 @@ class Spring:
     toe : float
         Strain up to which the tension of a ligament grows with its square, from 0 to `stiffness` per length; with it
         the linear part begins (Blankevoort & Huiskes, J. Biomech. Eng. 113 (1991), 263: 0.06). None by default.
+    via : sequence of (Body or None, (3,) point)
+        Points through which a ligament is led, without friction, from its start to its end.
+    around : (Body or None, WrapCylinder), optional
+        A cylinder round which it is led the shorter way where the straight one would pass through it; without `via`.
 
     Raises
     ------
@@ -77,6 +99,8 @@ class Spring:
     kind: str = "tension"
     name: str = "spring"
     toe: float = 0.0
+    via: Sequence[tuple[Body | None, ArrayLike]] = ()
+    around: tuple[Body | None, WrapCylinder] | None = None
 
     def __post_init__(self) -> None:
         text("the name of a spring", self.name)
@@ -88,15 +112,23 @@ class Spring:
                 f"found {shown(self.toe)}.",
                 code="toe",
             )
-        for end in (self.start, self.end):
+        for end in (self.start, *items(f"via of {self.name!r}", self.via, "points"), self.end):
             if not (isinstance(end, tuple | list) and len(end) == 2):
                 raise InputError(f"An end of {self.name!r} must be (body or None, (x, y, z)); found {shown(end)}.")
             if end[0] is not None:
                 check_body(end[0])
             vector(f"an end of {self.name!r}", end[1])
+        if self.around is not None:
+            instance(f"what {self.name!r} is led around", self.around[-1], WrapCylinder)
+        if (self.via and self.around is not None) or ((self.via or self.around) and not self.only_pulls):
+            raise InputError(
+                f"{self.name!r} is led through points or around a cylinder, one of both, and only a ligament is "
+                "(kind='tension').",
+                code="led",
+            )
         if self.start[0] is self.end[0]:
             raise InputError(f"{self.name!r} ties {'the ground' if self.start[0] is None else 'a body'} to itself.")
-        if self.length == 0:
+        if min(strand.length for strand in self.strands) == 0:
             raise InputError(f"The ends of {self.name!r} coincide, so it has no direction; move one of them.")
         if self.slack_length is None:
             object.__setattr__(self, "slack_length", self.length)
@@ -118,31 +150,53 @@ class Spring:
         n = FIBRES if self.toe else 1
         return self.toe * self.slack_length * (np.arange(n) + (0.5 if self.toe else 0.0)) / n
 
+    @property
+    def carriers(self) -> tuple[Body | None, ...]:
+        """The bodies, or None for the ground, of its start, of `via` or `around`, and of its end."""
+        between = self.via if self.around is None else (self.around,)
+        return (self.start[0], *(body for body, _ in between), self.end[0])
+
     @cached_property
-    def ends(self) -> Array:
-        """World positions (2, 3) of start and end."""
-        return np.stack([_world(*self.start), _world(*self.end)])
+    def _way(self) -> tuple[tuple[Strand, ...], float]:
+        return self.way([None if body is None else body.pose for body in self.carriers], _present)
+
+    def way(
+        self, poses: Sequence[Pose | None], given: Callable[[Body | None, ArrayLike], Array] = _as_given
+    ) -> tuple[tuple[Strand, ...], float]:
+        """Its straight strands, and the length of its arc, where its carriers are in poses, None for the ground.
+
+        `given` tells the places of its points in the axes of their bodies.
+        """
+        through = (self.start, *self.via, self.end)
+        numbers: Sequence[int] = range(len(through)) if self.around is None else (0, 2)
+        own = [_as_given(*each) for each in through]
+        places = [_in_world(poses[k], given(*each)) for k, each in zip(numbers, through, strict=True)]
+        parts, arc = list(pairwise(range(len(own)))), 0.0
+        if self.around is not None:
+            carrier = poses[1] or Pose()
+            met = self.around[1].touched(*(carrier.to_body(p[None])[0] for p in places))
+            if met is not None:
+                touching, arc = met
+                own, numbers, parts = [own[0], *touching, own[1]], (0, 1, 1, 2), [(0, 1), (2, 3)]
+                places = [places[0], *carrier.to_world(touching), places[1]]
+        made = (Strand((numbers[i], numbers[j]), (own[i], own[j]), np.stack([places[i], places[j]])) for i, j in parts)
+        return tuple(made), arc
+
+    @property
+    def strands(self) -> tuple[Strand, ...]:
+        """Its straight parts, in the given poses."""
+        return self._way[0]
 
     @property
     def length(self) -> float:
-        """Distance of the ends."""
-        return float(np.linalg.norm(self.ends[1] - self.ends[0]))
-
-    @property
-    def direction(self) -> Array:
-        """Unit vector (3,) from start to end."""
-        return (self.ends[1] - self.ends[0]) / self.length
+        """Length of its way, in the given poses."""
+        return sum(strand.length for strand in self.strands) + self._way[1]
 
     @property
     def elongation(self) -> float:
         """Length beyond the slack length, in the given poses."""
         assert self.slack_length is not None
         return self.length - self.slack_length
-
-
-def _world(body: Body | None, point: ArrayLike) -> Array:
-    p = np.asarray(point, dtype=float)
-    return p if body is None else body.pose.to_world(body._present(p)[None, :])[0]
 
 
 @dataclass(frozen=True)
@@ -223,11 +277,12 @@ class SpringRows:
         per_spring = sp.lil_matrix((len(self.springs), body.n_dofs))
         tied = False
         for k, spring in enumerate(self.springs):
-            for (owner, point), sign in ((spring.start, 1.0), (spring.end, -1.0)):
-                if owner is body:
-                    tied = True
-                    direction = sign * spring.direction @ body.pose.rotation
-                    per_spring[k] = per_spring[k] + body.attachment(np.asarray(point, dtype=float), direction)
+            for strand in spring.strands:
+                for which, point, sign in zip(strand.carriers, strand.own, (1.0, -1.0), strict=True):
+                    if spring.carriers[which] is body:
+                        tied = True
+                        direction = sign * strand.direction @ body.pose.rotation
+                        per_spring[k] = per_spring[k] + body.attachment(point, direction)
         return sp.diags(self.sign) @ per_spring.tocsr()[self.number] if tied else None
 
     def held(self, rows: IntArray, closed: IntArray, stuck: Sequence[IntArray]) -> Mask:

@@ -310,20 +310,20 @@ def _smooth(surface: Surface, projection: Projection) -> Array:
 def _of_spring(state: SpringState, after: dict[int, _Motion]) -> LinearisationError:
     """The same for a spring that carries, or would carry, a force."""
     spring = state.spring
-    ends, displaced = spring.ends, []
-    finite = ends.copy()
-    for k, (body, point) in enumerate((spring.start, spring.end)):
-        motion = None if body is None else after[id(body)]
-        displaced.append(np.zeros(3) if motion is None else motion.linear(ends[k][None])[0])
-        if motion is not None:
-            finite[k] = motion.pose.to_world(np.asarray(point, dtype=float)[None])[0]
-    line = finite[1] - finite[0]
-    length = float(np.linalg.norm(line))
-    linear = spring.length + float(spring.direction @ (displaced[1] - displaced[0]))
+    motions = [None if body is None else after[id(body)] for body in spring.carriers]
+    finite, arc = spring.way([None if motion is None else motion.pose for motion in motions])
+    length, linear = arc + sum(strand.length for strand in finite), spring.length
+    for strand in spring.strands:
+        for which, place, sign in zip(strand.carriers, strand.ends, (-1.0, 1.0), strict=True):
+            if (motion := motions[which]) is not None:
+                linear += sign * float(strand.direction @ motion.linear(place[None])[0])
     assert spring.slack_length is not None
     if state.tension == 0 and length <= spring.slack_length:
         return LinearisationError(0.0, 0.0, 0.0)
-    turn = float(np.linalg.norm(line / length - spring.direction)) if length > 0 else np.inf
+    turn = np.inf
+    if all(strand.length > 0 for strand in finite):  # those at its ends, as others may touch a cylinder or leave it
+        both = ((finite[k].direction, spring.strands[k].direction) for k in (0, -1))
+        turn = max(float(np.linalg.norm(now - before)) for now, before in both)
     return LinearisationError(abs(length - linear), abs(state.elongation), turn if state.tension else 0.0)
 
 

@@ -10,8 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from numpy.typing import ArrayLike
-
 from fecontact.bodies.body import Body
 from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import mapping
@@ -55,11 +53,20 @@ def with_bodies(scene: SceneModel, bodies: Sequence[Body]) -> CarriedScene:
             new[id(body)] = new[id(body)]._met_by(new[id(other)])
     bodies = [new[id(old)] for old in scene.bodies]
 
-    def end(given: tuple[Body | None, ArrayLike]) -> tuple[Body | None, ArrayLike]:
+    def end(given: tuple[Body | None, Any]) -> tuple[Body | None, Any]:
         return (None if given[0] is None else new[id(given[0])], given[1])
 
     contacts = [replace(c, slave=new[id(c.slave)], master=new[id(c.master)]) for c in scene.contacts]
-    springs = [replace(s, start=end(s.start), end=end(s.end)) for s in scene.springs]
+    springs = [
+        replace(
+            s,
+            start=end(s.start),
+            end=end(s.end),
+            via=[end(each) for each in s.via],
+            around=None if s.around is None else end(s.around),
+        )
+        for s in scene.springs
+    ]
     return CarriedScene(replace(scene, bodies=tuple(bodies), contacts=contacts, springs=springs), tuple(scene.bodies))
 
 

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from numpy.typing import ArrayLike
+
 from fecontact.bodies.body import Body
 from fecontact.common.arguments import file_path, text
-from fecontact.common.checks import positive, vector
+from fecontact.common.checks import among, positive, vector
 from fecontact.common.errors import InputError
 from fecontact.contact.springs import Spring
+from fecontact.contact.strands import WrapCylinder
 
 #: Strain at which the toe region of a ligament ends: twice the 0.03 of Blankevoort & Huiskes (1991).
 TOE = 0.06
@@ -36,6 +40,10 @@ class Ligament:
     slack_length : float
     toe : float
         Strain at which the toe region ends; 0 for none.
+    via : sequence of ('moving' or 'fixed', (3,) point)
+        Points of either bone through which it is led, from the moving bone on.
+    around : ('moving' or 'fixed', WrapCylinder), optional
+        A cylinder on either bone round which it is led where the straight way would pass through it.
 
     Raises
     ------
@@ -53,9 +61,13 @@ class Ligament:
     stiffness: float
     slack_length: float
     toe: float = TOE
+    via: Sequence[tuple[str, ArrayLike]] = ()
+    around: tuple[str, WrapCylinder] | None = None
 
     def __post_init__(self) -> None:
         text("the name of a ligament", self.name)
+        for bone, _ in (*self.via, *(() if self.around is None else (self.around,))):
+            among(f"the bone that leads {self.name!r}:", bone, ("moving", "fixed"))
         for what in ("moving", "fixed"):
             vector(f"the {what} end of {self.name!r}", getattr(self, what))
         for what in ("stiffness", "slack_length"):
@@ -63,10 +75,12 @@ class Ligament:
 
     def spring(self, moving: Body) -> Spring:
         """The ligament between a body and the ground."""
-        per_length = self.stiffness / self.slack_length
+        per_length, bones = self.stiffness / self.slack_length, {"moving": moving, "fixed": None}
         return Spring(
-            per_length, (moving, self.moving), (None, self.fixed), self.slack_length, "tension", self.name, self.toe
-        )
+            per_length, (moving, self.moving), (None, self.fixed), self.slack_length, "tension", self.name, self.toe,
+            via=[(bones[bone], point) for bone, point in self.via],
+            around=None if self.around is None else (bones[self.around[0]], self.around[1]),
+        )  # fmt: skip
 
 
 def read_ligaments(path: str | Path) -> list[Ligament]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -24,6 +25,7 @@ from fecontact.common.arguments import file_path, instance
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
+from fecontact.contact.strands import WrapCylinder
 
 Element = ElementTree.Element
 
@@ -71,10 +73,14 @@ class ModelJoint:
 
 @dataclass(frozen=True, eq=False)
 class LigamentPath:
-    """A ligament of Blankevoort & Huiskes (1991): points (body, (3,)), surfaces that it wraps round, and its law."""
+    """A ligament of Blankevoort & Huiskes (1991): points (body, (3,)), surfaces that it wraps round, and its law.
+
+    `others` are kinds of points and of wraps that are not offered.
+    """
 
     points: Sequence[tuple[str, Array]]
     wraps: Sequence[str]
+    others: Sequence[str]
     stiffness: float
     slack_length: float
     toe: float
@@ -91,11 +97,14 @@ class OpenSimModel:
         By the body that is each one's child.
     paths : mapping of str to LigamentPath
         Ligaments by name.
+    cylinders : mapping of str to (str, WrapCylinder)
+        Wrapping cylinders by name, with the bodies that carry them.
     """
 
     coordinates: Mapping[str, Coordinate]
     joints: Mapping[str, ModelJoint]
     paths: Mapping[str, LigamentPath] = field(repr=False)
+    cylinders: Mapping[str, tuple[str, WrapCylinder]] = field(default_factory=dict, repr=False)
 
     def poses(self, moving: str, fixed: str, motion: Motion | None, *, scale: float) -> list[Pose]:
         """Poses of a body in the axes of another, such as of the femur in those of the tibia.
@@ -133,14 +142,17 @@ class OpenSimModel:
     def ligaments(self, moving: str, fixed: str, *, scale: float, straight: bool | None = None) -> list[Ligament]:
         """Ligaments between two bodies, for `Joint(springs=...)`.
 
+        They are led through points on both bodies, or wrap round a cylinder on one of them, see `contact.strands`.
+
         Parameters
         ----------
         moving, fixed : str
         scale : float
             Lengths per metre.
         straight : bool, optional
-            Whether ligaments that wrap round surfaces, or have points between their ends, are taken along the straight
-            line between their ends, or left out. It is asked for where there are any.
+            Whether ligaments that wrap round other surfaces (ellipsoids, several, parts of cylinders), or are led by
+            other bodies, are taken along the straight line between their ends, or left out. It is asked for where there
+            are any.
 
         Raises
         ------
@@ -154,12 +166,13 @@ class OpenSimModel:
             for name, path in self.paths.items()
             if {path.points[0][0], path.points[-1][0]} == {moving, fixed}
         }
-        bent = [name for name, path in between.items() if path.wraps or len(path.points) > 2]
+        led = {name: self._led(path, {moving: "moving", fixed: "fixed"}, scale) for name, path in between.items()}
+        bent = [name for name, way in led.items() if way is None]
         if bent and straight is None:
             raise InputError(
-                f"Ligaments between {moving!r} and {fixed!r} wrap round surfaces or have points between their ends, "
-                f"which is not offered: {', '.join(bent)}. Take them along straight lines, with straight=True, which "
-                "shortens them where they would bend, or leave them out, with straight=False.",
+                f"Ligaments between {moving!r} and {fixed!r} wrap round surfaces other than one whole cylinder, or are "
+                f"led by other bodies, which is not offered: {', '.join(bent)}. Take them along straight lines, with "
+                "straight=True, which shortens them where they would bend, or leave them out, with straight=False.",
                 code="wraps",
             )
         for name, path in between.items():
@@ -167,8 +180,29 @@ class OpenSimModel:
             if straight or name not in bent:
                 start, end = scale * ends[moving], scale * ends[fixed]
                 slack = scale * path.slack_length
-                out.append(Ligament(name, tuple(start.tolist()), tuple(end.tolist()), path.stiffness, slack, path.toe))
+                out.append(
+                    Ligament(
+                        name, tuple(start.tolist()), tuple(end.tolist()), path.stiffness, slack, path.toe,
+                        **(led[name] or {}),
+                    )
+                )  # fmt: skip
         return out
+
+    def _led(self, path: LigamentPath, bones: Mapping[str, str], scale: float) -> dict[str, Any] | None:
+        """`via` or `around` of a ligament between two bodies; None where it is led by what is not offered."""
+        inner, wraps = list(path.points[1:-1]), [self.cylinders.get(name) for name in path.wraps]
+        carriers = {*(body for body, _ in inner), *(each[0] for each in wraps if each is not None)}
+        if path.others or None in wraps or len(wraps) > 1 or (wraps and inner) or not carriers <= set(bones):
+            return None
+        if bones[path.points[0][0]] == "fixed":
+            inner.reverse()
+        led: dict[str, Any] = (
+            {"via": [(bones[body], tuple((scale * p).tolist())) for body, p in inner]} if inner else {}
+        )
+        for body, c in filter(None, wraps):
+            scaled = WrapCylinder(scale * np.asarray(c.centre), c.axis, scale * c.radius, scale * c.length)
+            led["around"] = bones[body], scaled
+        return led
 
     def _chain(self, body: str) -> list[str]:
         """The body and those that carry it, outwards in."""
@@ -265,9 +299,14 @@ def read_osim(path: str | Path) -> OpenSimModel:
         joints[name] = made
     if not joints:
         raise InputError(f"{path} has no joints: it is no model of OpenSim, or a part of one.", code="no-osim")
-    return OpenSimModel(
-        coordinates, joints, {x.get("name", ""): _path(x) for x in root.iter("Blankevoort1991Ligament")}
-    )
+    cylinders = {
+        wrap.get("name", ""): (body.get("name", ""), made)
+        for body in root.iter("Body")
+        for wrap in body.findall("WrapObjectSet/objects/WrapCylinder")
+        if (made := _cylinder(wrap)) is not None
+    }
+    paths = {x.get("name", ""): _path(x) for x in root.iter("Blankevoort1991Ligament")}
+    return OpenSimModel(coordinates, joints, paths, cylinders)
 
 
 def _bare(column: str) -> str:
@@ -353,10 +392,22 @@ def _axes(joint: Element, place: str) -> list[TransformAxis]:
 
 def _path(ligament: Element) -> LigamentPath:
     """Points, wraps and law of a ligament."""
+    inner = ligament.findall("GeometryPath/PathPointSet/objects/*")
     points = [
         (p.findtext("socket_parent_frame", "").strip().split("/")[-1], _numbers(p.findtext("location"), 3))
-        for p in ligament.findall("GeometryPath/PathPointSet/objects/*")
+        for p in inner
     ]
     wraps = [w.findtext("wrap_object", "").strip() for w in ligament.iter("PathWrap")]
+    parts = (w.findtext("range") or "-1 -1" for w in ligament.iter("PathWrap"))
+    others = [p.tag for p in inner if p.tag != "PathPoint"] + [part for part in parts if part.split() != ["-1", "-1"]]
     stiffness, slack = (float(ligament.findtext(tag) or "nan") for tag in ("linear_stiffness", "slack_length"))
-    return LigamentPath(points, wraps, stiffness, slack, float(ligament.findtext("transition_strain") or TOE))
+    return LigamentPath(points, wraps, others, stiffness, slack, float(ligament.findtext("transition_strain") or TOE))
+
+
+def _cylinder(wrap: Element) -> WrapCylinder | None:
+    """A wrapping cylinder, about the z axis of its frame; None of one that is not active or used on one side only."""
+    if (wrap.findtext("active") or "true").strip() != "true" or (wrap.findtext("quadrant") or "all").strip() != "all":
+        return None
+    frame = _frame(wrap.findtext("translation"), wrap.findtext("xyz_body_rotation"))
+    radius, length = (float(wrap.findtext(tag) or "nan") for tag in ("radius", "length"))
+    return WrapCylinder(frame.translation, frame.rotation[:, 2], radius, length)

@@ -169,12 +169,41 @@ def test_ligaments_have_their_units_and_those_that_wrap_are_asked_for(tmp_path):
     both = model.ligaments("femur", "tibia", scale=1000.0, straight=True)
     assert both[1] == fc.Ligament("MCL", (0.0, 100.0, 0.0), (0.0, 0.0, 0.0), 500.0, 90.0, 0.03)
     assert model.ligaments("femur", "bone", scale=1000.0) == []
-    # a point between the ends bends it, too
-    bent = replace(model.paths["ACL"], points=[model.paths["ACL"].points[0], *model.paths["ACL"].points])
-    other = replace(model, paths={"ACL": bent})
+    # points of both bones lead it, from the moving bone on; those of others are asked for
+    start, end = model.paths["ACL"].points
+    bent = replace(model.paths["ACL"], points=[start, ("tibia", np.array([0.0, 0.0, 0.01])), end])
+    (led,) = replace(model, paths={"ACL": bent}).ligaments("femur", "tibia", scale=1000.0)
+    assert led == replace(acl, via=[("fixed", (0.0, 0.0, 10.0))])
+    (led,) = replace(model, paths={"ACL": bent}).ligaments("tibia", "femur", scale=1.0)
+    assert led.via == [("moving", (0.0, 0.0, 0.01))]
+    away = replace(bent, points=[start, ("patella", np.zeros(3)), end])
     with refused(fc.InputError, "wraps", "ACL"):
-        other.ligaments("femur", "tibia", scale=1000.0)
-    assert other.ligaments("femur", "tibia", scale=1000.0, straight=True) == [acl]
+        replace(model, paths={"ACL": away}).ligaments("femur", "tibia", scale=1000.0)
+    with refused(fc.InputError, "wraps", "ACL"):
+        replace(model, paths={"ACL": replace(bent, others=["MovingPathPoint"])}).ligaments("femur", "tibia", scale=1.0)
+
+
+WRAPS = """<BodySet><objects><Body name="femur"><WrapObjectSet><objects><WrapCylinder name="condyle">
+ <xyz_body_rotation>1.5707963267948966 0 0</xyz_body_rotation><translation>0.001 0 0.002</translation>
+ <quadrant>all</quadrant><radius>0.02</radius><length>0.5</length></WrapCylinder></objects></WrapObjectSet></Body>
+</objects></BodySet>"""
+
+
+def test_a_ligament_wraps_round_a_cylinder_of_a_bone(tmp_path):
+    text = KNEE.replace("<BodySet/>", WRAPS)
+    _, mcl = read(tmp_path, text).ligaments("femur", "tibia", scale=1000.0)
+    bone, cylinder = mcl.around
+    assert (bone, cylinder.radius, cylinder.length) == ("moving", 20.0, 500.0)
+    assert np.allclose(cylinder.centre, (1.0, 0.0, 2.0))
+    assert np.allclose(cylinder.axis, (0.0, -1.0, 0.0))  # z turned about x by a right angle
+    for old, new in (
+        ("<quadrant>all", "<quadrant>+x"),
+        ("WrapCylinder", "WrapEllipsoid"),
+        ("</wrap_object>", "</wrap_object><range>1 2</range>"),
+        ('<Body name="femur">', '<Body name="patella">'),
+    ):
+        with refused(fc.InputError, "wraps", "MCL"):
+            read(tmp_path, text.replace(old, new)).ligaments("femur", "tibia", scale=1000.0)
 
 
 @pytest.mark.parametrize(
