@@ -22,7 +22,8 @@ from typing import Any
 #: Bounds of displacements and forces, in percent.
 WITHIN = (1.0, 2.0)
 #: Decks whose cells are one to a block, or a few, divided in both programs so many times.
-DIVIDED = dict.fromkeys(("contact4", "contact4_mortar", "contact5", "cubes", "cubesmortar", "cubesmortar2"), 1)
+ONE_CELL = "contact10 contact13 contact14 contact4 contact4_mortar contact5 cubes cubesmortar cubesmortar2"
+DIVIDED = dict.fromkeys(ONE_CELL.split(), 1)
 #: Forces of these decks that are zero but for rounding, in their units (mostly N).
 NOTHING = 1e-9
 COLUMNS = ("deck", "divided", "displacement_percent", "force_percent", "within", "why_not", "seconds", "ccx_seconds")

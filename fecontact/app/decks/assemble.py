@@ -116,7 +116,8 @@ def make_scene(deck: DeckContent, path: Path) -> SceneFile:
         If a cell has no material, or no contact joins two bodies.
     """
     deck = _of_one_set_of_contacts(_with_added_nodes(deck))
-    deck = replace(deck, mesh=with_gaps(deck.mesh, deck.contacts))
+    alone = deck.conditions is None and not (deck.ties or deck.springs)
+    deck = replace(deck, mesh=with_gaps(deck.mesh, deck.contacts, alone))
     deck, forces = _with_shortenings(deck)
     parts = _parts(deck)
     _refuse_contact_within(deck, parts)

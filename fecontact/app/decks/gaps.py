@@ -1,9 +1,11 @@
-"""Gaps that a deck sets before anything moves: ADJUST of *CONTACT PAIR, and *CLEARANCE.
+"""Gaps that a deck sets before anything moves: ADJUST of *CONTACT PAIR and *TIE, and *CLEARANCE.
 
 Nodes of the slave are moved, without strain: with ADJUST those that lie in the master or at most so far from it come
 onto it, or those of a set of nodes, with *CLEARANCE all to the given distance, negative in the master (Abaqus Keywords
-Reference). With *TIE, ADJUST=NO tied nodes stay where they are and have the displacements of their closest points on
-the master, not its turns (Dhondt, CalculiX CrunchiX User's Manual, *TIE).
+Reference). Where all of these move alike and nothing else is joined to their part, the whole part moves, so that its
+cells keep their shape: *CLEARANCE sets a gap and no new shape. With *TIE, ADJUST=NO tied nodes stay where they are and
+have the displacements of their closest points on the master, not its turns. (Dhondt, CalculiX CrunchiX User's Manual,
+*CLEARANCE, *TIE.)
 """
 
 from __future__ import annotations
@@ -14,8 +16,10 @@ from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from fecontact.app.decks.content import DeckPair, Remarks
+from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
 from fecontact.mesh.base_mesh import BaseMesh
 from fecontact.mesh.formats.abaqus_deck import KeywordSection
@@ -28,8 +32,8 @@ M = TypeVar("M", bound=BaseMesh)
 ROUNDING = 1e-6
 
 
-def with_gaps(mesh: M, pairs: Sequence[DeckPair]) -> M:
-    """The mesh with the gaps that pairs ask for.
+def with_gaps(mesh: M, pairs: Sequence[DeckPair], alone: bool = True) -> M:
+    """The mesh with the gaps that pairs ask for; whether its parts are `alone`, without ties and springs to others.
 
     Examples
     --------
@@ -58,9 +62,26 @@ def with_gaps(mesh: M, pairs: Sequence[DeckPair]) -> M:
         moves = faces if pair.adjust is None else faces & (found.gap <= pair.adjust)
         wanted = found.points if pair.clearance is None else found.points + pair.clearance * found.normals
         points = mesh.points.copy()
-        points[nodes[moves]] = wanted[moves]
+        way = wanted[moves] - points[nodes[moves]]
+        part = _part(mesh, nodes)
+        others = [name for other in pairs for name in (other.slave, other.master) if name != pair.slave]
+        joined = any(np.isin(mesh.boundary_nodes(name), part).any() for name in others)
+        even = moves.all() and (np.ptp(way, axis=0) <= ROUNDING * np.linalg.norm(np.ptp(points, axis=0))).all()
+        if pair.adjust is None and alone and even and not joined:
+            points[part] += way.mean(axis=0)
+        else:
+            points[nodes[moves]] = wanted[moves]
         mesh = replace(mesh, points=points)
     return mesh
+
+
+def _part(mesh: BaseMesh, nodes: IntArray) -> IntArray:
+    """Points (n,) of all cells that are connected to some nodes."""
+    n, width = mesh.cells.shape
+    rows, shape = np.repeat(np.arange(n), width), (n + len(mesh.points),) * 2
+    graph = sp.csr_matrix((np.ones(n * width), (rows, n + mesh.cells.ravel())), shape=shape)
+    label = connected_components(graph, directed=False)[1][n:]
+    return np.flatnonzero(np.isin(label, label[nodes]))
 
 
 def keeps_apart(s: KeywordSection) -> bool:

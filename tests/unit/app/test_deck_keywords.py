@@ -186,12 +186,14 @@ def test_adjust_moves_the_nodes_of_a_set(given, read):
     assert abs(read(text).solve().contacts[0].total_force - 0.05 * 100 / 2.1 * (given == "UP_bottom")) <= 1e-9
 
 
+@pytest.mark.parametrize("spring", ["", "*ELEMENT, TYPE=SPRING1, ELSET=SP\n99999, 5001\n*SPRING, ELSET=SP\n3\n1e-9,\n"])
 @pytest.mark.parametrize("value", [0.02, -0.02])
-def test_clearance_sets_the_gap(value, read):
+def test_clearance_sets_the_gap(value, spring, read):
+    """Of a part by itself as a whole, whose cells keep their height; of one that is joined to others by its nodes."""
     text = deck_of(SMALL, step("*BOUNDARY\nUP_top, 3, 3, -.05\n"), SLIDES)
-    clear = f"*CLEARANCE, SLAVE=UP_face_bottom, MASTER=LOW_face_top, VALUE={value}\n*STEP"
+    clear = f"{spring}*CLEARANCE, SLAVE=UP_face_bottom, MASTER=LOW_face_top, VALUE={value}\n*STEP"
     contact = read(text.replace("*STEP", clear, 1)).solve().contacts[0]
-    height = 1 - value  # of the block whose nodes were moved
+    height = 1 - value if spring else 1.0
     assert abs(contact.total_force - (0.05 - value) * 100 / (1 + height)) <= 1e-9
 
 
