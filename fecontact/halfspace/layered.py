@@ -34,6 +34,7 @@ from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.halfspace import kernels
+from fecontact.halfspace.fft import each, strips
 
 #: Wave number times total thickness below which a layer's fields are linearly dependent; the limit is used.
 MIN_WAVE = 1e-4
@@ -50,8 +51,9 @@ FELT = 100.0
 #: Panels by which the first one is halved: stiff layers change what is below them at waves much longer than they are.
 LONG_WAVES = 10
 
-#: Offset in cells from which a two-point rule integrates what layers add.
-NEAR = 4
+#: Mean over a cell of a smooth function by its values in the middles of five, exact for polynomials of degree 5; and the
+#: thickness of the top layer, in cells, below which what layers add is integrated by finer rules, at offsets below `NEAR`.
+MEAN, STEEP, NEAR = np.array([-17, 308, 5178, 308, -17]) / 5760, 3.0, 6
 
 #: Thickness of the top layer, in cells, from which the stress inside is integrated to a few hundredths of a pressure's
 #: jump from cell to cell.
@@ -291,16 +293,18 @@ def table(shape: tuple[int, int], cell: tuple[float, float], layers: Sequence[La
     if top is not None:
         total += kernels.love(shape, cell) / top.plane_strain_modulus
     if layers:
-        x, y = (np.arange(n) * side for n, side in zip(shape, cell, strict=True))
-        reach = math.hypot(x[-1] + cell[0], y[-1] + cell[1])
-        difference = point_difference(reach, layers, base)
-        smooth = np.zeros(shape)
-        shift = 0.5 / math.sqrt(3)  # two-point Gauss rule over the cell
-        for sx in (-shift, shift):
-            for sy in (-shift, shift):
-                r = np.hypot((x + sx * cell[0])[:, None], (y + sy * cell[1])[None, :])
-                smooth += difference(r) / 4
-        if layers[0].thickness < 2 * max(cell):  # too steep for that rule nearby
+        x, y = (np.arange(n + len(MEAN) // 2) * side for n, side in zip(shape, cell, strict=True))
+        difference = point_difference(math.hypot(x[-1], y[-1]), layers, base)
+        smooth = np.empty((len(x), len(y)))
+
+        def fill(strip: slice) -> None:
+            smooth[strip] = difference(np.sqrt(x[strip, None] ** 2 + y**2))
+
+        each(fill, strips(*smooth.shape))
+        for axis in (0, 1):
+            smooth = scipy.ndimage.correlate1d(smooth, MEAN, axis, mode="mirror")
+        smooth = smooth[: shape[0], : shape[1]]
+        if layers[0].thickness < STEEP * max(cell):  # too steep for that rule nearby
             near = (min(NEAR, shape[0]), min(NEAR, shape[1]))
             smooth[: near[0], : near[1]] = _near_means(difference, near, cell, layers[0].thickness)
         total += cell[0] * cell[1] * smooth
@@ -441,10 +445,11 @@ def _added_by_top(reach: float, layers: Sequence[Layer], base: Material | None) 
     last = (values[-1] + less / (2 * math.pi * far)) * far**3
 
     def at(r: Array) -> Array:
-        inside = np.minimum(r, far)
-        tail = np.maximum(r, far)
-        beyond = last / tail**3 - less / (2 * math.pi * tail)
-        return np.where(r <= far, spline(np.arcsinh(inside / h)), beyond)
+        out, near = np.empty(r.shape), r <= far
+        out[near] = spline(np.arcsinh(r[near] / h))
+        inverse = 1 / r[~near]
+        out[~near] = inverse * (last * inverse * inverse - less / (2 * math.pi))
+        return out
 
     return at
 
