@@ -200,7 +200,7 @@ def _meshed(kind: str, name: str, table: Table, declared: Declared) -> ElasticBo
     if mesh is None:
         return None
     for boundary in contact:
-        check_name(table, "contact", boundary, mesh.boundaries, "boundary")
+        check_name(table, "contact", boundary, {**mesh.boundaries, **mesh.node_sets}, "boundary")
     for boundary in supports:
         check_name(held, boundary, boundary, {**mesh.boundaries, **mesh.node_sets}, "boundary")
     if material is None or table.faulty:

@@ -7,6 +7,7 @@ import pytest
 from refusals import refused
 
 import fecontact as fc
+from tests.deck_text import listed
 
 # forces and displacements are of order one; what remains is rounding of small systems
 ROUNDING = 1e-9
@@ -89,6 +90,36 @@ def test_a_node_of_a_section():
     away = fc.RigidBody(fc.Plane()).placed((0, 0, 3.0), fc.rotation_about((1, 0, 0), np.pi))
     moved = fc.Scene([held, away], [fc.Contact(held, away)]).solve(displacements={(held, "tip"): [0, 0, -0.01]})
     assert abs(result.contacts[0].force[2] - moved.reaction(held, "tip")[2]) < ROUNDING
+
+
+def test_a_scene_file_names_a_set_of_nodes(tmp_path):
+    """Two nodes of a mesh of a file, beside the same in Python."""
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
+    (tmp_path / "up.inp").write_text(listed("UP", mesh, 1) + "*NSET, NSET=TIPS\n1,\n2,\n")
+    text = """
+    [materials.steel]
+    E = 100.0
+    nu = 0.3
+    [bodies.up]
+    mesh = "up.inp"
+    material = "steel"
+    contact = "TIPS"
+    supports = {UP_top = "xyz"}
+    [bodies.floor]
+    type = "rigid"
+    shape = {kind = "plane"}
+    [[contacts]]
+    slave = "up"
+    master = "floor"
+    [loads]
+    motions.up = {z = -0.01}
+    """
+    (tmp_path / "scene.toml").write_text(text)
+    found = fc.read_scene(tmp_path / "scene.toml").solve().contacts[0]
+    body = fc.ElasticBody(_with(mesh, {"tips": np.array([0, 1])}), STEEL, "tips", {"top": "xyz"})
+    floor = fc.RigidBody(fc.Plane())
+    (alone,) = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}}).contacts
+    assert np.abs(found.forces - alone.forces).max() < ROUNDING
 
 
 def test_what_nodes_alone_are_not_for():
