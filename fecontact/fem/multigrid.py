@@ -37,6 +37,9 @@ from fecontact.solvers.registry import attempt
 LOOSE = 1e-3
 #: Relative residual of the product that scales the half-space.
 PROBE = 0.1
+#: Share of the active points that may be others than those of a cycle: each takes about a step, a new cycle those of
+#: fifty.
+CHANGED = 0.05
 #: Largest number of active sets.
 MAX_SETS = 60
 #: Boussinesq's displacement under the middle of a uniformly loaded square: 4 ln(1 + sqrt(2)) over its side.
@@ -264,6 +267,7 @@ class Assembly:
         self.C = sp.hstack([_placed(n, index, compliance.C) for index, compliance in shares], format="csr")
         self.softness = np.concatenate(softness)
         self._u = np.zeros(self.ends[-1])
+        self._cycle: tuple[IntArray, Callable[[Array], Array]] | None = None
 
     def parts(self, u: Array) -> list[Array]:
         """Displacements of each body."""
@@ -282,8 +286,10 @@ class Assembly:
     def held(self, active: IntArray, problem: ContactProblem, Q: Array) -> OnRows:
         """Conjugate gradients on active rows."""
         rows = SparseRows(self.C[active], self.softness)
-        B = problem.B[:, active]
-        held = Held(self.K, self.cycle(rows), rows, problem.g[active], B, problem.F, Q)
+        B, known = problem.B[:, active], self._cycle
+        if known is None or len(np.setxor1d(active, known[0])) > CHANGED * len(active):
+            known = self._cycle = active, self.cycle(rows)
+        held = Held(self.K, known[1], rows, problem.g[active], B, problem.F, Q)
 
         def on_rows(q: Array, rtol: float) -> tuple[Array, Array, Array]:
             self._u, forces, q = constrained_cg(held, self._u, q, rtol, self.count)
