@@ -151,6 +151,10 @@ def _through_the_contact(result: ContactResult) -> str | None:
     low, high = float(ends.min()), float(ends.max())
     if not low + EDGE * (high - low) < middle < high - EDGE * (high - low):
         return None  # the contact is at the side already, as on a plane of symmetry
+    centres = [b.pose.to_world(b.mesh.points)[b.mesh.cells[:, :8]].mean(axis=1)[:, k] for b in result._meshed_bodies]
+    beyond = np.concatenate(centres) - middle
+    if not (beyond < 0 if sign == "<" else beyond > 0).any():
+        return None  # bodies of one cell
     return f"{'xyz'[k]}{sign}{middle:.4g}"
 
 

@@ -126,7 +126,7 @@ EQUAL = 1e-9
 #: Note on a contact whose slave faces each lie within one of the master's.
 NESTED = "faces match or nest, nodal forces"
 #: Note on a contact of a set of nodes.
-ALONE = "a force on each node, over its share of the faces round it"
+ALONE = "nodes alone, each with its share of all faces round it"
 #: Ratio of face sizes above which one side counts as coarser; ten cells beside eleven are not.
 COARSER = 1.1 + EQUAL
 #: Ratio of a half-space's cells to an elastic body's faces below which the cells may be the slave: their pressure

@@ -31,7 +31,7 @@ def test_a_node_pressed_by_a_plane_bears_what_a_support_there_does(element):
     body = fc.ElasticBody(mesh, STEEL, contact="tip", supports={"bottom": "xyz"})
     floor = fc.RigidBody(fc.Plane()).placed((0, 0, 1.0), fc.rotation_about((1, 0, 0), np.pi))
     (contact,) = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={floor: {"z": -0.01}}).contacts
-    assert contact.note == "a force on each node, over its share of the faces round it"
+    assert contact.note == "nodes alone, each with its share of all faces round it"
     assert contact.active.tolist() == [True]
     assert str(contact.error_estimate) == "pressure: forces on single nodes, no field to estimate"
     # faces in contact would get nodes in their middles

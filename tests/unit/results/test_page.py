@@ -220,3 +220,11 @@ def test_a_report_opens_bodies_where_they_touch(tmp_path):
     page = pressed.report(tmp_path / "page.html").read_text()
     y = float(re.search(r"<h2>Stress, y&gt;([0-9.]+)</h2>", page)[1])
     assert abs(y - pressed.contacts[0].centre_of_pressure[1]) < 1e-3
+
+
+def test_a_report_of_bodies_of_one_cell_has_no_cut(tmp_path):
+    mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1), element="hex8")
+    body = fc.ElasticBody(mesh, fc.Material(E=1.0, nu=0.3), contact="bottom", supports={"top": "xyz"})
+    floor = fc.RigidBody(fc.Plane())
+    result = fc.Scene([body, floor], [fc.Contact(body, floor)]).solve(motions={body: {"z": -0.01}})
+    assert "Stress, " not in result.report(tmp_path / "page.html").read_text()
