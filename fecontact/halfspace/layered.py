@@ -51,8 +51,9 @@ FELT = 100.0
 #: Panels by which the first one is halved: stiff layers change what is below them at waves much longer than they are.
 LONG_WAVES = 10
 
-#: Mean over a cell of a smooth function by its values in the middles of five, exact for polynomials of degree 5; and the
-#: thickness of the top layer, in cells, below which what layers add is integrated by finer rules, at offsets below `NEAR`.
+#: Mean over a cell of a smooth function by its values in the middles of five, exact for polynomials of degree 5; and
+#: the thickness of the top layer, in cells, below which what layers add is integrated by finer rules, at offsets below
+#: `NEAR`.
 MEAN, STEEP, NEAR = np.array([-17, 308, 5178, 308, -17]) / 5760, 3.0, 6
 
 #: Thickness of the top layer, in cells, from which the stress inside is integrated to a few hundredths of a pressure's
