@@ -27,80 +27,42 @@ Run: python examples/jam_knee.py FOLDER             (needs h5py, matplotlib and 
 import argparse
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 import fecontact as fc
 
-CARTILAGE = fc.Material(E=5.0, nu=0.45)  # MPa; mm and N throughout
-# thickness where the bone is nearer, of the model's <min_thickness>
-LEAST = {"femur": 1.0, "tibia": 2.0}
-COORDINATES = tuple(
-    f"knee_{name}_r" for name in ("flex", "add", "rot", "tx", "ty", "tz")
-)
-CONTACT = "smith2019/forceset/Smith2018ArticularContactForce/tf_contact"
-FORCE = f"{CONTACT}/tibia_cartilage/total_contact_force"
-KNEE = {
-    "surfaces": "cartilage",
-    "material": CARTILAGE,
-    "anatomy": "opensim",
-    "units": ("mm", "N", "MPa"),
-}
-AXES = {"lateral": (0, 0, 1), "anterior": (1, 0, 0)}
+BONES, WHAT = ("femur", "tibia"), ("cartilage", "bone")
+CONTACT = "smith2019/forceset/Smith2018ArticularContactForce/tf_contact/tibia_cartilage"
+KNEE = {"surfaces": "cartilage", "material": fc.Material(E=5.0, nu=0.45)}
+KNEE |= {"names": BONES, "units": ("mm", "N", "MPa"), "anatomy": "opensim"}
+KNEE |= {"axes": {"lateral": (0, 0, 1), "anterior": (1, 0, 0)}}
+KNEE |= {"least": (1.0, 2.0)}  # where the bone is nearer: <min_thickness>
 
 
-def main(
-    folder, every=1, size=2.0, turned=0.0, cartilage="foundation", out="out"
-) -> fc.CaseTable:
-    out, turn = Path(out) / "jam_knee", fc.rotation_about((0, 1, 0), np.radians(turned))
+def main(folder, every=1, size=2.0, turned=0.0, cartilage="foundation", out="out"):
+    folder, out = Path(folder), Path(out) / "jam_knee"
     out.mkdir(parents=True, exist_ok=True)
-    with h5py.File(Path(folder) / "walking.h5") as file:
-        values = [
-            file[f"smith2019/coordinateset/{name}/value"][::every]
-            for name in COORDINATES
-        ]
-        motion = fc.Motion(
-            file["time"][::every],
-            COORDINATES,
-            np.stack(values, axis=1),
-            in_degrees=True,
-        )
-        theirs = np.linalg.norm(file[FORCE][::every], axis=1)
-    model = fc.read_osim(Path(folder) / "smith2019.osim")
-    poses = model.poses("femur_distal_r", "tibia_proximal_r", motion, scale=1000.0)
-    free, thick = {}, []
-    for bone, least in LEAST.items():
-        for what, facets in (("cartilage", size), ("bone", None)):
-            (file,) = Path(folder).glob(f"*-R-{bone}-{what}.stl")
-            free[what] = fc.repair_surface(file, size=facets, scale=1000.0).mapped(
-                lambda x: x @ turn
-            )
-        free[bone] = free["cartilage"]
-        thick.append(
-            fc.thickness_between(free[bone].flipped(), free["bone"].flipped(), least)
-        )
-    given = {
-        "thickness": tuple(thick),
-        "foundation": cartilage == "foundation",
-        "names": tuple(LEAST),
-        "axes": AXES,
-    }
-    joint = fc.Joint(free["femur"], free["tibia"], **KNEE, **given)
-    table = joint.follow(
-        poses, times=motion.times, parameters={"force of JAM": theirs}, keep="pressure"
-    )
+    results = fc.read_motion(folder / "walking.h5")
+    results = results.at(results.times[::every])
+    theirs = np.linalg.norm(results.vector(f"{CONTACT}/total_contact_force"), axis=1)
+    model = fc.read_osim(folder / "smith2019.osim")
+    poses = model.poses("femur_distal_r", "tibia_proximal_r", results, scale=1000.0)
+    turn, found = fc.rotation_about((0, 1, 0), np.radians(turned)), {}
+    for what, bone in ((what, bone) for what in WHAT for bone in BONES):
+        (path,) = folder.glob(f"*-R-{bone}-{what}.stl")
+        facets = size if what == "cartilage" else None
+        surface = fc.repair_surface(path, size=facets, scale=1000.0)
+        found.setdefault(what, []).append(surface.mapped(lambda x: x @ turn))
+    given = {"thickness": tuple(found["bone"]), "foundation": cartilage == "foundation"}
+    joint = fc.Joint(*found["cartilage"], **given, **KNEE)
+    more = {"parameters": {"force of JAM": theirs}, "keep": "pressure"}
+    table = joint.follow(poses, times=results.times, **more)
     ours = table.column("force") / theirs
     print(table, f"Force over JAM's: {ours.min():.3f} to {ours.max():.3f}", sep="\n")
     table.save(out / f"{cartilage}.csv")
-    table.plot(
-        "force",
-        "force of JAM",
-        "max_pressure",
-        over="time",
-        path=out / f"{cartilage}.png",
-    )
-    shown = np.linspace(0, len(poses) - 1, min(6, len(poses))).astype(int)
-    table.montage(path=out / f"{cartilage}_maps.png", cases=shown.tolist())
+    shown = "force", "force of JAM", "max_pressure"
+    table.plot(*shown, over="time", path=out / f"{cartilage}.png")
+    table.montage(path=out / f"{cartilage}_maps.png", cases=6)
     table.animate(out / f"{cartilage}.gif")
     return table
 
@@ -108,14 +70,7 @@ def main(
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("folder", help="with the files named in this script")
-    parser.add_argument("--every", type=int, default=1, help="take every so many poses")
-    parser.add_argument(
-        "--turned",
-        type=float,
-        default=0.0,
-        help="degrees by which the surfaces are turned about y",
-    )
-    parser.add_argument(
-        "--cartilage", choices=["foundation", "solid"], default="foundation"
-    )
+    given = {"--every": 1, "--turned": 0.0, "--cartilage": "foundation"}
+    for name, default in given.items():
+        parser.add_argument(name, type=type(default), default=default)
     main(**vars(parser.parse_args()))

@@ -431,7 +431,7 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
         path: str | Path | None = None,
         *,
         contact: int = 0,
-        cases: Sequence[int | str] | None = None,
+        cases: Sequence[int | str] | int | None = None,
         units: UnitNames = (),
     ) -> Figure:
         """Draw the maps of a contact in all cases, with one scale; a matplotlib figure.
@@ -444,8 +444,8 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
             File to write; the suffix decides the format.
         contact : int
             Number of the contact in the scene.
-        cases : sequence of int or str, optional
-            Numbers or names of the cases; all unless given.
+        cases : sequence of int or str, or int, optional
+            Numbers or names of the cases, or how many of them, from the first to the last; all unless given.
         units : (length, force) or (length, force, stress), optional
             Names for labels; those of the scene unless given.
 
@@ -456,6 +456,9 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
         """
         from fecontact.results.pictures.case_pictures import plot_montage
 
+        if cases is not None and np.ndim(cases) == 0:
+            count = min(whole("the number of cases", cases), len(self.rows))
+            cases = np.linspace(0, len(self.rows) - 1, count).round().astype(int).tolist()
         maps, names = self.fields(what, contact, cases), [self.names[k] for k in self._numbers(cases)]
         if len(maps) > MAX_MAPS:
             raise InputError(f"{len(maps)} maps do not fit into a picture: choose at most {MAX_MAPS} by cases=.")

@@ -210,7 +210,7 @@ def test_jam_knee(tmp_path):
         + f"</coordinates><SpatialTransform>{''.join(parts)}</SpatialTransform>"
         + "</CustomJoint></objects></JointSet></Model>"
     )
-    modulus = example.CARTILAGE.E * 0.55 / (1.45 * 0.1)
+    modulus = example.KNEE["material"].E * 0.55 / (1.45 * 0.1)
     exact = np.pi * modulus * radius * depth**2 / sum(thick)
     with h5py.File(tmp_path / "walking.h5", "w") as file:
         file["time"] = [0.0, 1.0]

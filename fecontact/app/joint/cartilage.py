@@ -42,6 +42,7 @@ def cartilage_body(
     *,
     free: bool = False,
     foundation: bool = False,
+    least: float | None = None,
 ) -> ElasticBody | ElasticLayer:
     """Layer of cartilage tied to a bone, which is the body's frame.
 
@@ -59,11 +60,17 @@ def cartilage_body(
         Whether the surface is the free one, from which the layer grows inwards.
     foundation : bool
         Whether the layer is an elastic foundation, whose points give by their own pressure only.
+    least : float, optional
+        As for `thickness_between`.
     """
     inwards = surface.flipped() if free else surface
     if getattr(thickness, "facets", None) is not None:
         other = cast(SurfaceMesh, thickness)
-        thickness = thickness_between(inwards, other.flipped() if free else other)
+        thickness = thickness_between(inwards, other.flipped() if free else other, least)
+    elif least is not None:
+        raise InputError(
+            "A least thickness is of a layer between two surfaces: give one as the thickness.", code="least"
+        )
     if foundation:
         t = number_array("the thickness", thickness(surface.points) if callable(thickness) else thickness)
         top = surface if free else surface.mapped(lambda x: x + np.reshape(t, (-1, 1)) * surface.normals)

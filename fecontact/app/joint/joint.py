@@ -69,6 +69,8 @@ class Joint:
         Whether layers are elastic foundations instead of solids: each point gives by its own pressure only, with the
         modulus of a layer that cannot strain across, as in OpenSim-JAM (Smith et al., J. Biomech. 73 (2018), 108;
         `ElasticLayer`). Stiffer than a solid layer unless the contact is many times as wide as the layer is thick.
+    least : float or a pair of them, optional
+        Thickness where surfaces given as `thickness` are nearer, or one of both is missing, see `thickness_between`.
     springs : sequence of Ligament
         Between both bones, see `read_ligaments` and `OpenSimModel.ligaments`.
     friction : float
@@ -115,6 +117,7 @@ class Joint:
     friction: float = 0.0
     anatomy: tuple[Pose, Pose] | str | None = None
     side: str = "right"
+    least: float | tuple[float | None, float | None] | None = None
 
     def __post_init__(self) -> None:
         for kind in _both(self.surfaces):
@@ -142,7 +145,7 @@ class Joint:
     @cached_property
     def bodies(self) -> tuple[ElasticBody | ElasticLayer, ElasticBody | ElasticLayer]:
         """The moving and the fixed layer."""
-        thick, soft, kinds = _both(self.thickness), _both(self.material), _both(self.surfaces)
+        thick, soft, kinds, least = (_both(v) for v in (self.thickness, self.material, self.surfaces, self.least))
         with progress_line("cartilage", None):
             moving, fixed = (
                 cartilage_body(
@@ -153,6 +156,7 @@ class Joint:
                     self.names[k],
                     free=kinds[k] == "cartilage",
                     foundation=self.foundation,
+                    least=least[k],
                 )
                 for k, surface in enumerate((self.moving, self.fixed))
             )

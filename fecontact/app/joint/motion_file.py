@@ -1,16 +1,20 @@
-"""Motion files of OpenSim (.mot, .sto): a head up to ``endheader``, names of columns, rows of numbers."""
+"""Motion files of OpenSim (.mot, .sto): a head up to ``endheader``, names of columns, rows of numbers.
+
+Files of results of OpenSim-JAM (.h5) have a data set for each figure over the time.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from fecontact.common.arguments import file_path, text
 from fecontact.common.arrays import Array
 from fecontact.common.checks import number_array
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, optional
 
 #: Names of the counts in the head, with and without an equals sign.
 _COUNTS = {"nrows": "rows", "datarows": "rows", "ncolumns": "columns", "datacolumns": "columns"}
@@ -52,6 +56,16 @@ class Motion:
         values = self.values[:, self.names.index(bare)]
         return -values if name.startswith("-") else values
 
+    def vector(self, name: str) -> Array:
+        """Values (n, 3) of the columns name.x, name.y and name.z.
+
+        Raises
+        ------
+        InputError
+            If one is missing.
+        """
+        return np.stack([self.column(f"{name}.{axis}") for axis in "xyz"], axis=1)
+
     def angle(self, name: str) -> Array:
         """Values (n,) of a column of angles in degrees, see `column`."""
         return self.column(name) if self.in_degrees else np.degrees(self.column(name))
@@ -77,17 +91,20 @@ class Motion:
 
 
 def read_motion(path: str | Path) -> Motion:
-    r"""Read a motion file of OpenSim.
+    r"""Read a motion file of OpenSim, or a file of results of OpenSim-JAM.
 
     Parameters
     ----------
     path : str or Path
-        A ``.mot`` or ``.sto`` file; its first column is ``time``.
+        A ``.mot`` or ``.sto`` file; its first column is ``time``. Or an ``.h5`` file of JAM, whose coordinates are in
+        degrees: a column for each row of numbers over time, by its path in the file, three for each of vectors.
 
     Raises
     ------
     InputError
         If the file cannot be read, or is no such file; the message names the line.
+    MissingPackageError
+        For an ``.h5`` file, if h5py is not installed.
 
     Examples
     --------
@@ -100,6 +117,8 @@ def read_motion(path: str | Path) -> Motion:
     array([8.5])
     """
     path = file_path("the file of a motion", path)
+    if path.suffix.lower() == ".h5":
+        return _of_jam(path)
     try:
         if path.is_file() and path.stat().st_size > LARGEST:
             raise InputError(f"{path} has more than {LARGEST // 10**6} MB: cut the motion to what is needed.")
@@ -126,6 +145,35 @@ def read_motion(path: str | Path) -> Motion:
     if len(late):
         raise InputError(f"{path}, line {body[late[0] + 2][0]}: the time {table[late[0] + 1, 0]:g} does not increase.")
     return Motion(table[:, 0], tuple(names[1:]), table[:, 1:], in_degrees)
+
+
+def _of_jam(path: Path) -> Motion:
+    """The motion of a file of results of OpenSim-JAM."""
+    h5py = optional("h5py", "A file of results of OpenSim-JAM", "'fecontact[xdmf]'")
+    found: dict[str, Array] = {}
+
+    def add(name: str, item: Any) -> None:
+        if getattr(item, "ndim", 0) in (1, 2):  # a group has none
+            found[name] = np.asarray(item)
+
+    try:
+        with h5py.File(path) as file:
+            file.visititems(add)
+    except OSError as error:
+        raise InputError(f"The results {path} cannot be read: {error}.", code="unreadable") from error
+    times = found.pop("time", np.zeros(0))
+    if times.ndim != 1 or not len(times) or not (np.diff(times) > 0).all():
+        raise InputError(
+            f"{path} is no file of results of OpenSim-JAM: it has no increasing 'time'.", code="no-results"
+        )
+    columns: dict[str, Array] = {}
+    for name, values in found.items():
+        if values.dtype.kind == "f" and len(values) == len(times) and np.isfinite(values).all():
+            if values.ndim == 1:
+                columns[name] = values
+            elif values.shape[1] == 3:
+                columns |= {f"{name}.{axis}": part for axis, part in zip("xyz", values.T, strict=True)}
+    return Motion(times.astype(float), tuple(columns), np.stack([*columns.values()], axis=1).astype(float), True)
 
 
 def _head(path: Path, lines: list[str]) -> tuple[dict[str, int], bool]:

@@ -150,6 +150,31 @@ def test_a_motion_file_without_rows_or_without_file_is_refused(tmp_path):
             fc.read_motion(path)
 
 
+def test_results_of_jam_are_columns_by_their_paths(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "walking.h5"
+    with h5py.File(path, "w") as file:
+        file["time"] = [0.0, 0.5, 1.0]
+        file["knee/coordinateset/flex_r/value"] = [0.0, 10.0, 30.0]
+        file["knee/forceset/contact/force"] = np.arange(9.0).reshape(3, 3)
+        file["knee/forceset/contact/triangles"] = np.zeros((3, 20))
+        file["knee/names"] = [b"a", b"b", b"c"]
+    motion = fc.read_motion(path)
+    assert motion.in_degrees
+    assert motion.at([0.25]).column("knee/coordinateset/flex_r/value").tolist() == [5.0]
+    assert motion.vector("knee/forceset/contact/force").tolist() == np.arange(9.0).reshape(3, 3).tolist()
+    assert len(motion.names) == 4
+    with pytest.raises(InputError, match="no column"):
+        motion.vector("knee/forceset/contact/moment")
+    with h5py.File(path, "a") as file:
+        del file["time"]
+    with refused(InputError, "no-results"):
+        fc.read_motion(path)
+    path.write_text("no file of this kind")
+    with refused(InputError, "unreadable"):
+        fc.read_motion(path)
+
+
 def dome(radius, n=4, centre=0.0):
     """Part of a sphere, facing up."""
     x, y = np.meshgrid(*[np.linspace(-1.0, 1.0, n + 1)] * 2, indexing="ij")
@@ -319,6 +344,15 @@ def test_a_thickness_may_have_a_least_value_where_the_bone_is_missing():
     inside = bone.points[:, 0] >= -1.0
     assert np.abs(found - np.maximum(lean, 0.48))[inside].max() < 1e-9
     assert np.all(found[~inside] == 0.48)
+
+
+def test_a_joint_takes_a_least_thickness_for_surfaces_of_bones_only():
+    soft, free = fc.Material(E=10.0, nu=0.0), flat(0.5)
+    given = {"material": soft, "surfaces": "cartilage"}
+    joint = fc.Joint(free.flipped(), free, thickness=(2.0, flat(0.2)), least=(None, 0.4), **given)
+    assert abs(float(np.ptp(joint.bodies[1].mesh.points[:, 2])) - 0.4) < 1e-12
+    with refused(InputError, "least"):
+        _ = fc.Joint(free.flipped(), free, thickness=2.0, least=0.4, **given).bodies
 
 
 def closed_dome():
