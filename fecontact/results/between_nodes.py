@@ -9,8 +9,10 @@ What the nodes do not see of a rigid shape is the gap less its interpolation fro
 
     sum_a N_a (g_a + n_a . (x - x_a) / 2),
 
-exact for a quadratic shape. To a deviation w with a period of a face's width L belongs, by Westergaard's solution of a
-wavy half-plane (Johnson 1985, section 13.2), a pressure of pi E* w / L, in the root mean square too.
+exact for a quadratic shape. Where a contact fills less than a face, whose readings tell nothing of such a shape either,
+it is the gap less the interpolation of its values. To a deviation w with a period of a face's width L belongs, by
+Westergaard's solution of a wavy half-plane (Johnson 1985, section 13.2), a pressure of pi E* w / L, in the root mean
+square too.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask, cross
 from fecontact.contact.coupling.nodal import STEEPEST
 from fecontact.contact.search_region import with_rings
 from fecontact.mesh.facets import facet_centres
+from fecontact.results.error_estimate import fills_a_face
 from fecontact.results.facet_samples import facet_samples
 from fecontact.surfaces.between_nodes import overlap_outline, samples_of, smallest_gaps, star_area
 from fecontact.surfaces.facet_surface import FacetSurface, has_cells, own_facets, with_nodes
@@ -207,7 +210,9 @@ class GapsBetweenNodes:
         which, local = samples_of(np.arange(len(facets)), self.surface.triangle[facets])
         gap, _, hidden, x, shapes = self._on(facets[which], local)
         columns = place.reshape(len(facets), -1)[which]
-        interpolated = g_a[columns] + np.einsum("nai,nai->na", n_a[columns], x[:, None] - x_a[columns]) / 2
+        interpolated, readings = g_a[columns], self.contact._readings
+        if readings is not None and not fills_a_face(self.contact, readings):
+            interpolated = interpolated + np.einsum("nai,nai->na", n_a[columns], x[:, None] - x_a[columns]) / 2
         short = np.where(hidden | beyond[columns].any(axis=1), 0.0, gap - np.einsum("na,na->n", shapes, interpolated))
         # nodes are half as far apart on faces with nodes amid their sides
         spacing = self.surface.mean_facet_size[facets] / (1 if self.surface.facets.shape[1] == 4 else 2)

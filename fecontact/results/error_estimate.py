@@ -66,8 +66,8 @@ AT_RIM = 2.0
 RIM_SAMPLES = 12
 #: Faces across a contact down to whose width elements below it are looked at.
 NARROWEST = 2.0
-#: Faces across a contact that fills them, below which the faces tell nothing of its profile.
-FILLED = 1.0
+#: Faces across a contact that fills them, below which these tell nothing of its profile: a square one is 1.13 across.
+FILLED = 1.2
 #: Share of a contact's force above which a region counts.
 MIN_REGION = 0.05
 
@@ -288,7 +288,7 @@ def error_estimate(contact: ContactFields, readings: PressureReadings | None) ->
     norm = readings.norm
     geometry = min(1.0, float(geometry_error(contact) * np.sqrt(max(area, counted) / norm))) if norm > 0 else 0.0
     edge = contact._singular_edge
-    profile = readings.across < FILLED and bool(contact.active.all())
+    profile = fills_a_face(contact, readings)
     interior = interior_error(contact._energy_errors, profile)
     pressure = float(np.sqrt(readings.error**2 + geometry**2 + interior**2))
     cornered = contact.facets.shape[1] > 3 and triangular(contact.facets).any()
@@ -307,6 +307,11 @@ def error_estimate(contact: ContactFields, readings: PressureReadings | None) ->
     )
     # a contact that fills its faces is as wide as they are
     return found if contact.active.all() else found.within_resolution()
+
+
+def fills_a_face(contact: ContactFields, readings: PressureReadings) -> bool:
+    """Whether a contact is narrower than its faces because these end: its readings tell nothing of its profile."""
+    return readings.across < FILLED and bool(contact.active.all())
 
 
 def interior_error(errors: Sequence[EnergyError], profile: bool = False) -> float:

@@ -290,3 +290,22 @@ def test_a_contact_on_less_than_a_face_errs_as_the_stresses_below_do():
     even = pressed(0.0, 1).error_estimate
     assert even.faces_across < 1
     assert max(even.peak, even.pressure) < 1e-9
+
+
+@pytest.mark.parametrize(("radius", "least"), [(8.0, 1.0), (100.0, 0.06)])
+def test_a_tip_on_a_single_face_is_seen_by_its_sag_between_the_nodes(radius, least):
+    """A ball on four nodes touches a block beside what it presses: the peak is a sixth of the true, or 6 % short."""
+
+    def pressed(n):
+        body = fc.ElasticBody(
+            fc.shapes.block((1.0, 1.0, 1.0), (n, n, n), element="hex8"), fc.Material(1.0, 0.3), "top", {"bottom": "xyz"}
+        )
+        ball = fc.RigidBody(Paraboloid(radius)).placed((0.5, 0.5, 1.0))
+        return fc.Scene([body, ball], [fc.Contact(body, ball)]).solve(motions={ball: {"z": -0.04}}).contacts[0]
+
+    coarse, fine = pressed(1), pressed(4)
+    assert coarse.active.all()
+    true = fine.max_pressure / coarse.max_pressure - 1
+    assert true > least
+    assert coarse.error_estimate.peak > 0.8 * min(true, 1.0)
+    assert coarse.error_estimate.peak < 3 * true
