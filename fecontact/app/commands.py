@@ -173,7 +173,7 @@ def solve(options: argparse.Namespace) -> int:
     if options.report and (scene.cases or scene.steps):
         raise InputError("--report is of one state; this scene has several, of which there is a table.", code="cases")
     if scene.cases:
-        for note in scene.notes:  # a table has none
+        for note in (*scene.notes, *([scene.tightened.note] if scene.tightened else [])):  # a table has none
             say(f"note: {note}", sys.stderr)
         return _sweep(scene, options)
     if options.montage or options.animate:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import chain, groupby
 from pathlib import Path
 from typing import Any
@@ -75,15 +76,19 @@ class SceneFile:
         if given := self.cases or self.steps:
             what = "cases" if self.cases else "steps of a load path"
             raise InputError(f"{self.path.name} has {len(given)} {what}: call {self._verb}() instead of solve().")
-        if self.tensions:
-            found = self._tightened(self.loads, self.options)
+        if (found := self.tightened) is not None:
             notes = (*found.result.scene.notes, found.note)
             return replace(found.result, scene=replace(found.result.scene, notes=notes))
         return self.scene.solve(**self.loads, **self.options)
 
-    def _tightened(self, first: Mapping[str, Any], options: Mapping[str, Any]) -> Tightened:
+    @cached_property
+    def tightened(self) -> Tightened | None:
+        """How far bolts are shortened by their forces in the first case or step; None without any."""
+        if not self.tensions:
+            return None
+        first = [*self.cases, *self.steps, self.loads][0]
         loads = {kind: load for kind, load in first.items() if kind in LOADS}
-        return tightened(self.scene, self.tensions, loads, options)
+        return tightened(self.scene, self.tensions, loads, self.options)
 
     def solve_path(self) -> LoadPath:
         """Solve the steps of a load path, see `Scene.solve_path`.
@@ -98,9 +103,8 @@ class SceneFile:
                 f"{self.path.name} has no steps of a load path: call {self._verb}() instead of solve_path().",
                 code="no-steps",
             )
-        if not self.tensions:
+        if (found := self.tightened) is None:
             return self.scene.solve_path(self.steps, **self.options)
-        found = self._tightened(self.steps[0], self.options)
         scene = replace(self.scene, notes=(*self.scene.notes, found.note))
         return scene.solve_path([found.loads(k, step) for k, step in enumerate(self.steps)], **self.options)
 
@@ -127,9 +131,8 @@ class SceneFile:
     @property
     def _cases(self) -> Sequence[dict[str, Any]]:
         """The cases, with the shortenings of bolts."""
-        if not self.tensions:
+        if (found := self.tightened) is None:
             return self.cases
-        found = self._tightened(self.cases[0], self.options)
         return [found.loads(k, case) for k, case in enumerate(self.cases)]
 
     def last_case(self) -> tuple[str, ContactResult]:
