@@ -129,8 +129,16 @@ class SurfaceCompliance:
 
     def kernel(self, level: int = 0) -> Array:
         """Kernel of the grid coarsened `level` times by two, see `nested.GridLevel.kernel`."""
-        if self.periodic:
-            return self._symbol(level)
+        if level not in self._kernels:
+            self._kernels[level] = self._symbol(level) if self.periodic else self._free(level)
+        return self._kernels[level]
+
+    @cached_property
+    def _kernels(self) -> dict[int, Array]:
+        """Kernels by level that were made so far."""
+        return {}
+
+    def _free(self, level: int) -> Array:
         counts = tuple(-(-n // 2**level) + (level > 0) for n in self.grid.shape)
         shape = (min(counts[0], self.grid.shape[0]), min(counts[1], self.grid.shape[1]))
         cell = (self.grid.cell[0] * 2**level, self.grid.cell[1] * 2**level)

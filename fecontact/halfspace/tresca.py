@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
@@ -300,12 +301,17 @@ class LinearStep:
             found += self.problem.compliance.own * (self.along(d) - self.follow(u))
         return u, found
 
+    @cached_property
+    def _rest(self) -> Array:
+        """What the inverse in wave numbers leaves to that of D."""
+        alone = self.D + np.maximum(self.problem.alone, 0.0)
+        return np.asarray((1 - self.weight**2) / (alone + self.problem.compliance.own))
+
     def precondition(self, v: Array) -> Array:
         """Inverse of the compliance in wave numbers where D is small, of D where it is large."""
         own, w = self.problem.compliance.own, v if self.grade is None else self.project(v)
         inner = self.project(self.problem.compliance.precondition(self.weight * w))
-        alone = self.D + np.maximum(self.problem.alone, 0.0)
-        found = self.weight * inner + (1 - self.weight**2) / (alone + own) * w
+        found = self.weight * inner + self._rest * w
         return found if self.grade is None else found + self.along(v) / own
 
 
