@@ -12,13 +12,14 @@ bulge sideways where the contact is only a few times as wide as they are thick.
 Files, of github.com/opensim-jam-org/jam-resources (version 73306a0) unless another
 place is told, in one folder:
 
-    smith2019.osim                    models/knee_healthy/smith2019
-    walking.h5                        matlab/analysis/test/jam_analysis/data/0
-    *-R-{femur,tibia}-cartilage.stl   models/knee_healthy/lenhart2015/Geometry
-    *-R-{femur,tibia}-bone.stl        the same
+    smith2019.osim                             models/knee_healthy/smith2019
+    walking.h5                                 matlab/analysis/test/jam_analysis/data/0
+    smith2019-R-{femur,tibia}-cartilage.stl    models/knee_healthy/smith2019/Geometry
+    smith2019-R-{femur,tibia}-bone.stl         the same
 
-Bones as binary files, turned by 1.5 degrees about y, for which --turned 1.5 is given,
-are in lenhart2015/Geometry of github.com/mbblomquist/opensim-jam-tutorial.
+The same surfaces as binary files, turned by 1.5 degrees about y, for which --turned 1.5
+is given, are lenhart2015/Geometry/lenhart2015-R-*.stl of
+github.com/mbblomquist/opensim-jam-tutorial; name them as above.
 
 Run: python examples/jam_knee.py FOLDER             (needs h5py, matplotlib and gmsh)
      python examples/jam_knee.py FOLDER --turned 1.5 --cartilage solid --every 10
@@ -31,12 +32,10 @@ import numpy as np
 
 import fecontact as fc
 
-BONES, WHAT = ("femur", "tibia"), ("cartilage", "bone")
 CONTACT = "smith2019/forceset/Smith2018ArticularContactForce/tf_contact/tibia_cartilage"
-KNEE = {"surfaces": "cartilage", "material": fc.Material(E=5.0, nu=0.45)}
-KNEE |= {"names": BONES, "units": ("mm", "N", "MPa"), "anatomy": "opensim"}
-KNEE |= {"axes": {"lateral": (0, 0, 1), "anterior": (1, 0, 0)}}
-KNEE |= {"least": (1.0, 2.0)}  # where the bone is nearer: <min_thickness>
+KNEE = {"scale": 1000.0, "units": ("mm", "N", "MPa")}
+AXES = {"lateral": (0, 0, 1), "anterior": (1, 0, 0)}
+BONES = "femur_cartilage", "tibia_cartilage"
 
 
 def main(folder, every=1, size=2.0, turned=0.0, cartilage="foundation", out="out"):
@@ -47,21 +46,15 @@ def main(folder, every=1, size=2.0, turned=0.0, cartilage="foundation", out="out
     theirs = np.linalg.norm(results.vector(f"{CONTACT}/total_contact_force"), axis=1)
     model = fc.read_osim(folder / "smith2019.osim")
     poses = model.poses("femur_distal_r", "tibia_proximal_r", results, scale=1000.0)
-    turn, found = fc.rotation_about((0, 1, 0), np.radians(turned)), {}
-    for what, bone in ((what, bone) for what in WHAT for bone in BONES):
-        (path,) = folder.glob(f"*-R-{bone}-{what}.stl")
-        facets = size if what == "cartilage" else None
-        surface = fc.repair_surface(path, size=facets, scale=1000.0)
-        found.setdefault(what, []).append(surface.mapped(lambda x: x @ turn))
-    given = {"thickness": tuple(found["bone"]), "foundation": cartilage == "foundation"}
-    joint = fc.Joint(*found["cartilage"], **given, **KNEE)
+    turn = fc.rotation_about((0, 1, 0), np.radians(-turned))
+    given = {"size": size, "turned": turn, "foundation": cartilage == "foundation"}
+    joint = model.joint(*BONES, folder, axes=AXES, **given, **KNEE)
     more = {"parameters": {"force of JAM": theirs}, "keep": "pressure"}
     table = joint.follow(poses, times=results.times, **more)
     ours = table.column("force") / theirs
     print(table, f"Force over JAM's: {ours.min():.3f} to {ours.max():.3f}", sep="\n")
     table.save(out / f"{cartilage}.csv")
-    shown = "force", "force of JAM", "max_pressure"
-    table.plot(*shown, over="time", path=out / f"{cartilage}.png")
+    table.plot("force", "force of JAM", over="time", path=out / f"{cartilage}.png")
     table.montage(path=out / f"{cartilage}_maps.png", cases=6)
     table.animate(out / f"{cartilage}.gif")
     return table
@@ -70,7 +63,7 @@ def main(folder, every=1, size=2.0, turned=0.0, cartilage="foundation", out="out
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("folder", help="with the files named in this script")
-    given = {"--every": 1, "--turned": 0.0, "--cartilage": "foundation"}
-    for name, default in given.items():
+    options = {"--every": 1, "--turned": 0.0, "--cartilage": "foundation"}
+    for name, default in options.items():
         parser.add_argument(name, type=type(default), default=default)
     main(**vars(parser.parse_args()))

@@ -191,7 +191,7 @@ def test_jam_knee(tmp_path):
     }.items():
         points = np.stack([x, y, z], axis=-1).reshape(-1, 3) / 1000.0
         down = name.startswith("femur")  # x, z, y is left-handed: rows as above face downwards
-        meshio.Mesh(points, [("triangle", cells if down else cells[:, ::-1])]).write(tmp_path / f"my-R-{name}.stl")
+        meshio.Mesh(points, [("triangle", cells if down else cells[:, ::-1])]).write(tmp_path / f"{name}.stl")
     names = ("flex", "add", "rot", "tx", "ty", "tz")
     turns = zip([f"{what}{k}" for what in ("rotation", "translation") for k in (1, 2, 3)], names, strict=True)
     axes = ("0 0 1", "1 0 0", "0 1 0", "1 0 0", "0 1 0", "0 0 1")
@@ -200,6 +200,12 @@ def test_jam_knee(tmp_path):
         f"<TransformAxis name='{what}'><coordinates>knee_{name}_r</coordinates><axis>{axis}</axis>{line}"
         for (what, name), axis in zip(turns, axes, strict=True)
     ]
+    mesh = (
+        "<Smith2018ContactMesh name='{0}_cartilage'><mesh_file>{0}-cartilage.stl</mesh_file>"
+        "<mesh_back_file>{0}-bone.stl</mesh_back_file><use_variable_thickness>true</use_variable_thickness>"
+        "<thickness>0.003</thickness><min_thickness>{1}</min_thickness><elastic_modulus>5e6</elastic_modulus>"
+        "<poissons_ratio>0.45</poissons_ratio></Smith2018ContactMesh>"
+    )
     ends = "<socket_{0}_frame>/bodyset/{1}</socket_{0}_frame>"
     joined = ("parent", "femur_distal_r"), ("child", "tibia_proximal_r")
     (tmp_path / "smith2019.osim").write_text(
@@ -208,9 +214,11 @@ def test_jam_knee(tmp_path):
         + "<coordinates>"
         + "".join(f"<Coordinate name='knee_{name}_r'/>" for name in names)
         + f"</coordinates><SpatialTransform>{''.join(parts)}</SpatialTransform>"
-        + "</CustomJoint></objects></JointSet></Model>"
+        + "</CustomJoint></objects></JointSet>"
+        + "".join(mesh.format(*each) for each in (("femur", 0.001), ("tibia", 0.002)))
+        + "</Model>"
     )
-    modulus = example.KNEE["material"].E * 0.55 / (1.45 * 0.1)
+    modulus = 5.0 * 0.55 / (1.45 * 0.1)
     exact = np.pi * modulus * radius * depth**2 / sum(thick)
     with h5py.File(tmp_path / "walking.h5", "w") as file:
         file["time"] = [0.0, 1.0]

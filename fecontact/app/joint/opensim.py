@@ -15,8 +15,10 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from fecontact.app.joint.joint import Joint
 from fecontact.app.joint.ligament import TOE, Ligament
 from fecontact.app.joint.motion_file import Motion
 from fecontact.app.joint.opensim_functions import Function, Line, function_of
@@ -25,7 +27,10 @@ from fecontact.common.arguments import file_path, instance
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
+from fecontact.common.material import Material
 from fecontact.contact.strands import WrapCylinder
+from fecontact.mesh.surface_mesh import SurfaceMesh
+from fecontact.surfaces.repair import repair_surface
 
 Element = ElementTree.Element
 
@@ -86,6 +91,22 @@ class LigamentPath:
     toe: float
 
 
+@dataclass(frozen=True)
+class CartilageMesh:
+    """A contact mesh of OpenSim-JAM (Smith2018ContactMesh): its body, files, thickness, and elastic constants.
+
+    `back` is the file of the bone under it, empty where the thickness is the same everywhere.
+    """
+
+    body: str
+    file: str
+    back: str
+    thickness: float
+    least: float
+    E: float
+    nu: float
+
+
 @dataclass(frozen=True, eq=False)
 class OpenSimModel:
     """Bodies of a model of OpenSim, tied by joints.
@@ -99,12 +120,15 @@ class OpenSimModel:
         Ligaments by name.
     cylinders : mapping of str to (str, WrapCylinder)
         Wrapping cylinders by name, with the bodies that carry them.
+    meshes : mapping of str to CartilageMesh
+        Contact meshes of OpenSim-JAM by name.
     """
 
     coordinates: Mapping[str, Coordinate]
     joints: Mapping[str, ModelJoint]
     paths: Mapping[str, LigamentPath] = field(repr=False)
     cylinders: Mapping[str, tuple[str, WrapCylinder]] = field(default_factory=dict, repr=False)
+    meshes: Mapping[str, CartilageMesh] = field(default_factory=dict, repr=False)
 
     def poses(self, moving: str, fixed: str, motion: Motion | None, *, scale: float) -> list[Pose]:
         """Poses of a body in the axes of another, such as of the femur in those of the tibia.
@@ -138,6 +162,63 @@ class OpenSimModel:
         turned = np.swapaxes(Q, 1, 2)
         shift = np.einsum("nij,nj->ni", turned, p - q)
         return [Pose(turn, scale * move) for turn, move in zip(turned @ R, shift, strict=True)]
+
+    def joint(
+        self,
+        moving: str,
+        fixed: str,
+        folder: str | Path,
+        *,
+        scale: float,
+        size: float | None = None,
+        turned: ArrayLike | None = None,
+        foundation: bool = True,
+        **options: Any,
+    ) -> Joint:
+        """Joint of two contact meshes of OpenSim-JAM, with their thickness, modulus and Poisson's ratio.
+
+        The largest thickness of a mesh is not read: where there is more, it is taken as it is.
+
+        Parameters
+        ----------
+        moving, fixed : str
+            Names of the meshes, such as "femur_cartilage", which are the names of the bodies too.
+        folder : str or Path
+            With the files that the meshes name.
+        scale : float
+            Lengths per metre; the moduli, pascals in the file, are in newtons per square of this length.
+        size : float, optional
+            Edge length of the facets of free surfaces; as in the files unless given.
+        turned : (3, 3) array, optional
+            Rotation from the axes of the files to those of the bodies.
+        foundation : bool
+            As JAM has it, see `Joint`.
+        **options
+            Others of `Joint`, such as ``units`` and ``axes``.
+
+        Raises
+        ------
+        InputError
+            If there is no such mesh, or a file cannot be read.
+        """
+        positive("the scale of a model", scale)
+        for name in (moving, fixed):
+            among("contact mesh of the model", name, self.meshes)
+        found = [self.meshes[name] for name in (moving, fixed)]
+        pose = Pose() if turned is None else Pose(turned)
+
+        def surface(file: str, size: float | None = None) -> SurfaceMesh:
+            read = repair_surface(Path(folder) / file, size=size, scale=scale)
+            return read.mapped(pose.to_world)
+
+        thick = [surface(m.back) if m.back else scale * m.thickness for m in found]
+        given = {
+            "thickness": tuple(thick),
+            "least": tuple(scale * m.least if m.back else None for m in found),
+            "material": tuple(Material(E=m.E / scale**2, nu=m.nu) for m in found),
+            "surfaces": "cartilage", "foundation": foundation, "names": (moving, fixed), "anatomy": "opensim",
+        }  # fmt: skip
+        return Joint(*(surface(m.file, size) for m in found), **{**given, **options})
 
     def ligaments(self, moving: str, fixed: str, *, scale: float, straight: bool | None = None) -> list[Ligament]:
         """Ligaments between two bodies, for `Joint(springs=...)`.
@@ -306,7 +387,8 @@ def read_osim(path: str | Path) -> OpenSimModel:
         if (made := _cylinder(wrap)) is not None
     }
     paths = {x.get("name", ""): _path(x) for x in root.iter("Blankevoort1991Ligament")}
-    return OpenSimModel(coordinates, joints, paths, cylinders)
+    meshes = {x.get("name", ""): _mesh(x) for x in root.iter("Smith2018ContactMesh")}
+    return OpenSimModel(coordinates, joints, paths, cylinders, meshes)
 
 
 def _bare(column: str) -> str:
@@ -411,3 +493,23 @@ def _cylinder(wrap: Element) -> WrapCylinder | None:
     frame = _frame(wrap.findtext("translation"), wrap.findtext("xyz_body_rotation"))
     radius, length = (float(wrap.findtext(tag) or "nan") for tag in ("radius", "length"))
     return WrapCylinder(frame.translation, frame.rotation[:, 2], radius, length)
+
+
+def _mesh(mesh: Element) -> CartilageMesh:
+    """A contact mesh, in the axes of its body.
+
+    Raises
+    ------
+    InputError
+        If it is moved or scaled in its body, or numbers are missing.
+    """
+    name = f"The contact mesh {mesh.get('name')!r}"
+    moved = [tag for tag in ("location", "orientation") if _numbers(mesh.findtext(tag), 3).any()]
+    if moved or (mesh.findtext("scale_factors") or "1 1 1").split() != ["1", "1", "1"]:
+        raise InputError(f"{name} is moved or scaled in its body, which is not offered.", code="not-supported")
+    tags = ("thickness", "min_thickness", "elastic_modulus", "poissons_ratio")
+    numbers = [float(mesh.findtext(tag) or "nan") for tag in tags]
+    back = (mesh.findtext("mesh_back_file") or "").strip()
+    variable = (mesh.findtext("use_variable_thickness") or "false").strip() == "true"
+    body = mesh.findtext("socket_frame", "").strip().split("/")[-1]
+    return CartilageMesh(body, mesh.findtext("mesh_file", "").strip(), back if variable else "", *numbers)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import meshio
 import numpy as np
 import pytest
 from refusals import refused
@@ -187,6 +188,44 @@ WRAPS = """<BodySet><objects><Body name="femur"><WrapObjectSet><objects><WrapCyl
  <xyz_body_rotation>1.5707963267948966 0 0</xyz_body_rotation><translation>0.001 0 0.002</translation>
  <quadrant>all</quadrant><radius>0.02</radius><length>0.5</length></WrapCylinder></objects></WrapObjectSet></Body>
 </objects></BodySet>"""
+
+
+MESH = """<Smith2018ContactMesh name="{0}"><socket_frame>/bodyset/{0}</socket_frame><mesh_file>{0}.stl</mesh_file>
+ <elastic_modulus>5000000</elastic_modulus><poissons_ratio>0.45</poissons_ratio><thickness>0.003</thickness>
+ <use_variable_thickness>{1}</use_variable_thickness><mesh_back_file>{0}_back.stl</mesh_back_file>
+ <min_thickness>0.001</min_thickness><location>0 0 {2}</location></Smith2018ContactMesh></Model>"""
+
+
+def square(path, height, up=True):
+    """A square of 10 mm at a height (mm), in metres."""
+    points = np.array([[0, 0, height], [10, 0, height], [10, 10, height], [0, 10, height]]) / 1000.0
+    triangles = np.array([[0, 1, 2], [0, 2, 3]])
+    meshio.Mesh(points, [("triangle", triangles if up else triangles[:, ::-1])]).write(path)
+
+
+def test_contact_meshes_of_jam_are_a_joint(tmp_path):
+    square(tmp_path / "shin.stl", 2.0)
+    square(tmp_path / "shin_back.stl", 1.5)  # 0.5 mm under it: less than the least of 1 mm
+    square(tmp_path / "thigh.stl", 0.0, up=False)
+    text = KNEE.replace("</Model>", MESH.format("shin", "true", 0)).replace(
+        "</Model>", MESH.format("thigh", "false", 0)
+    )
+    model = read(tmp_path, text)
+    joint = model.joint("thigh", "shin", tmp_path, scale=1000.0, units=("mm", "N", "MPa"))
+    assert joint.foundation
+    assert joint.names == ("thigh", "shin")
+    table = joint.follow([fc.Pose(translation=(0.0, 0.0, 2.0 - 0.04))])
+    # 0.04 mm on 3 + 1 mm, and the modulus of a layer that cannot strain sideways: pascals are 1e-6 N/mm^2
+    modulus = 5.0 * 0.55 / (1.45 * 0.1)
+    assert table.column("max_pressure") == pytest.approx([modulus * 0.04 / 4.0], rel=1e-9)
+    # files whose axes are turned
+    half = Rotation.from_rotvec([0, 0, np.pi]).as_matrix()
+    turned = model.joint("thigh", "shin", tmp_path, scale=1000.0, turned=half)
+    assert turned.fixed.points[:, :2].max() < 1e-9
+    with refused(fc.InputError, "unknown-name", "contact mesh"):
+        model.joint("thigh", "knee", tmp_path, scale=1000.0)
+    with refused(fc.InputError, "not-supported", "shin"):
+        read(tmp_path, KNEE.replace("</Model>", MESH.format("shin", "true", 1)))
 
 
 def test_a_ligament_wraps_round_a_cylinder_of_a_bone(tmp_path):
