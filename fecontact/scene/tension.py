@@ -2,8 +2,9 @@
 
 A bolt that is cut between its head and its nut has a motion of its own there, which only contacts resist, if anything.
 So the shortening d is prescribed, as values of linear conditions of the body, and sought by the tension, the sum of
-what the elements on one side of the cut take up at its nodes. Without friction the tension is piecewise linear in d,
-and the secants of Broyden's method end on it exactly; with friction it is that of one step from the unloaded state.
+what the elements on one side of the cut take up at its nodes, less loads on these. Without friction the tension is
+piecewise linear in d, and the secants of Broyden's method end on it exactly; with friction it is that of one step from
+the unloaded state.
 
 Source: C. G. Broyden, A class of methods for solving nonlinear simultaneous equations, Math. Comp. 19 (1965) 577.
 """
@@ -56,8 +57,12 @@ class Tension:
     later: Sequence[tuple[ElasticBody, Array]] = ()
 
     def of(self, result: ContactResult) -> float:
-        """The tension in a result."""
-        return float(result._forces_inside(self.body)[self.nodes].sum(axis=0) @ self.direction)
+        """The tension in a result: what elements take up at the nodes, without what acts on them from elsewhere."""
+        k = result._number(self.body)
+        part, forces = result._condensed.parts[k], (result.friction or result.solution).forces
+        given = part.rows.T @ forces[part.index] + (0.0 if part.loads is None else part.loads)
+        inside = result._forces_inside(self.body) - given.reshape(-1, 3)
+        return float(inside[self.nodes].sum(axis=0) @ self.direction)
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,6 +50,17 @@ def test_a_force_stretches_a_bar_held_at_both_ends(direction, sign, read):
     assert any("Cuts are shortened to bear their tensions: 0.1 in 'BAR' for 5" in note for note in result.notes)
 
 
+def test_a_heavy_bar_has_its_tension_at_the_cut(read):
+    """By hand: halves of length 1 under their weight of 3 by volume, u = F / E -+ 3 / (2 E) at the cut."""
+    heavy = bar("*CLOAD\n9000, 1, 5.\n*DLOAD\nBAR, GRAV, 10., 0., 0., -1.\n")
+    scene = read(heavy.replace("100., 0.\n", "100., 0.\n*DENSITY\n.3,\n"))
+    result = scene.solve()
+    (body,) = scene.scene.bodies
+    at_cut = np.abs(body.mesh.points[:, 2] - 1) < 1e-12
+    u = np.sort(result.displacement(body)[at_cut, 2])
+    assert np.abs(u - np.repeat([-0.065, 0.035], 8)).max() < ROUNDING
+
+
 def test_a_shortening_that_is_prescribed(read):
     scene = read(bar("*BOUNDARY\n9000, 1, 1, 0.1\n"))
     result = scene.solve()
