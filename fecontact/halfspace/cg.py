@@ -444,10 +444,11 @@ def equalise(problem: GridProblem, at: GridIterate, tolerance: float, factor: fl
     balance = _Balance.of(problem, free, work)
     p, u, q, drift = at.p, at.u, at.q, at.drift
     missing = balance.inverse @ (problem.F - sum(problem.each(lambda strip: problem.loads(p, strip))))
-    correction = problem.motion(missing, slice(None)) * free if missing.any() else 0.0
-    if np.abs(correction).max(initial=0.0) > CARRIED * _size(p):
-        p += correction
-        u += problem.compliance.apply(correction)
+    if missing.any():
+        correction = problem.motion(missing, slice(None)) * free
+        if np.abs(correction).max() > CARRIED * _size(p):
+            p += correction
+            u += problem.compliance.apply(correction)
     closed = 0.3 * tolerance * largest_displacement(problem, u)
 
     dq, largest = balance.take_gap(at)
