@@ -199,9 +199,11 @@ def _turn_by_deflection(interface: Interface, fields: ContactFields, after: dict
     """Bound (radians) of how far normals turn as bodies deflect: the curvature of the contact times the deflections."""
     if not fields.active.any():
         return 0.0
-    width, spread = (float(np.linalg.norm(np.ptp(v[fields.active], axis=0))) for v in (fields.points, fields.normals))
+    # sizes that no turn of the scene changes
+    pressed = (v[fields.active] for v in (fields.points, fields.normals))
+    width, spread = (float(np.linalg.norm(v - v.mean(axis=0))) for v in pressed)
     deflected = (after[id(body)].displacements for body in (interface.slave, interface.master))
-    size = sum(float(np.abs(u).max()) for u in deflected if u is not None)
+    size = sum(float(np.linalg.norm(u, axis=1).max()) for u in deflected if u is not None)
     return size * spread / width if width > 0 else 0.0
 
 

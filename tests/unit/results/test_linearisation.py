@@ -12,7 +12,14 @@ from scipy.optimize import brentq
 import fecontact as fc
 import fecontact.scene.finite_rotation as finite
 from fecontact.results import linearisation
-from fecontact.results.linearisation import BEARABLE, LinearisationError, _Motion, linearisation_error
+from fecontact.results.linearisation import (
+    BEARABLE,
+    LinearisationError,
+    _driven,
+    _Motion,
+    _turn_by_deflection,
+    linearisation_error,
+)
 from fecontact.results.warnings import unborne_motions
 
 SOLID = fc.Material(E=1000.0, nu=0.3)
@@ -242,3 +249,20 @@ def test_what_sticks_is_better_left_where_it_was_paired():
     assert not any("turn far" in text for text in small.warnings)
     # contact at the deformed nodes of the same mesh, 24 steps each, computed apart from here: 0.01123
     assert abs(small.contacts[0].force[0] / 0.01123 - 1) < 0.01
+
+
+def test_how_far_deflections_turn_normals_does_not_depend_on_the_axes():
+    """A roller on a block, and both turned: a random scene of bricks had its poses carried along in one only."""
+
+    def bound(turn):
+        body = pad().placed((0.0, 0.0, 0.0), turn)
+        roller = fc.RigidBody(fc.surfaces.Cylinder(RADIUS)).placed((0.0, 0.0, 0.0), turn)
+        down = dict(zip("xyz", turn @ [0.0, 0.0, -0.05], strict=True))
+        result = fc.Scene([body, roller], [fc.Contact(body, roller)]).solve(motions={roller: down}, finite_motion=False)
+        frames = enumerate(result._loading.frames)
+        moved = {id(f.body): _Motion(f.body, f.point, np.zeros(6), _driven(result, k, np.zeros(6))) for k, f in frames}
+        return _turn_by_deflection(result._interfaces[0], result.contacts[0], moved)
+
+    straight, turned = bound(np.eye(3)), bound(fc.rotation_about((1.0, 2.0, 3.0), 0.8))
+    assert straight > 1e-4
+    assert abs(turned / straight - 1) < 1e-9
