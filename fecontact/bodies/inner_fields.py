@@ -153,7 +153,9 @@ class InnerFields:
     def strain(self) -> Array:
         """Strain (n_points, 6) at the nodes."""
         strain = self.model.nodal_strain(self.u)
-        if self.heated is not None and self.model.across is not None:
+        if self.heated is not None and self.heated.across is not None:
+            strain += to_nodes(self.model.elements, self.heated.across)
+        elif self.heated is not None and self.model.across is not None:
             # across plane stress the elements give the strain of their stress alone
             free = self.heated.strain
             strain[:, 1] += to_nodes(self.model.elements, free[..., :1] - free[..., 1:2])[:, 0]

@@ -27,10 +27,14 @@ class Heated:
     forces : (n_dofs,) array
     strain : (n_cells, n_q, 6) array
         At the Gauss points; NaN beyond those of a cell, as in `fem.stress.gauss_strain`.
+    across : (n_cells, n_q, 6) array, optional
+        Of sections in plane stress that are not isotropic: strains across the plane beside those that nodal
+        displacements tell.
     """
 
     forces: Array
     strain: Array
+    across: Array | None = None
 
 
 def free_strain(elements: Cells, expansion: Array, change: Array, across: Array | None = None) -> Array:

@@ -244,26 +244,27 @@ class SectionModel(Model):
         if not (self.plane_stress and self.is_directed):
             return super().nodal_strain(u)
         strain = self.gauss_strain(u)
-        by = DOUBLED[IN_PLANE] / DOUBLED[ACROSS][:, None] * self._strains_across
-        strain[..., ACROSS] = (by @ strain[..., IN_PLANE, None])[..., 0]
+        strain[..., ACROSS] = self._across_by(strain)
         return to_nodes(self.elements, strain)
+
+    def _across_by(self, strain: Array) -> Array:
+        """Strains (n_cells, n_q, 3) across the plane by all (n_cells, n_q, 6), of which those in it count."""
+        by = DOUBLED[IN_PLANE] / DOUBLED[ACROSS][:, None] * self._strains_across
+        return np.asarray((by @ strain[..., IN_PLANE, None])[..., 0])
 
     def heated(self, change: Array) -> Heated:
         """Forces and free strains of a change of temperature (n_points,).
 
-        Raises
-        ------
-        InputError
-            In plane stress of a material that is not isotropic.
+        With e - a the strain that has stress, strains across plane stress are e_J = a_J - C_JJ^-1 C_JI (e_I - a_I).
         """
-        if self.plane_stress and self.is_directed:
-            raise InputError(
-                "Temperatures of materials that are not isotropic are not offered in plane stress: take plane='strain' "
-                "or a solid.",
-                code="heated-anisotropic",
-            )
         found = super().heated(change)
-        return replace(found, forces=self._moving(found.forces))
+        found = replace(found, forces=self._moving(found.forces))
+        if not (self.plane_stress and self.is_directed):
+            return found
+        strain, across = found.strain.copy(), np.zeros(found.strain.shape)
+        across[..., ACROSS] = strain[..., ACROSS] - self._across_by(strain)
+        strain[..., ACROSS] = 0.0
+        return replace(found, strain=strain, across=across)
 
     def _moving(self, forces: Array) -> Array:
         """Forces (n_dofs,) without those in which nodes do not move."""
