@@ -22,10 +22,23 @@ from typing import Any
 #: Bounds of displacements and forces, in percent.
 WITHIN = (1.0, 2.0)
 #: Decks whose cells are one to a block, or a few, divided in both programs so many times.
-ONE_CELL = "contact10 contact13 contact14 contact4 contact4_mortar contact5 cubes cubesmortar cubesmortar2"
+ONE_CELL = "contact10 contact13 contact14 contact4 contact4_mortar contact5 cubes cubesmortar cubesmortar2 cubespring"
 DIVIDED = dict.fromkeys(ONE_CELL.split(), 1)
-#: Forces of these decks that are zero but for rounding, in their units (mostly N).
-NOTHING = 1e-9
+#: Why decks that are solved are not within.
+WHY = {
+    "beamcontact": "two edges hold the beam: neither program has converged when its cells are divided twice",
+    "changefric": "slides by half of its cell; linearised here, as the result warns",
+    "contact10": "slides by a tenth of its cell; by a 20th of that .47 %",
+    "contact13": "strains of 12 %; with a 20th of the overlap .29 %; contact14 asks the same by a clearance",
+    "contact2": "large deflection, force at an edge; at a tenth of gap and load 2.6, and divided once 1.0, twice .29 %",
+    "punch1": "a ridge narrower than a face; moves by .733, divided .749, .741e-3 here, by .653, .684, .710e-3 there",
+    "punch2": "as punch1",
+    "segmentlintemp": "ccx 2.20 does not read *TEMPERATURE with LINTEMP",
+    "segmenttemp": "ccx fits trilinear temperatures to cells; 6e-4 % where they are so",
+    "thread": "a few faces at an edge",
+}
+#: Forces of these decks that are zero but for the accuracy of ccx, in their units (N); others are larger.
+NOTHING = 1e-3
 COLUMNS = ("deck", "divided", "displacement_percent", "force_percent", "within", "why_not", "seconds", "ccx_seconds")
 
 
@@ -40,7 +53,8 @@ def figures(beside: dict[str, Any]) -> tuple[float, float]:
     """Largest differences of displacements and of forces, over the largest, in percent."""
     moved = beside.get("displacements_apart_alike", beside["displacements_apart"])
     pairs = [(row["fecontact"], row.get("ccx_alike", row["ccx"])) for name, row in beside.items() if "force" in name]
-    largest = max((abs(theirs) for _, theirs in pairs), default=0.0) or 1.0
+    pairs = [pair for pair in pairs if max(map(abs, pair)) > NOTHING]
+    largest = max((abs(theirs) for _, theirs in pairs), default=1.0)
     off = max((abs(ours - theirs) for ours, theirs in pairs), default=0.0)
     return 100 * max(moved.values()), 100 * off / largest
 
@@ -59,13 +73,14 @@ def compare(deck: Path, seconds: float) -> dict[str, Any]:
     row["seconds"] = round(time.perf_counter() - start, 1)
     if ran.returncode:
         said = " ".join(ran.stderr.split()) or f"status {ran.returncode}"
-        return {**row, "why_not": said[:300]}
+        return {**row, "why_not": WHY.get(deck.stem, said[:160])}
     beside = json.loads(ran.stdout)["beside_ccx"]
     ours, theirs = beside["seconds"]["fecontact"], beside["seconds"]["ccx"]
     moved, force = figures(beside)
     good = moved <= WITHIN[0] and force <= WITHIN[1]
     row |= {"displacement_percent": f"{moved:.2g}", "force_percent": f"{force:.2g}", "seconds": f"{ours:.2g}"}
-    return {**row, "ccx_seconds": f"{theirs:.2g}", "within": "yes" if good else "no"}
+    why = {} if good else {"why_not": WHY.get(deck.stem, "")}
+    return {**row, **why, "ccx_seconds": f"{theirs:.2g}", "within": "yes" if good else "no"}
 
 
 def main() -> None:

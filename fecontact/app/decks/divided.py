@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fecontact.app.decks.sections import state_of
 from fecontact.common.arrays import IntArray
@@ -72,7 +73,7 @@ def _once(keywords: list[KeywordSection], source: str) -> list[KeywordSection]:
         raise _refused(f"{source}: plane elements")
     raw = mesh_of(keywords, source)
     mesh = build(raw, source)
-    kinds = np.repeat([kind for kind, _ in raw.blocks], [len(cells) for _, cells in raw.blocks])
+    kinds = np.repeat(np.array([kind for kind, _ in raw.blocks], np.str_), [len(cells) for _, cells in raw.blocks])
     if len(mesh.cells) != len(kinds) or any(kind.startswith("pyramid") for kind, _ in raw.blocks):
         raise _refused(f"{source}: elements that are listed again, or pyramids")
     chosen = _blocks(keywords, raw) | _loaded(keywords, raw, kinds)
@@ -106,7 +107,7 @@ def _is_solid(s: KeywordSection) -> bool:
     return s.keyword == "ELEMENT" and re.match(r"D?C3D\d", s.parameters.get("TYPE", "").upper()) is not None
 
 
-def _loaded(keywords: Sequence[KeywordSection], raw: RawMesh, kinds: IntArray) -> dict[str, IntArray]:
+def _loaded(keywords: Sequence[KeywordSection], raw: RawMesh, kinds: NDArray[np.str_]) -> dict[str, IntArray]:
     """Faces (n, 2) or cells (n,) of the data lines of *DLOAD, by the places of keyword and line."""
     out: dict[str, IntArray] = {}
     known = {name.upper(): cells for name, cells in raw.groups.items()}
@@ -126,16 +127,17 @@ def _loaded(keywords: Sequence[KeywordSection], raw: RawMesh, kinds: IntArray) -
 
 def _written(keywords: Sequence[KeywordSection], raw: RawMesh, before: Mesh, after: Mesh) -> list[KeywordSection]:
     """The keywords with nodes, elements, sets, surfaces and loads of the divided mesh."""
-    assert before.file_nodes is not None
-    assert raw.node_ids is not None
+    numbers, node_ids = before.file_nodes, raw.node_ids
+    assert numbers is not None
+    assert node_ids is not None
     own = [name for name in after.groups if re.fullmatch(f"{OWN}\\d+", name)]
     kind = {name: KINDS[raw.blocks[i][0]] for i, name in enumerate(own)}
     columns = {name: [k.embedding.index(node) for node in range(k.n_nodes)] for name, k in kind.items()}
     nodes = {name: after.cells[after.groups[name]][:, columns[name]] for name in own}
-    ids = np.append(before.file_nodes, np.full(len(after.points) - len(before.file_nodes), -1))
+    ids = np.append(numbers, np.full(len(after.points) - len(numbers), -1))
     new = np.unique(np.concatenate([n.ravel() for n in nodes.values()]))
     new = new[ids[new] < 0]
-    ids[new] = int(raw.node_ids.max()) + 1 + np.arange(len(new))
+    ids[new] = int(node_ids.max()) + 1 + np.arange(len(new))
     named = {key.upper(): members for key, members in after.node_sets.items()}
     for s in (s for s in keywords if s.keyword in FIELDS and s.lines):
         members = [named.get(line.split(",")[0].strip().upper(), new[:0]) for line in s.lines]
@@ -148,7 +150,7 @@ def _written(keywords: Sequence[KeywordSection], raw: RawMesh, before: Mesh, aft
         shapes[after.groups[name]] = kind[name].name.rstrip("0123456789")
 
     def added(name: str) -> list[str]:
-        members = ids[np.setdiff1d(after.node_sets.get(name, new[:0]), np.flatnonzero(before.file_nodes >= 0))]
+        members = ids[np.setdiff1d(after.node_sets.get(name, new[:0]), np.flatnonzero(numbers >= 0))]
         return _lines(members[members >= 0])
 
     def on(name: str, label: str) -> list[str]:
@@ -179,7 +181,7 @@ def _written(keywords: Sequence[KeywordSection], raw: RawMesh, before: Mesh, aft
             rows_of = np.column_stack([first + after.groups[key], ids[nodes[key]]])
             lines = [line for row in rows_of for line in _lines(row, ",")]
         elif s.keyword == "NSET" and "ELSET" not in s.parameters:
-            lines = (_lines(raw.node_ids[raw.node_sets[name]]) if "GENERATE" in s.parameters else lines) + added(name)
+            lines = (_lines(node_ids[raw.node_sets[name]]) if "GENERATE" in s.parameters else lines) + added(name)
         elif s.keyword == "ELSET" and name in after.groups:
             lines = _lines(first + after.groups[name])
         elif of_nodes and all(line.strip(" ,").isdigit() for line in lines):
