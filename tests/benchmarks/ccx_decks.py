@@ -29,7 +29,7 @@ WHY = {
     "beamcontact": "two edges hold the beam: neither program has converged when its cells are divided twice",
     "changefric": "slides by half of its cell; linearised here, as the result warns",
     "contact10": "slides by a tenth of its cell; by a 20th of that .47 %",
-    "contact13": "meshes overlap at first; ccx is 1.9 % off its own contact14, the same question; a 20th of the overlap: .29 %",
+    "contact13": "overlaps at first; ccx is 1.9 % off its own contact14, the same question; a 20th of it: .29 %",
     "contact2": "large deflection, force at an edge; at a tenth of gap and load 2.6, and divided once 1.0, twice .29 %",
     "punch1": "a ridge narrower than a face; moves by .733, divided .749, .741e-3 here, by .653, .684, .710e-3 there",
     "punch2": "as punch1",
