@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
 
@@ -456,10 +456,11 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
         """
         from fecontact.results.pictures.case_pictures import plot_montage
 
+        chosen = cast("Sequence[int | str] | None", cases)
         if cases is not None and np.ndim(cases) == 0:
             count = min(whole("the number of cases", cases), len(self.rows))
-            cases = np.linspace(0, len(self.rows) - 1, count).round().astype(int).tolist()
-        maps, names = self.fields(what, contact, cases), [self.names[k] for k in self._numbers(cases)]
+            chosen = np.linspace(0, len(self.rows) - 1, count).round().astype(int).tolist()
+        maps, names = self.fields(what, contact, chosen), [self.names[k] for k in self._numbers(chosen)]
         if len(maps) > MAX_MAPS:
             raise InputError(f"{len(maps)} maps do not fit into a picture: choose at most {MAX_MAPS} by cases=.")
         return plot_montage(maps, names, f"{what}, {self.labels[contact]}", self.with_units(units).units, path)

@@ -65,9 +65,9 @@ def newton_step(result: ContactResult, steps: Array) -> Array:
             E[rows[:, None], both] = missed
         start += len(contact._candidates)
     free = scipy.linalg.block_diag(*(part.free for part in condensed.parts))
-    B, E = problem.B[:, closed], E[closed].reshape(int(closed.sum()), -1)
+    B, missed_gaps = problem.B[:, closed], E[closed].reshape(int(closed.sum()), -1)
     try:
-        stiff = np.linalg.solve(np.asarray(problem.S)[np.ix_(closed, closed)], np.hstack([B.T, E]))
+        stiff = np.linalg.solve(np.asarray(problem.S)[np.ix_(closed, closed)], np.hstack([B.T, missed_gaps]))
     except np.linalg.LinAlgError:
         return steps
     resisted, shifted = np.split(B @ stiff, [len(B)], axis=1)

@@ -205,20 +205,21 @@ class OpenSimModel:
         for name in (moving, fixed):
             among("contact mesh of the model", name, self.meshes)
         found = [self.meshes[name] for name in (moving, fixed)]
-        pose = Pose() if turned is None else Pose(turned)
+        pose = Pose() if turned is None else Pose(np.asarray(turned, dtype=float))
 
         def surface(file: str, size: float | None = None) -> SurfaceMesh:
             read = repair_surface(Path(folder) / file, size=size, scale=scale)
             return read.mapped(pose.to_world)
 
+        one, other = (surface(m.file, size) for m in found)
         thick = [surface(m.back) if m.back else scale * m.thickness for m in found]
-        given = {
+        given: dict[str, Any] = {
             "thickness": tuple(thick),
             "least": tuple(scale * m.least if m.back else None for m in found),
             "material": tuple(Material(E=m.E / scale**2, nu=m.nu) for m in found),
             "surfaces": "cartilage", "foundation": foundation, "names": (moving, fixed), "anatomy": "opensim",
         }  # fmt: skip
-        return Joint(*(surface(m.file, size) for m in found), **{**given, **options})
+        return Joint(one, other, **{**given, **options})
 
     def ligaments(self, moving: str, fixed: str, *, scale: float, straight: bool | None = None) -> list[Ligament]:
         """Ligaments between two bodies, for `Joint(springs=...)`.
@@ -381,10 +382,10 @@ def read_osim(path: str | Path) -> OpenSimModel:
     if not joints:
         raise InputError(f"{path} has no joints: it is no model of OpenSim, or a part of one.", code="no-osim")
     cylinders = {
-        wrap.get("name", ""): (body.get("name", ""), made)
+        wrap.get("name", ""): (body.get("name", ""), round_it)
         for body in root.iter("Body")
         for wrap in body.findall("WrapObjectSet/objects/WrapCylinder")
-        if (made := _cylinder(wrap)) is not None
+        if (round_it := _cylinder(wrap)) is not None
     }
     paths = {x.get("name", ""): _path(x) for x in root.iter("Blankevoort1991Ligament")}
     meshes = {x.get("name", ""): _mesh(x) for x in root.iter("Smith2018ContactMesh")}
