@@ -25,6 +25,9 @@ from fecontact.common.arrays import ROUNDING, Array
 from fecontact.common.checks import check_magnitude, positive, vector
 from fecontact.common.errors import InputError
 
+#: Angle up to which ends opposite each other leave the side of the way to rounding.
+OPPOSITE = 1e-9
+
 
 @dataclass(frozen=True)
 class WrapCylinder:
@@ -70,7 +73,7 @@ class WrapCylinder:
         Raises
         ------
         InputError
-            If a point is inside, or the way leaves the cylinder at its ends.
+            If a point is inside, the way leaves the cylinder at its ends, or two ways are equally long.
         """
         centre, axis, R = np.asarray(self.centre, dtype=float), np.asarray(self.axis, dtype=float), float(self.radius)
         axis = axis / np.linalg.norm(axis)
@@ -93,6 +96,12 @@ class WrapCylinder:
         arc = abs(turn) - lead - trail
         if arc <= 0:
             return None
+        if np.pi - abs(turn) <= OPPOSITE:
+            raise InputError(
+                "The ends of a ligament are on opposite sides of the axis of the cylinder that it wraps round, and both "
+                "ways are equally long. Move an end, or lead the ligament through points (via=).",
+                code="two-ways",
+            )
         tangents = np.sqrt(r**2 - R**2)
         places = np.array([tangents[0], tangents[0] + R * arc])
         slope = (along[1] - along[0]) / (places[1] + tangents[1])

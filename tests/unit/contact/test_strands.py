@@ -137,6 +137,13 @@ def test_what_cannot_be_led_is_refused():
     ends = (ball, (0, 0, 2.0)), (None, (0, 0, 6.0))
     with refused(fc.InputError, "inside-cylinder"):
         fc.Spring(1.0, *ends, around=(None, fc.WrapCylinder((0, 0, 6.0), (1, 0, 0), 1.0)))
+    opposite = fc.WrapCylinder((0, 0, 4.0), (1, 0, 0), 1.0)
+    with refused(fc.InputError, "two-ways"):
+        fc.Spring(1.0, *ends, around=(None, opposite))
+    # a little to one side, it is led on that side
+    beside = fc.Spring(1.0, (ball, (0, 1e-6, 2.0)), (None, (0, 0, 6.0)), around=(None, opposite))
+    assert len(beside.strands) == 2
+    assert beside.strands[0].ends[1][1] > 0.8
     with refused(fc.InputError, "beyond-cylinder"):
         fc.Spring(1.0, *ends, around=(None, fc.WrapCylinder((5.0, 0.1, 5.0), (1, 0, 0), 0.5, length=8.0)))
     assert fc.Spring(1.0, *ends, around=(None, fc.WrapCylinder((5.0, 0.1, 5.0), (1, 0, 0), 0.5, length=10.1))).strands
