@@ -89,7 +89,8 @@ Transform = Callable[[NDArray], NDArray]
 #: Numbers per strip of rows or columns: 1 to 2 MB.
 STRIP = 1 << 17
 
-#: Lengths up to which transforms are products with their matrices: calls of others take longer than their work.
+#: Lengths up to which transforms in double precision are products with their matrices: calls of others take longer than
+#: their work. In single precision pressures would differ by 1e-8 with the order in which processors add.
 SHORT = 40
 
 #: Numbers side by side to whose multiples strips of columns are rounded.
@@ -313,8 +314,8 @@ class Convolution:
         out: list[tuple[Transform, Transform]] = []
         for axis, real in ((0, self.symmetric[1]), (1, True)):
             name, length = "dct" if self.symmetric[axis] else "rfft" if real else "fft", self.lengths[axis]
-            if length <= SHORT:
-                out.append(_short(name, self.shape[axis], length, axis, self._is_single))
+            if length <= SHORT and not self._is_single:
+                out.append(_short(name, self.shape[axis], length, axis))
                 continue
             forward, backward = getattr(scipy.fft, name), getattr(scipy.fft, f"i{name}")
             options = {"n": length, "axis": axis - 2}
@@ -323,7 +324,7 @@ class Convolution:
 
 
 @cache
-def _short(name: str, n: int, length: int, axis: int, single: bool) -> tuple[Transform, Transform]:
+def _short(name: str, n: int, length: int, axis: int) -> tuple[Transform, Transform]:
     """A short transform of n values along an axis, forwards and backwards, as products with its matrices."""
     back = getattr(scipy.fft, f"i{name}")
     there = getattr(scipy.fft, name)(np.eye(n), n=length)
@@ -331,8 +332,6 @@ def _short(name: str, n: int, length: int, axis: int, single: bool) -> tuple[Tra
     here = back(units, n=length)[:, :n]
     if name == "rfft":  # it is the real part of a product
         here = here - 1j * back(1j * units, n=length)[:, :n]
-    if single:
-        there, here = (m.astype(np.complex64 if np.iscomplexobj(m) else np.float32) for m in (there, here))
     forward: Transform = (lambda x: x @ there) if axis else (lambda x: there.T @ x)
     backward: Transform = (lambda x: x @ here) if axis else (lambda x: here.T @ x)
     return forward, (lambda x: backward(x).real) if name == "rfft" else backward
