@@ -378,7 +378,7 @@ def test_a_track_stays_where_it_is(tmp_path):
     path = body.press_path(BALL, steps, MU, track=track, path=file)
     x, y = body.grid.x[:, None], body.grid.y
     z = BALL.heights(x - where[2][0], y) - track
-    # solved closer than by default, 1e-8 of the displacement, of which cells of this size make some 1e-8 of the pressure
+    # closer than by default, 1e-8 of the displacement, which the pressures of single cells amplify
     alone = body.press(z, force=FORCE, tolerance=1e-10)
     assert path[2].max_pressure == pytest.approx(alone.max_pressure, rel=1e-8)
     assert path[4].max_pressure > 1.01 * body.press_path(BALL, steps[4:], MU).last.max_pressure
