@@ -98,8 +98,8 @@ class WrapCylinder:
             return None
         if np.pi - abs(turn) <= OPPOSITE:
             raise InputError(
-                "The ends of a ligament are on opposite sides of the axis of the cylinder that it wraps round: both ways "
-                "are equally long. Move an end, or lead the ligament through points (via=).",
+                "The ends of a ligament are on opposite sides of the axis of the cylinder that it wraps round: both "
+                "ways are equally long. Move an end, or lead the ligament through points (via=).",
                 code="two-ways",
             )
         tangents = np.sqrt(r**2 - R**2)
