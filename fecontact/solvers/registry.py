@@ -434,6 +434,8 @@ def attempt(
     best = min(failures, key=lambda failure: failure.residuals.worst)
     if len(failures) == 1:
         return best
+    if best.status in (Status.CYCLING, Status.ITERATION_LIMIT) and best.residuals.within(tolerance):
+        return replace(best, status=Status.SOLVED)  # rounding kept it from its end: the certificate decides
     status = Status.UNBOUNDED if failures[-1].status is Status.UNBOUNDED else best.status
     message = "; ".join(f"{failure.solver}: {failure.message}" for failure in failures)
     return replace(best, status=status, message=message, seconds=failures[-1].seconds)

@@ -130,3 +130,20 @@ def test_a_point_whose_force_is_rounding_carries_none(share: float, carries: boo
     wrong = replace(found, x=np.array([np.nan, -1.0]))
     assert np.isnan(fecontact.solvers.registry._unscaled(problem, scaled, wrong).x[0])
     assert fecontact.solvers.registry._unscaled(problem, scaled, wrong).x[1] < 0
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-6])
+def test_the_certificate_decides_where_rounding_keeps_solvers_from_their_end(monkeypatch, off):
+    """Two solvers that stop before their end: an answer within the tolerance counts, another does not."""
+    problem = ContactProblem(S=np.eye(2), g=np.array([0.0, 9.0]), B=np.ones((1, 2)), F=np.array([1.0]))
+
+    def stopped(scaled, start=None, *, max_iterations=1):
+        found = wolfe(scaled, start)
+        return replace(found, x=found.x * (1 + off), status=Status.CYCLING, message="came back")
+
+    registry, wolfe = fecontact.solvers.registry, fecontact.solvers.registry.NATIVE["wolfe"]
+    for name in registry.FALL_BACK:
+        monkeypatch.setitem(registry.NATIVE, name, stopped)
+    found = attempt(problem)
+    assert found.success == (off == 0.0)
+    assert found.status is (Status.SOLVED if off == 0.0 else Status.CYCLING)
