@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property, partial
 from pathlib import Path as FilePath
-from typing import Any, Generic, TypeVar, overload
+from typing import Any, ClassVar, Generic, TypeVar, overload
 
 import numpy as np
 
@@ -90,9 +90,12 @@ def in_parts(
 class Steps(Generic[Result]):
     """Load steps of bodies of one kind, for `follow`."""
 
+    #: Largest number of halvings of a step; none where steps do not depend on those before.
+    most_halvings: ClassVar = HALVINGS
+
     def halvings(self, k: int, before: Result | None) -> int:
         """Largest number of halvings of step k, after the result of the step before."""
-        return HALVINGS
+        return self.most_halvings
 
     @abstractmethod
     def part(

@@ -1,6 +1,8 @@
 """Half-spaces on a grid of cells: compliance, contact without friction and with it, results, pictures."""
 
-from fecontact.halfspace.adhesion import AdhesionCurve, AdhesiveContact, Dugdale
+from fecontact.halfspace.adhesion import AdhesiveContact
+from fecontact.halfspace.adhesion_curve import AdhesionCurve
+from fecontact.halfspace.attraction import Dugdale
 from fecontact.halfspace.contact import HalfSpaceContact
 from fecontact.halfspace.creep import CreepCoefficients, CreepCurve
 from fecontact.halfspace.friction import PressStep

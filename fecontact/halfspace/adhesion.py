@@ -6,43 +6,31 @@ convex but for the attraction, which is concave: contact under the tractions of 
 concave-convex procedure, Yuille & Rangarajan, Neural Comput. 15 (2003) 915). Newton's method on the shares goes on from
 there, where it lowers the energy too. Its matrix is 1 - C with the softening C by attraction, found by Lanczos' method,
 each product of which is a contact of a given outline; a state is a local minimum if all eigenvalues of C are below 1.
-
-References
-----------
-D. S. Dugdale, J. Mech. Phys. Solids 8 (1960) 100; D. Maugis, J. Colloid Interface Sci. 150 (1992) 243.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, cg
 
-from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.checks import positive
+from fecontact.common.arrays import Array, Mask
 from fecontact.common.compact_repr import compact_repr
-from fecontact.common.error_estimate import ErrorEstimate, ResponseError, percent
+from fecontact.common.error_estimate import ErrorEstimate, ResponseError
 from fecontact.common.errors import InputError, SolverError
-from fecontact.common.path import Steps
-from fecontact.common.units import Units
+from fecontact.halfspace.attraction import Centres, Dugdale, Zone
 from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import HalfSpaceContact
 from fecontact.halfspace.fft import DampedInverse, Product, Tally
-from fecontact.halfspace.grid import Even, block_sums, part_of, unfold
+from fecontact.halfspace.grid import block_sums, part_of, unfold
 from fecontact.halfspace.grid_error import EdgeCells, edge_cells
 from fecontact.halfspace.nested import GridLevel, coarser, compliance, preconditioner
-from fecontact.halfspace.path import Curve, prints_of
-from fecontact.halfspace.pictures import draw_adhesion
 from fecontact.halfspace.pressing import Load, check_box, checked_heights, grid_level, press
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 #: Steps towards one state.
 MAX_STEPS = 300
@@ -52,55 +40,10 @@ OF_LAW = 100
 MAX_LANCZOS, ENOUGH, SETTLED = 40, 1e-2, 1e-3
 #: Tolerance of the contact of a given outline in them.
 HELD_TOLERANCE = 1e-4
-#: Energy lost in a step of a curve, over force times approach, from which it is halved, how often, and the difference
-#: of forces to which the pull-off is located.
-LOST, HALVINGS, PULLED = 0.05, 7, 2e-3
 #: Change to cells twice as large over the error, of forces, areas and pressures.
 CHANGE = 0.7
 #: Estimate without a coarser grid.
 UNKNOWN = ErrorEstimate.none("not estimated, the grid has no coarser one")
-#: Columns of a curve.
-FIGURES = (
-    "approach", "force", "area", "adhesive_area", "max_pressure", "energy", "stability", "force_error", "area_error",
-    "worst_residual",
-)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Dugdale:
-    """Adhesion by a constant traction up to a range of the gap, none beyond.
-
-    Parameters
-    ----------
-    work : float
-        Work of adhesion, per area of both surfaces.
-    range : float
-        Gap up to which they attract each other.
-
-    Examples
-    --------
-    >>> Dugdale(work=0.05, range=1e-3).traction
-    50.0
-    """
-
-    work: float
-    range: float
-
-    def __post_init__(self) -> None:
-        positive("the work of adhesion", self.work)
-        positive("the range of adhesion", self.range)
-
-    @property
-    def traction(self) -> float:
-        """Work over range."""
-        return self.work / self.range
-
-    def zone_width(self, modulus: float) -> float:
-        """Width of the zone at the edge of a contact that is large beside it, pi E* w/(4 s0^2).
-
-        Dugdale's pi K^2/(8 s0^2) with K^2 = 2 E* w.
-        """
-        return math.pi * modulus * self.work / (4 * self.traction**2)
 
 
 @compact_repr
@@ -212,127 +155,6 @@ class AdhesiveContact(HalfSpaceContact):
         kind = "a local minimum" if self.is_minimum else "not a local minimum"
         law = f"law of adhesion kept to {self.law_residual:.1e}; {kind} of the energy (eigenvalue {self.stability:.2g})"
         return self.solver, law
-
-
-class Zone(NamedTuple):
-    """What is within the range.
-
-    Attributes
-    ----------
-    share : (nx, ny) array
-        Of each cell.
-    depth : float
-        Sum over the cells of the range less the gap.
-    points : (n, nx ny) csr_matrix
-        Interpolation at points of the outline.
-    weights : (n,) array
-        Cells that come within the range there by a unit of the gap.
-    """
-
-    share: Array
-    depth: float
-    points: sp.csr_matrix
-    weights: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Centres:
-    """Quadrilaterals between the centres of modelled cells; those at planes of symmetry and borders are halves.
-
-    Attributes
-    ----------
-    shape : (int, int)
-    closed : (bool, bool)
-        Axes along which the last cell is beside the first.
-    """
-
-    shape: tuple[int, int]
-    closed: Even
-
-    @cached_property
-    def corners(self) -> tuple[IntArray, Array]:
-        """Cells (4, n) round the quadrilaterals, and their areas (n,) over that of a cell."""
-        ends, weights = [], []
-        for n, closed in zip(self.shape, self.closed, strict=True):
-            first = np.arange(0 if closed else -1, n)
-            pair = np.stack([first, first + 1])
-            ends.append(pair % n if closed else np.clip(pair, 0, n - 1))
-            weights.append(np.where(closed | (first >= 0) & (first < n - 1), 1.0, 0.5))
-        (x, y), around = ends, ((0, 0), (1, 0), (1, 1), (0, 1))
-        cells = np.stack([x[i][:, None] * self.shape[1] + y[j] for i, j in around])
-        return cells.reshape(4, -1), np.outer(*weights).ravel()
-
-    def zone(self, gap: Array, reach: float) -> Zone:
-        """What is within a range of gaps (nx, ny); infinite ones are taken as those beside them, and carry nothing."""
-        cells, weight = self.corners
-        f = (reach - gap.ravel())[cells]
-        known = np.isfinite(f)
-        if not known.all():
-            mean = np.where(known, f, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-            f = np.where(known, f, np.where(known.any(axis=0), mean, -reach))
-        inside = (f > 0).sum(axis=0)
-        whole, cut = inside == 4, np.flatnonzero((inside > 0) & (inside < 4))
-        # both diagonals divide a quadrilateral, by halves, so that mirror images are the same
-        three = np.array([(0, 1, 2), (0, 2, 3), (0, 1, 3), (1, 2, 3)])
-        corners, values = (v[:, cut][three].transpose(0, 2, 1).reshape(-1, 3) for v in (cells, f))
-        areas = np.tile(weight[cut] / 4, 4)
-        moments, depth, lone, rows, lengths = cut_triangles(values)
-        share = np.asarray(np.bincount(cells[:, whole].ravel(), np.tile(weight[whole] / 4, 4), gap.size), dtype=float)
-        share += np.bincount(corners.ravel(), (areas[:, None] * moments).ravel(), gap.size)
-        there = np.isfinite(gap).ravel()
-        share[~there] = 0.0
-        at, place = np.repeat(corners[lone], 2, axis=0), np.repeat(np.arange(2 * len(lone)), 3)
-        points = sp.csr_matrix((rows.ravel() * there[at.ravel()], (place, at.ravel())), (len(at), gap.size))
-        total = float(weight[whole] @ f[:, whole].mean(axis=0) + areas @ depth)
-        return Zone(share.reshape(gap.shape), total, points, np.repeat(areas[lone] * lengths, 2))
-
-
-def cut_triangles(values: Array) -> tuple[Array, Array, IntArray, Array, Array]:
-    """Where functions that are linear over triangles are positive, from values (n, 3) at their corners.
-
-    Returns
-    -------
-    moments : (n, 3) array
-        Mean of each corner's shape function there, zero elsewhere.
-    mean : (n,) array
-        Mean of the positive part.
-    crossed : (m,) int array
-        Triangles that a line of zeros crosses.
-    rows : (2 m, 3) array
-        Interpolation at two Gauss points of each line.
-    lengths : (m,) array
-        Growth of the positive share of the area with the function, of each point.
-
-    Examples
-    --------
-    A line through the middles of two sides:
-
-    >>> moments, mean, *_ = cut_triangles(np.array([[1.0, -1.0, -1.0]]))
-    >>> float(moments.sum()), bool(np.isclose(mean[0], 0.25 / 3))
-    (0.25, True)
-    """
-    count = (values > 0).sum(axis=1)
-    moments = np.tile(np.where(count == 3, 1 / 3, 0.0)[:, None], 3)
-    mean = np.where(count == 3, values.mean(axis=1), 0.0)
-    crossed = np.flatnonzero((count == 1) | (count == 2))
-    one = count[crossed] == 1
-    lone = np.argmax((values[crossed] > 0) == one[:, None], axis=1)  # the corner that is alone on its side
-    order = (lone[:, None] + np.arange(3)) % 3
-    f = np.take_along_axis(values[crossed], order, axis=1)
-    size = np.abs(f)
-    a, b = (size[:, 0] / (size[:, 0] + size[:, k]) for k in (1, 2))  # where the line cuts the sides, from that corner
-    corner = np.stack([1 - (a + b) / 3, a / 3, b / 3], axis=1) * (a * b)[:, None]
-    kept = np.empty_like(corner)
-    np.put_along_axis(kept, order, np.where(one[:, None], corner, 1 / 3 - corner), axis=1)
-    moments[crossed] = kept
-    mean[crossed] = size[:, 0] * a * b / 3 + np.where(one, 0.0, f.mean(axis=1))
-    none = np.zeros(len(a))
-    start, end = np.stack([1 - a, a, none], axis=1), np.stack([1 - b, none, b], axis=1)
-    places = np.stack([(1 - s) * start + s * end for s in 0.5 + np.array([-0.5, 0.5]) / math.sqrt(3)], axis=1)
-    rows = np.empty_like(places)
-    np.put_along_axis(rows, np.repeat(order[:, None], 2, axis=1), places, axis=2)
-    lengths = size[:, 0] / ((size[:, 0] + size[:, 1]) * (size[:, 0] + size[:, 2]))
-    return moments, mean, crossed, rows.reshape(-1, 3), lengths
 
 
 class Given(NamedTuple):
@@ -584,175 +406,3 @@ def lanczos(apply: Callable[[Array], Array], b: Array, settled: bool = False) ->
         T[k, n] = T[n, k] = beta
         basis = np.vstack([basis, rest / beta])
     return np.asarray(shares @ basis[:n]), largest
-
-
-class Jump(NamedTuple):
-    """A jump of a curve: approach just after it, forces before and after, energy lost, and whether surfaces come on."""
-
-    approach: float
-    before: float
-    after: float
-    lost: float
-    on: bool
-
-    def __str__(self) -> str:
-        way = "on" if self.on else "off"
-        return f"Jumps {way} at the approach {self.approach:.6g}: force {self.before:.6g} to {self.after:.6g}"
-
-
-@compact_repr
-@dataclass(frozen=True, eq=False)
-class AdhesionCurve(Curve):
-    """States of a surface that adheres, one after the other; made by `HalfSpace.curve` with `adhesion`.
-
-    Drawn is the force over the approach, coming on and off, with the pull-off.
-
-    Attributes
-    ----------
-    steps : tuple of dict
-        Of each approach in the order given, and of others between them where the curve jumps or the pull-off is
-        located: approach, force, area, adhesive_area, max_pressure, energy, stability, force_error and area_error
-        (estimated, relative), worst_residual, warnings, and the jump to it or None.
-    """
-
-    by: ClassVar = "approach"
-
-    @property
-    def jumps(self) -> tuple[Jump, ...]:
-        """Jumps in their order."""
-        return tuple(Jump(*row["jump"]) for row in self.steps if row["jump"])
-
-    @cached_property
-    def _least(self) -> int:
-        """State of the smallest force while coming off; of all, if the path only comes on."""
-        off = coming_off(self.steps)
-        return int(np.where(off | (not off.any()), self.force, np.inf).argmin())
-
-    @property
-    def pull_off(self) -> float:
-        """Largest tensile force while coming off; 0 without any."""
-        return max(0.0, -float(self.force[self._least]))
-
-    @property
-    def pull_off_approach(self) -> float:
-        """Approach at the pull-off."""
-        return float(self.approach[self._least])
-
-    @property
-    def hysteresis(self) -> float:
-        """Energy lost: work of the force, by the rule of trapezoids, less the energy gained; in a loop its area."""
-        return float(np.trapezoid(self.force, self.approach) - np.diff(self.figures["energy"][[0, -1]])[0])
-
-    def _draw_in(self, ax: Axes, units: Units) -> None:
-        draw_adhesion(ax, self, units)
-
-    @property
-    def _notes(self) -> list[str]:
-        error = percent(self.figures["force_error"][self._least])
-        pulled = f"Pull-off {self.pull_off:.6g} at the approach {self.pull_off_approach:.6g}, error about {error}"
-        return [*([pulled] if self.pull_off else []), *map(str, self.jumps), f"Energy lost {self.hysteresis:.6g}"]
-
-
-def coming_off(rows: Sequence[Mapping[str, Any]]) -> Mask:
-    """Whether the approach falls to states (n,)."""
-    return np.diff([row["approach"] for row in rows], prepend=-np.inf) < 0
-
-
-class Point(NamedTuple):
-    """A point of a curve; those from files have no state."""
-
-    row: Mapping[str, Any]
-    share: Array
-    state: State | None = None
-
-    def lost_to(self, other: Point) -> float:
-        """Energy lost up to another point, but for the rule of trapezoids."""
-        step = other.row["approach"] - self.row["approach"]
-        return (self.row["force"] + other.row["force"]) / 2 * step - (other.row["energy"] - self.row["energy"])
-
-
-@dataclass(frozen=True, eq=False)
-class ApproachSteps(Steps[tuple[Point, ...]]):
-    """Approaches of a surface that adheres, see `HalfSpace.curve`; of each the points after the one before."""
-
-    adhesive: Adhesive
-    approaches: Sequence[float]
-
-    def halvings(self, k: int, before: tuple[Point, ...] | None) -> int:
-        """None: steps are halved by the energy that they lose."""
-        return 0
-
-    def part(
-        self, k: int, before: tuple[Point, ...] | None, start: float, end: float, last: tuple[Point, ...] | None,
-        known: Any = None,
-    ) -> tuple[Point, ...]:  # fmt: skip
-        """Points up to approach k."""
-        if known is not None:
-            return tuple(Point(**point) for point in known)
-        if before is None:
-            return (self.point(self.approaches[k]),)
-        a = before[-1]
-        if self.approaches[k] == a.row["approach"]:
-            return (a,)
-        b = self.point(self.approaches[k], a)
-        step = abs(b.row["approach"] - a.row["approach"])
-        allowed = LOST * step * max(abs(a.row["force"]), abs(b.row["force"]))
-        return tuple(self.between(a, b, allowed, HALVINGS))
-
-    def point(self, approach: float, last: Point | None = None, judged: bool = True) -> Point:
-        """The point after another one, with estimates of its errors or without."""
-        contact, state = self.adhesive.contact(Given(approach), *(last[1:] if last else ()))
-        contact = self.adhesive.judged(contact, state) if judged else contact
-        found = {"force_error": contact.response_error.force or math.nan, "area_error": contact.error_estimate.area}
-        found |= {**contact.figures, "worst_residual": max(contact.residuals.worst, contact.law_residual)}
-        row = {name: found[name] for name in FIGURES} | {"warnings": contact.warnings, "jump": None}
-        return Point(row, state.share, state)
-
-    def middle(self, a: Point, b: Point) -> Point:
-        """The point half way to another one."""
-        return self.point((a.row["approach"] + b.row["approach"]) / 2, a, judged=False)
-
-    def between(self, a: Point, b: Point, allowed: float, depth: int) -> Iterator[Point]:
-        """Points after one up to another: halved where energy is lost, and where the surfaces meet or part."""
-        lost, grows = a.lost_to(b), b.row["adhesive_area"] - a.row["adhesive_area"]
-        if lost <= allowed and (a.row["adhesive_area"] > 0) == (b.row["adhesive_area"] > 0):
-            yield b
-        elif depth == 0:
-            jump = Jump(b.row["approach"], a.row["force"], b.row["force"], lost, grows > 0)
-            yield b._replace(row={**b.row, "jump": tuple(jump)})
-        else:
-            half = self.middle(a, b)
-            yield from self.between(a, half, allowed, depth - 1)
-            if half.lost_to(b) > allowed:
-                b = self.point(b.row["approach"], half)
-            yield from self.between(half, b, allowed, depth - 1)
-
-    def end(self, part: tuple[Point, ...]) -> Any:
-        """Rows and shares."""
-        return [{"row": point.row, "share": point.share} for point in part]
-
-    def prints(self) -> Mapping[str, Mapping[str, str]]:
-        """Fingerprints by part of each approach by its number."""
-        settings = {"heights": self.adhesive.heights, "adhesion": self.adhesive.law}
-        steps = [{"approach": approach} for approach in self.approaches]
-        return prints_of(self.adhesive.body, steps, **settings, tolerance=self.adhesive.tolerance)
-
-    def curve(self, parts: Sequence[tuple[Point, ...]]) -> AdhesionCurve:
-        """The curve, with points put round the smallest force of coming off until it is located."""
-        every = [point for part in parts for point in part]
-        at = [point.row["approach"] for point in every]
-        points = [point for k, point in enumerate(every) if k == 0 or at[k] != at[k - 1]]
-        steps = np.abs(np.diff(self.approaches))
-        least = steps[steps > 0].min(initial=np.inf) / 2**HALVINGS
-        while True:
-            force = np.array([point.row["force"] for point in points])
-            k = int(np.where(coming_off([point.row for point in points]), force, np.inf).argmin())
-            around = force[max(k - 1, 0) : k + 2]
-            a, b, c = points[max(k - 1, 0)], points[k], points[min(k + 1, len(points) - 1)]
-            wide = abs(c.row["approach"] - a.row["approach"]) > 2.5 * least
-            if len(around) < 3 or force[k] >= 0 or not wide or around.max() - force[k] <= PULLED * abs(force[k]):
-                if math.isnan(b.row["force_error"]) and force[k] < 0:  # estimates for what lies between those given
-                    row = self.point(b.row["approach"], b).row
-                    points[k] = b._replace(row={**row, "jump": b.row["jump"]})
-                return AdhesionCurve(tuple(point.row for point in points), (1,) * len(points))
-            points[k - 1 : k + 2] = [a, self.middle(a, b), b, self.middle(b, c), c]

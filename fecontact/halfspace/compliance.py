@@ -22,7 +22,7 @@ from fecontact.common.checks import among
 from fecontact.common.errors import InputError
 from fecontact.common.material import Material
 from fecontact.halfspace import kernels, layered
-from fecontact.halfspace.fft import Convolution, Kernels, kernel_spectrum, padded
+from fecontact.halfspace.fft import Convolution, Kernels, padded
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.kernels import cerruti
 from fecontact.halfspace.layered import check_interfaces, tangential_difference, thin_layers, waves_difference
@@ -167,10 +167,7 @@ class SurfaceCompliance:
 
     def product(self) -> Convolution:
         """Displacements of all cells by pressures on them."""
-        spectrum, shape = self.kernel(), self.grid.shape
-        if not self.periodic:
-            spectrum = kernel_spectrum(spectrum, (padded(shape[0]), padded(shape[1])))
-        return Convolution.even(spectrum, shape)
+        return Convolution.of_grid(self.kernel(), self.periodic, self.grid.shape)
 
     def _symbol(self, level: int) -> Array:
         halves = [n // 2 ** (level + 1) for n in self.grid.shape]
@@ -343,11 +340,8 @@ def tangential_compliance(body: SurfaceCompliance, box: Box, workers: int | None
     lengths = (2 * padded(shape[0]), 2 * padded(shape[1]))
     both = constants.direct * (tables.xx + tables.yy)
     xx_table, yy_table = both + constants.poisson * tables.xx, both + constants.poisson * tables.yy
-    xy_table, x_table, y_table = (
-        constants.poisson * tables.xy,
-        constants.coupling * tables.x,
-        constants.coupling * tables.y,
-    )
+    xy_table = constants.poisson * tables.xy
+    x_table, y_table = constants.coupling * tables.x, constants.coupling * tables.y
     if body.layers:
         more = _of_layers(body, shape)
         xx_table, yy_table, xy_table = xx_table + more[0], yy_table + more[1], xy_table + more[2]
@@ -365,14 +359,8 @@ def tangential_compliance(body: SurfaceCompliance, box: Box, workers: int | None
     if constants.poisson != 0 or body.layers:
         yy, xy = spectrum(yy_table, (1, 1)), spectrum(xy_table, (-1, -1))
     inverse = _inverse(constants, shape, body.grid.cell, workers)
-    return _compliance(
-        ((xx, xy), (xy, yy)),
-        normal,
-        inverse,
-        Convolution((), shape, lengths, workers=workers),
-        float(both[0, 0]),
-        False,
-    )
+    empty = Convolution((), shape, lengths, workers=workers)
+    return _compliance(((xx, xy), (xy, yy)), normal, inverse, empty, float(both[0, 0]), False)
 
 
 def _compliance(

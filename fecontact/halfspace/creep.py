@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -117,16 +117,13 @@ class CreepSteps(Steps[RollingContact]):
     steps: Sequence[RollingStep]
     start: RollingContact | None
     symmetry: bool
+    most_halvings: ClassVar = 0
 
     @cached_property
     def first(self) -> HalfSpaceContact:
         """Pressures without tractions."""
         setting, load = self.friction, self.steps[0].normal_load
         return press(setting.body, self.heights, load, setting.first_tolerance, self.symmetry, setting.workers)
-
-    def halvings(self, k: int, before: RollingContact | None) -> int:
-        """None: a point does not depend on others."""
-        return 0
 
     def part(
         self, k: int, before: RollingContact | None, start: float, end: float, last: RollingContact | None,

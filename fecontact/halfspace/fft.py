@@ -224,6 +224,17 @@ class Convolution:
         x, y = ((m - 1) * (1 if mirrored else 2) for m, mirrored in zip(spectrum.shape, symmetric, strict=True))
         return cls(((spectrum,),), shape, (x, y), symmetric, tally, **options)
 
+    @classmethod
+    def of_grid(
+        cls, kernel: Array, periodic: bool, shape: Shape, symmetric: Even = (False, False), tally: Tally | None = None,
+        workers: int | None = None,
+    ) -> Convolution:  # fmt: skip
+        """Product among cells (nx, ny): of a periodic grid by its spectrum, else by a table of offsets, padded."""
+        if not periodic:
+            x, y = (n * (1 + mirrored) for n, mirrored in zip(shape, symmetric, strict=True))
+            kernel = kernel_spectrum(kernel[:x, :y], (padded(x), padded(y)))
+        return cls.even(kernel, shape, symmetric, tally, workers=workers)
+
     @cached_property
     def rough(self) -> Convolution:
         """The same in single precision, with relative errors of `ROUGHNESS` in any units."""
@@ -416,8 +427,7 @@ class InclinedTerm:
 
     @cached_property
     def _convolution(self) -> Convolution:
-        spectrum = kernel_spectrum(self._table, (padded(self._whole[0]), padded(self._whole[1])))
-        made = Convolution.even(spectrum, self.depth.shape, self.mirrored)
+        made = Convolution.of_grid(self._table, False, self.depth.shape, self.mirrored)
         return made.rough if self.single else made
 
     def apply(self, p: Array) -> Array:

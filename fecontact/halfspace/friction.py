@@ -474,12 +474,14 @@ class Tractions(Generic[S, C]):
         """Tractions on the box and motions to start from."""
         return np.zeros((2, *self.compliance.shape)), np.zeros(len(self.free))
 
-    def solve(self, heights: Array, load: Load, start: tuple[Array, Array | None] | None, tolerance: float) -> _Solved:
+    def solve(
+        self, heights: Array, load: Load, start: tuple[Array, Array | None] | None, tolerance: float
+    ) -> TrescaIterate:
         """Tractions and motions, from tractions (2, nx, ny) and motions, or by superposition where it applies."""
         friction, m = self.friction, np.zeros(len(self.free))
         q = np.zeros((2, *self.compliance.shape))
         if friction.mu == 0 or not self.normal.active.any():
-            return _Solved(q, m, 0, 0)
+            return TrescaIterate(q, q, m)
         if start is not None:
             q, m = start[0][:, *self.box], m if start[1] is None else start[1]
         else:
@@ -487,10 +489,9 @@ class Tractions(Generic[S, C]):
             if friction.constants.poisson == 0 and not friction.coupled and q.any():
                 exact = self.contact(heights, load, q, m)
                 if exact.residuals.within(friction.tolerance):
-                    return _Solved(q, m, 0, 0)
+                    return TrescaIterate(q, self.slip(q, m), m)
         # of the iteration before: near, however fine the cells
-        at = self.reached(q, m, 0.1 * tolerance, start is not None and start[1] is not None)
-        return _Solved(at.q, at.m, at.newton, at.nit)
+        return self.reached(q, m, 0.1 * tolerance, start is not None and start[1] is not None)
 
     def reached(self, q: Array, m: Array, tolerance: float, near: bool = False) -> TrescaIterate:
         """Tractions on the box and motions, from others, by coarser grids unless they are near."""
@@ -608,16 +609,6 @@ class DraggedTractions(Tractions[PressStep, FrictionContact]):
     def _made(self, motion: Array, **fields: Any) -> FrictionContact:
         x, y, twist = motion.tolist()
         return FrictionContact(**fields, shift=(x, y), twist=twist)
-
-
-@dataclass(frozen=True, eq=False)
-class _Solved:
-    """Tractions on the box, motions since the last step, and numbers of iterations."""
-
-    q: Array
-    m: Array
-    newton: int
-    nit: int
 
 
 def certificate(

@@ -24,7 +24,6 @@ from fecontact.halfspace.fft import (
     Tally,
     Term,
     kernel_spectrum,
-    padded,
 )
 from fecontact.halfspace.grid import Even, block_sums
 
@@ -100,11 +99,7 @@ class GridLevel:
 def compliance(level: GridLevel, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Product:
     """Compliance among the cells of a part of a grid."""
     shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
-    spectrum = level.kernel
-    if not level.periodic:
-        cells = _cells(shape, level.symmetric)
-        spectrum = kernel_spectrum(level.kernel[: cells[0], : cells[1]], (padded(cells[0]), padded(cells[1])))
-    convolution = Convolution.even(spectrum, shape, level.symmetric, tally, workers=workers)
+    convolution = Convolution.of_grid(level.kernel, level.periodic, shape, level.symmetric, tally, workers)
     return Corrected(convolution, tuple(term.part(part) for term in level.smooth)) if level.smooth else convolution
 
 

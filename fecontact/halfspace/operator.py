@@ -19,7 +19,7 @@ from fecontact.halfspace.compliance import (
     check_thickness,
     tangential_compliance,
 )
-from fecontact.halfspace.fft import Convolution, Corrected, Product, Tally, Term, kernel_spectrum, padded
+from fecontact.halfspace.fft import Convolution, Corrected, Product, Tally, Term
 from fecontact.halfspace.friction import FIRST_TOLERANCE, MAX_STAGGERED, REDUCTION, SLIDING, Friction
 from fecontact.halfspace.grid import Even, at_offsets, even_axes, part_of, unfold
 from fecontact.halfspace.nested import GridLevel, solve_coarser, solve_nested
@@ -79,10 +79,7 @@ class CellModel:
     @cached_property
     def product(self) -> Product:
         """Displacements of all modelled cells by pressures on them."""
-        grid, spectrum = self.body.grid, self.body.kernel()
-        if not self.body.periodic:
-            spectrum = kernel_spectrum(spectrum, (padded(grid.shape[0]), padded(grid.shape[1])))
-        convolution = Convolution.even(spectrum, self.shape, self.mirrored)
+        convolution = Convolution.of_grid(self.body.kernel(), self.body.periodic, self.shape, self.mirrored)
         return Corrected(convolution, self.smooth) if self.smooth else convolution
 
     @cached_property

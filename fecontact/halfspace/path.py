@@ -18,7 +18,7 @@ from fecontact.common.error_estimate import percent
 from fecontact.common.errors import InputError, SolverError
 from fecontact.common.fingerprint import fingerprint
 from fecontact.common.html import cell
-from fecontact.common.path import HALVINGS, Path, Steps, each_step
+from fecontact.common.path import Path, Steps, each_step
 from fecontact.common.renamed import RenamedKeys, renamed, warn
 from fecontact.common.table import Table
 from fecontact.common.units import Units
@@ -291,7 +291,7 @@ class FrictionSteps(Steps[FrictionContact]):
     def halvings(self, k: int, before: FrictionContact | None) -> int:
         """None where the position changes: at places in between the surface would rub."""
         before = before or self.start
-        return HALVINGS if before is None or before.position == self.steps[k].position else 0
+        return self.most_halvings if before is None or before.position == self.steps[k].position else 0
 
     def part(
         self, k: int, before: FrictionContact | None, start: float, end: float, last: FrictionContact | None,
@@ -354,10 +354,6 @@ class CurveSteps(Steps[Mapping[str, Any]]):
     tolerance: float
     hardness: Array | None = None
     also: Mapping[str, Callable[[HalfSpaceContact], float]] = field(default_factory=dict)
-
-    def halvings(self, k: int, before: Loads | None) -> int:
-        """None: a load does not depend on those before, or by their dents alone."""
-        return 0
 
     def part(
         self, k: int, before: Loads | None, start: float, end: float, last: Loads | None, known: Any = None

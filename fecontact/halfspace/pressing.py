@@ -169,16 +169,8 @@ def press(
     gap = _gap(level, u if dent is None else u + dent, at.q, workers)
     approach, tilt = _motion(body.grid, at.q, load, symmetric)
     u = u if own is None else u - level.smooth[0].apply(p)
-    report = SolverReport(
-        at.nit,
-        at.rounds,
-        n_levels,
-        tally.products,
-        tally.transforms,
-        symmetric,
-        time.perf_counter() - began,
-        at.history,
-    )
+    seconds, work = time.perf_counter() - began, (tally.products, tally.transforms)
+    report = SolverReport(at.nit, at.rounds, n_levels, *work, symmetric, seconds, at.history)
     return HalfSpaceContact(
         grid=body.grid,
         periodic=body.periodic,

@@ -416,16 +416,8 @@ def solve_by_gmres(linear: LinearStep, at: TrescaIterate, change: Array, anchor:
     missing = problem.F - np.tensordot(problem.B, at.q + change, 3)
     A, M = (LinearOperator((n + k, n + k), matvec=f, dtype=float) for f in (product, inverted))
     b, steps = np.concatenate([-residual.ravel(), own / size * missing]), [0.0]
-    x, _ = gmres(
-        A,
-        b,
-        M=M,
-        rtol=max(factor, FINEST),
-        restart=MAX_GMRES,
-        maxiter=1,
-        callback=steps.append,
-        callback_type="pr_norm",
-    )
+    told = {"callback": steps.append, "callback_type": "pr_norm"}
+    x, _ = gmres(A, b, M=M, rtol=max(factor, FINEST), restart=MAX_GMRES, maxiter=1, **told)
     d, dm = x[:n].reshape(at.q.shape), x[n:] / size
     s = at.s + u + problem.correct(d) - np.tensordot(dm, problem.B, 1)
     return replace(at, q=at.q + change + d, s=s, m=at.m + dm, nit=at.nit + len(steps) - 1)

@@ -15,7 +15,6 @@ from fecontact.app.options import OPTIONS, SHAPES
 from fecontact.app.studies.closed_forms import Exact, Wave, closed_form
 from fecontact.app.studies.study import Figure, Study, compared, finite
 from fecontact.bodies import HalfSpace
-from fecontact.bodies.halfspace import PASSES
 from fecontact.common.arrays import Array, without_rounding
 from fecontact.common.checks import among, positive
 from fecontact.common.errors import InputError
@@ -27,6 +26,7 @@ from fecontact.halfspace import Dugdale, HalfSpaceContact, Layer
 from fecontact.halfspace.friction import PressStep
 from fecontact.halfspace.grid import Grid
 from fecontact.halfspace.pictures import plot_over_force
+from fecontact.halfspace.pressable import PASSES
 from fecontact.halfspace.pressing import Load
 from fecontact.mesh.read import POLYGON_READERS, read_surface
 from fecontact.results.report import peak_memory

@@ -7,7 +7,8 @@ import pytest
 
 import fecontact as fc
 from fecontact.analytic import adhesion
-from fecontact.halfspace.adhesion import Adhesive, Centres, Given, cut_triangles
+from fecontact.halfspace.adhesion import Adhesive, Given
+from fecontact.halfspace.attraction import Centres, cut_triangles
 from tests.refusals import refused
 
 BALL = fc.surfaces.Paraboloid(1.0)

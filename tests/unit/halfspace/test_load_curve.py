@@ -44,7 +44,7 @@ def test_an_interrupted_curve_goes_on(curve, tmp_path, monkeypatch):
     (half, found), forces = curve, FORCES[[2, 0, 4, 1, 3]]
     ball, file = fc.surfaces.Paraboloid(1.0), tmp_path / "curve.jsonl"
     half.curve(ball, forces, path=file)
-    monkeypatch.setattr("fecontact.bodies.halfspace.press", lambda *_: pytest.fail("pressed"))
+    monkeypatch.setattr("fecontact.halfspace.pressable.press", lambda *_: pytest.fail("pressed"))
     again = half.curve(ball, forces, path=file)
     assert {name: values.tolist() for name, values in again.figures.items()} == {
         name: values.tolist() for name, values in found.figures.items()
@@ -93,15 +93,15 @@ def test_the_commands_curves_stand_beside_the_closed_form(tmp_path):
 @pytest.mark.parametrize(
     ("forces", "told"),
     [
-        ([], ("input", "one or more")),
-        ([[1.0]], ("input", "one or more")),
+        ([], ("wrong-shape", "one or more")),
+        ([[1.0]], ("wrong-shape", "one or more")),
         ([0.1, -1.0], ("force-not-positive", "-1.0")),
         ("many", ("not-numbers", "the forces of a curve")),
     ],
 )
 def test_forces_that_are_none_are_refused_before_any_is_pressed(curve, forces, told, monkeypatch):
     half, _ = curve
-    monkeypatch.setattr("fecontact.bodies.halfspace.press", lambda *_: pytest.fail("pressed"))
+    monkeypatch.setattr("fecontact.halfspace.pressable.press", lambda *_: pytest.fail("pressed"))
     with refused(fc.InputError, *told):
         half.curve(fc.surfaces.Paraboloid(1.0), forces)
 
