@@ -7,12 +7,13 @@ else, pairing, active sets and the certificate, stays here and is the same.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
+from typing import Any
 
 from fecontact.bodies.elastic import elastic_among
-from fecontact.common.checks import whole
-from fecontact.common.errors import InputError
+from fecontact.common.checks import among, whole
+from fecontact.common.errors import InputError, named
 from fecontact.contact.model import SceneModel
 from fecontact.fem.condensation import memory_budget
 from fecontact.fem.multigrid import Multigrid
@@ -51,8 +52,38 @@ def check_engine(model: SceneModel, engine: str, ranks: int | None, accuracy: ob
     return ranks or os.cpu_count() or 1
 
 
+def of_cases(model: SceneModel, cases: Mapping[str, Mapping[str, Any]]) -> int | None:
+    """Number of processes of the engine of all cases of a sweep; None for this process.
+
+    Raises
+    ------
+    InputError
+        If they have different engines, or for what `check_engine` refuses.
+    """
+    found = {(case.get("engine", "own"), case.get("ranks")) for case in cases.values()}
+    if found <= {("own", None)}:
+        return None
+    if len(found) > 1:
+        raise InputError(
+            f"The cases of a sweep share one engine; found {', '.join(sorted(map(str, found)))}. Give all of them the "
+            "same engine and ranks.",
+            code="engines-differ",
+        )
+    for name, case in cases.items():
+        with named(f"Case {name!r}"):
+            among("engine", case.get("engine", "own"), ENGINES)
+            asked = (case.get("accuracy"), case.get("solver", "auto"))
+            ranks = check_engine(model, case.get("engine", "own"), case.get("ranks"), *asked)
+    return ranks
+
+
+def own_engine(case: Mapping[str, Any]) -> dict[str, Any]:
+    """A case whose engine runs already."""
+    return {name: value for name, value in case.items() if name not in ("engine", "ranks")}
+
+
 @contextmanager
-def on_processes(model: SceneModel, ranks: int) -> Iterator[None]:
+def on_processes(model: SceneModel, ranks: int) -> Iterator[Job]:
     """The stiffness of all elastic bodies with `ranks` processes; they end when no result refers to them any more."""
     models = [body.model for body in elastic_among(model.bodies)]
     job = Job(models, ranks)
@@ -63,10 +94,20 @@ def on_processes(model: SceneModel, ranks: int) -> Iterator[None]:
         planes = mirrors(each.mesh, each.supports)
         each.condensation = Multigrid(SharedFactor(job, numbers), each.solved_positions, planes, SharedSystem, why=why)
     try:
-        yield
+        yield job
     finally:
         for each in models:
             each.condensation = before[id(each)]
+
+
+@contextmanager
+def for_cases(model: SceneModel, ranks: int | None) -> Iterator[None]:
+    """Processes of all cases of a sweep, which end with it; none without a number of them."""
+    if ranks is None:
+        yield
+        return
+    with on_processes(model, ranks) as job, closing(job):
+        yield
 
 
 def _refusal(model: SceneModel) -> str:

@@ -31,6 +31,7 @@ from fecontact.contact.springs import spring_rows
 from fecontact.fem.model import Model
 from fecontact.results.case_table import CaseTable, Kept, fields_to_keep, plane_of
 from fecontact.results.resultants import DividingPlane
+from fecontact.scene.engine import for_cases, of_cases, own_engine
 from fecontact.scene.finite_strain import is_nonlinear
 from fecontact.scene.linear import SEARCHES, prepared
 from fecontact.scene.local_search import SearchHistory, near_nodes
@@ -111,9 +112,10 @@ def run_sweep(
     Raises
     ------
     InputError
-        If two cases have the same name, a case has bodies that are not in the scene, the file is of another kind or of
-        other cases, the number of processes is invalid, the scene cannot be sent to other processes, a field or a plane
-        is none, or files of cases would be the same.
+        If two cases have the same name, a case has bodies that are not in the scene, cases have different engines, or
+        another than 'own' beside processes or an executor, the file is of another kind or of other cases, the number of
+        processes is invalid, the scene cannot be sent to other processes, a field or a plane is none, or files of cases
+        would be the same.
     """
     cases = [instance("each of the cases", case, Mapping) for case in items("the cases of a sweep", cases, "cases")]
     path = None if path is None else file_path("the path of a sweep", path)
@@ -123,14 +125,16 @@ def run_sweep(
     for name, case in by_name.items():
         with _named(name):
             among("search", case.get("search", "local"), SEARCHES)
-            if case.get("engine", "own") != "own":
-                raise InputError(
-                    "A sweep has the engine 'own' only: give processes= or executor=, or use Scene.solve for each case."
-                )
     by_name = with_files(_with_wishes(scene, by_name, keep, split), save)
     whole("the number of processes", processes)
     if executor is not None and not callable(getattr(executor, "submit", None)):
         raise InputError(f"The executor must have submit, as those of concurrent.futures do; found {shown(executor)}.")
+    ranks = of_cases(scene, by_name)
+    if ranks and (processes > 1 or executor is not None):
+        raise InputError(
+            "The engine 'petsc' shares every case between its processes: leave processes and executor out.",
+            code="engine-and-processes",
+        )
     prints = fingerprints(scene, by_name)
     parameters = {}
     for name, case in by_name.items():
@@ -145,8 +149,12 @@ def run_sweep(
         check_finished(file.rows, by_name, path)
     maps: dict[str, Kept] = {}
     left = {name: case for name, case in by_name.items() if name not in file.rows}
-    rows = _solved(scene, left, processes, executor) if left else ()
-    with file, progress_line("sweep", progress, total=len(left), unit="case") as line:
+    rows = _solved(scene, {k: own_engine(c) for k, c in left.items()}, processes, executor) if left else ()
+    with (
+        file,
+        for_cases(scene, ranks if left else None),
+        progress_line("sweep", progress, total=len(left), unit="case") as line,
+    ):
         for name, (row, maps[name]) in rows:
             line.update()
             file.add(name, {**row, **given(name)})

@@ -175,8 +175,6 @@ def _check_steps(
     root: Table, loads: Mapping[str, Any], cases: Sequence[Any], steps: Sequence[Any], options: Mapping[str, Any]
 ) -> None:
     """Refuse steps beside other ways to give loads, and settings that a load path does not have."""
-    if cases and options.get("engine", "own") != "own":
-        root.fault("cases", "is a sweep, which has the engine 'own' only: leave engine out.")
     if not steps:
         return
     if loads or cases:

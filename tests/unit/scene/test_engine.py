@@ -14,7 +14,7 @@ from refusals import refused
 import fecontact as fc
 from fecontact import FecontactError, InputError, MissingPackageError
 from fecontact.app.cli import main
-from fecontact.fem.petsc.job import environment, interpreter
+from fecontact.fem.petsc.job import Job, environment, interpreter
 from fecontact.mesh.refine import refined, touching
 from fecontact.scene.cost import explain
 
@@ -78,6 +78,34 @@ def test_one_model_in_two_poses_with_turned_axes_and_hanging_nodes(steel):
 
 
 @needs_petsc
+@pytest.mark.parametrize("finite", [False, True])
+def test_cases_of_a_sweep_share_one_set_of_processes(finite, monkeypatch):
+    """Source: the same sweep by the direct back-end. Poses, loads and whole runs within a case."""
+    ends = []
+
+    def job(*given):
+        started = Job(*given)
+        ends.append(started.close)
+        return started
+
+    monkeypatch.setattr("fecontact.scene.engine.Job", job)
+    _, _, ball, scene = ball_between_blocks()
+    away = ball.placed((0.01, 0.02, 0.0)).pose
+    cases = [
+        {"forces": {ball: (0.0, 0.0, -load)}, "poses": {ball: pose}, "finite_motion": finite}
+        for load, pose in ((0.02, ball.pose), (0.03, away))
+    ]
+    found = scene.sweep([{**case, "engine": "petsc", "ranks": 1} for case in cases])
+    own = scene.sweep(cases)
+    assert len(ends) == 1
+    assert not ends[0].alive
+    for one, other in zip(found, own, strict=True):
+        a, b = ([contact["force"] for contact in row["contacts"]] for row in (one, other))
+        # as for one solution
+        assert np.abs(np.subtract(a, b)).max() < 1e-8 * np.abs(b).max()
+
+
+@needs_petsc
 def test_a_scene_file_on_processes(tmp_path, capsys):
     path, figures = tmp_path / "scene.toml", {}
     path.write_text(SCENE)
@@ -117,8 +145,15 @@ def test_what_the_engine_does_not_offer_is_refused(steel):
     rough = fc.Scene(scene.bodies, [replace(scene.contacts[0], friction=0.3), scene.contacts[1]])
     with refused(InputError, "petsc-cannot", "a contact has friction"):
         rough.solve(loads, engine="petsc")
-    with refused(InputError, "input", "engine 'own' only"):
-        scene.sweep([{"forces": loads, "engine": "petsc"}])
+    shared = {"forces": loads, "engine": "petsc"}
+    for cases, given, message in (
+        ([shared, {"forces": loads}], {}, ("engines-differ", "'own'", "'petsc'")),
+        ([shared], {"processes": 2}, ("engine-and-processes",)),
+        ([{**shared, "accuracy": 0.1}], {}, ("input", "does not divide meshes")),
+        ([{"forces": loads, "ranks": 2}], {}, ("ranks-without-petsc",)),
+    ):
+        with refused(InputError, *message):
+            scene.sweep(cases, **given)
     ground = fc.HalfSpace(steel)
     with refused(InputError, "petsc-cannot", "not assembled from a mesh of solids"):
         fc.Scene([ground, plate], [fc.Contact(plate, ground, surfaces=("bottom", ground.contact[0]))]).solve(
@@ -140,13 +175,6 @@ def test_explain_tells_of_the_engine_where_a_model_is_large(monkeypatch):
     assert "Engine:    backend='amg' of the bodies needs less memory" in str(explain(scene, loads))
     rough = fc.Scene(scene.bodies, [replace(scene.contacts[0], friction=0.3), scene.contacts[1]])
     assert explain(rough, loads).engine == "own: a contact has friction"
-
-
-def test_cases_of_a_scene_file_have_the_own_engine(tmp_path):
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE.replace("finite_motion = false", 'engine = "petsc"') + '[[cases]]\nname = "one"\n')
-    with refused(InputError, "scene-file", "'own'"):
-        fc.read_scene(path)
 
 
 def test_what_is_missing_is_named(monkeypatch, tmp_path):
