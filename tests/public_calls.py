@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -24,13 +25,9 @@ class Call:
     function: Callable[..., Any]
     arguments: Mapping[str, Any] = field(default_factory=dict)
     use: Callable[[Any], object] = lambda made: made
-    #: arguments given by position
-    at: tuple[str, ...] = ()
 
     def __call__(self, **bad: Any) -> object:
-        given = {**self.arguments, **bad}
-        first = [given.pop(name) for name in self.at]
-        return self.use(self.function(*first, **given))
+        return self.use(self.function(**{**self.arguments, **bad}))
 
 
 def public_calls(folder: Path) -> dict[str, Call]:
@@ -73,8 +70,14 @@ def public_calls(folder: Path) -> dict[str, Call]:
     heights = folder / "heights.txt"
     np.savetxt(heights, np.eye(4))
 
-    def of(function: Callable[..., Any], /, *at: str, use: Callable[[Any], object] = lambda m: m, **given: Any) -> Call:
-        return Call(function, given, use, at)
+    def only(function: Callable[..., Any], /, use: Callable[[Any], object] = lambda m: m, **given: Any) -> Call:
+        return Call(function, given, use)
+
+    def of(function: Callable[..., Any], /, *, without: tuple[str, ...] = (), **given: Any) -> Call:
+        """A call that tries the optional arguments too, at their defaults, but for those that it is `without`."""
+        every = signature(function).parameters.items()
+        known = {name: p.default for name, p in every if p.default is not p.empty and "factory" not in repr(p.default)}
+        return only(function, **{name: value for name, value in {**known, **given}.items() if name not in without})
 
     def contact_with(made: Any) -> object:
         made.describe()
@@ -108,9 +111,6 @@ def public_calls(folder: Path) -> dict[str, Call]:
             supports=held,
             pressure="nodal",
             name="a",
-            backend="auto",
-            integration="auto",
-            condensation="auto",
             pose=fc.Pose(),
             geometry="plain",
             use=contact_with,
@@ -121,11 +121,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
             material=soft,
             contact="bottom",
             supports=held,
-            pressure="eight",
             name="a",
-            backend="auto",
-            integration="auto",
-            condensation="auto",
             pose=fc.Pose(),
             use=contact_with,
         ),
@@ -136,8 +132,6 @@ def public_calls(folder: Path) -> dict[str, Call]:
             contact="bottom",
             supports=held,
             name="a",
-            backend="auto",
-            condensation="auto",
             pose=fc.Pose(),
             stiffness=_stiffness(cube, soft),
             use=contact_with,
@@ -149,11 +143,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
             contact="bottom",
             supports={"top": "xz"},
             name="a",
-            backend="auto",
-            integration="auto",
             pose=fc.Pose(),
-            thickness=1.0,
-            plane="strain",
             use=contact_with,
         ),
         "AxisymmetricBody": of(
@@ -163,8 +153,6 @@ def public_calls(folder: Path) -> dict[str, Call]:
             contact="bottom",
             supports={"top": "xz"},
             name="a",
-            backend="auto",
-            integration="auto",
             pose=fc.Pose(),
             torsion=True,
             use=contact_with,
@@ -181,29 +169,25 @@ def public_calls(folder: Path) -> dict[str, Call]:
             material=soft,
             thickness=0.1,
             surface=(cube, "bottom"),
-            law="bonded",
             name="a",
             pose=fc.Pose(),
             use=lambda b: fc.Scene([b, ball], [fc.Contact(b, ball)]) and b.describe(),
         ),
-        "RigidBody": of(fc.RigidBody, shape=fc.Plane(), name="a", pose=fc.Pose(), contact=("surface",), use=on_floor),
+        "RigidBody": of(fc.RigidBody, shape=fc.Plane(), name="a", pose=fc.Pose(), use=on_floor),
         "RigidBody.from_heights": of(
             fc.RigidBody.from_heights, z=np.zeros((4, 4)), size=(4.0, 4.0), name="a", use=meets
         ),
-        "RigidBody.from_surface": of(fc.RigidBody.from_surface, path=stl, scale=1.0, name="a"),
-        "RigidBody.from_stl": of(fc.RigidBody.from_stl, path=stl, scale=1.0, name="a"),
+        "RigidBody.from_surface": of(fc.RigidBody.from_surface, path=stl, name="a"),
+        "RigidBody.from_stl": of(fc.RigidBody.from_stl, path=stl, name="a"),
         "RigidBody.from_function": of(fc.RigidBody.from_function, z=lambda x, y: 0 * x, size=4.0, name="a", use=meets),
-        "placed": of(body.placed, translation=(0, 0, 0), rotation=np.eye(3), name="b", use=contact_with),
+        "placed": of(body.placed, rotation=np.eye(3), name="b", use=contact_with),
         "Contact": of(
             fc.Contact,
             slave=body,
             master=floor,
             surfaces=("bottom", "surface"),
-            swap="auto",
-            coupling="auto",
             friction=(0.1, 0.3),
             friction_axis=(1.0, 0.0, 0.0),
-            axis_of="slave",
             use=lambda c: fc.Scene([body, floor], [c]).solve(**pressed),
         ),
         "Spring": of(
@@ -212,9 +196,9 @@ def public_calls(folder: Path) -> dict[str, Call]:
             start=(body, (0, 0, 0)),
             end=(None, (0, 0, 5)),
             slack_length=1.0,
-            kind="tension",
             name="s",
             use=tied,
+            without=("around",),
         ),
         "Spring ends": of(
             lambda point, other: fc.Spring(1.0, (body, point), (None, other)),
@@ -222,7 +206,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
             other=(0, 0, 5),
             use=tied,
         ),
-        "Scene": of(fc.Scene, bodies=[body, floor], contacts=[fc.Contact(body, floor)], springs=(), use=solves),
+        "Scene": of(fc.Scene, bodies=[body, floor], contacts=[fc.Contact(body, floor)], use=solves),
         "Scene of": of(
             lambda one, contact, spring: fc.Scene([body, one], [contact], [spring]),
             one=floor,
@@ -230,24 +214,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
             spring=fc.Spring(1.0, (body, (0, 0, 0)), (None, (0, 0, 5))),
         ),
         "Scene.solve": of(
-            scene.solve,
-            forces={body: (0, 0, -0.1)},
-            moments={},
-            motions={},
-            free={},
-            pressures={},
-            tractions={},
-            gravity=None,
-            finite_motion="auto",
-            accuracy=None,
-            max_dofs=None,
-            max_seconds=None,
-            solver="auto",
-            tolerance=1e-10,
-            search="global",
-            progress=None,
-            engine="own",
-            ranks=None,
+            scene.solve, forces={body: (0, 0, -0.1)}, moments={}, motions={}, free={}, pressures={}, tractions={}
         ),
         "forces": of(
             lambda key, place, force: scene.solve({body: (0, 0, -0.1), (key, place): force}),
@@ -276,39 +243,27 @@ def public_calls(folder: Path) -> dict[str, Call]:
         ),
         "accuracy": of(lambda **k: scene.solve(**pressed, **k), accuracy=0.5, max_dofs=300, max_seconds=1.0),
         "Scene.solve option": of(lambda **k: scene.solve(**pressed, **k), max_iterations=100),
-        "Scene.solve_path": of(rough.solve_path, steps=[pressed], tolerance=1e-10),
+        "Scene.solve_path": of(rough.solve_path, steps=[pressed], without=("finite_motion", "wear")),
         "a step": of(lambda step: rough.solve_path([step]), step=pressed),
         "LoadPath.motions": of(path.motions, body=body),
         "LoadPath.wear_depth": of(path.wear_depth, contact=0, coefficient=1.0),
-        "Scene.sweep": of(
-            scene.sweep,
-            cases=[pressed],
-            path=None,
-            processes=1,
-            executor=None,
-            progress=None,
-            keep=(),
-            split=None,
-            save=None,
-        ),
+        "Scene.sweep": of(scene.sweep, cases=[pressed]),
         "CaseTable": of(table.column, name="area"),
         "CaseTable.save": of(table.save, path=folder / "table.csv"),
         "CaseTable.plot": of(lambda quantity, **k: table.plot(quantity, **k), quantity="area", over="area", path=None),
-        "CaseTable.montage": of(table.montage, what="pressure", path=None, contact=0, cases=[0]),
-        "CaseTable.animate": of(
-            table.animate, path=folder / "table.gif", what="pressure", contact=0, cases=[0], rate=5
+        "CaseTable.montage": of(table.montage, cases=[0]),
+        "CaseTable.animate": of(table.animate, path=folder / "table.gif", cases=[0]),
+        "HalfSpace.curve": of(half.curve, surface=bowl, forces=[0.1, 0.3], workers=1, without=("also", "hardness")),
+        "LoadCurve.plot": of(
+            half.curve(bowl, [0.1, 0.3]).plot, length="mm", force="N", units="MPa", without=("stress",)
         ),
-        "HalfSpace.curve": of(
-            half.curve, surface=bowl, forces=[0.1, 0.3], load_point=None, tolerance=1e-8, symmetry=True, workers=1
-        ),
-        "LoadCurve.plot": of(half.curve(bowl, [0.1, 0.3]).plot, path=None, length="mm", force="N", units="MPa"),
-        "DividingPlane": of(fc.DividingPlane, point=(0, 0, 0), normal=(1, 0, 0), body=None, sides=("a", "b")),
+        "DividingPlane": of(fc.DividingPlane, point=(0, 0, 0), normal=(1, 0, 0), sides=("a", "b")),
         "a case": of(lambda case: scene.sweep([case]), case=pressed),
         "case name": of(
             lambda **k: scene.sweep([{**pressed, **k}]), name="a", poses={}, parameters={"angle": 1.0}, save=[]
         ),
         "case pose": of(lambda key, pose: scene.sweep([{**pressed, "poses": {key: pose}}]), key=body, pose=fc.Pose()),
-        "result.plot": of(result.plot, what="pressure", path=None),
+        "result.plot": of(result.plot),
         "plot option": of(
             lambda **k: result.plot("pressure", **k),
             units="MPa",
@@ -335,9 +290,9 @@ def public_calls(folder: Path) -> dict[str, Call]:
         "result.save": of(result.save, path=folder / "cube.json"),
         "result.displacement": of(result.displacement, body=body),
         "result.boundary_motion": of(result.boundary_motion, body=body, name="top"),
-        "result.reaction": of(result.reaction, body=body, boundary=None),
+        "result.reaction": of(result.reaction, body=body),
         "result.rigid_motion": of(result.rigid_motion, body=body),
-        "result.stress": of(result.stress, body=body, group=None),
+        "result.stress": of(result.stress, body=body),
         "result.strain": of(result.strain, body=body),
         "result.solved": of(result.solved, body=body),
         "Pose": of(fc.Pose, rotation=np.eye(3), translation=(0, 0, 0)),
@@ -346,31 +301,20 @@ def public_calls(folder: Path) -> dict[str, Call]:
         "Pose.to_body": of(fc.Pose().to_body, points=np.zeros((2, 3))),
         "Pose.relative_to": of(fc.Pose().relative_to, other=fc.Pose()),
         "rotation_about": of(fc.rotation_about, axis=(0, 0, 1), angle=0.1),
-        "Plane": of(fc.Plane, size=1.0, use=lambda p: on_floor(fc.RigidBody(p))),
+        "Plane": of(fc.Plane, use=lambda p: on_floor(fc.RigidBody(p))),
         "Sphere": of(fc.Sphere, radius=1.0, use=shaped),
         "Cone": of(fc.surfaces.Cone, angle=0.1, use=shaped),
         "Cylinder": of(fc.surfaces.Cylinder, radius=1.0, length=4.0, use=shaped),
         "Ellipsoid": of(fc.surfaces.Ellipsoid, semi_axes=(1.0, 2.0, 3.0), use=shaped),
-        "FlatPunch": of(fc.surfaces.FlatPunch, radius=2.0, use=shaped),
-        "FlatPunch square": of(fc.surfaces.FlatPunch, sides=(2.0, 2.0), use=shaped),
+        "FlatPunch": only(fc.surfaces.FlatPunch, radius=2.0, use=shaped),
+        "FlatPunch square": only(fc.surfaces.FlatPunch, sides=(2.0, 2.0), use=shaped),
         "Paraboloid": of(fc.surfaces.Paraboloid, radius_x=1.0, radius_y=2.0, use=shaped),
         "Torus": of(fc.surfaces.Torus, ring=2.0, tube=1.0),
         "FunctionSurface": of(fc.surfaces.FunctionSurface, function=lambda x, y: 0 * x, size=4.0, use=shaped),
         "HeightMap": of(fc.surfaces.HeightMap, z=np.zeros((4, 4)), size_xy=(4.0, 4.0), use=shaped),
         "Facets": of(fc.surfaces.Facets, mesh=surface),
-        "self_affine": of(
-            fc.surfaces.self_affine,
-            shape=(8, 8),
-            size=(1.0, 1.0),
-            hurst=0.8,
-            seed=1,
-            rms_height=1.0,
-            rms_slope=None,
-            roll_off=None,
-            longest=None,
-            shortest=None,
-        ),
-        "detrend": of(fc.surfaces.detrend, z=np.eye(4), trend="plane"),
+        "self_affine": of(fc.surfaces.self_affine, shape=(8, 8), size=(1.0, 1.0), hurst=0.8, seed=1, rms_height=1.0),
+        "detrend": of(fc.surfaces.detrend, z=np.eye(4)),
         "read_topography": of(fc.surfaces.read_topography, path=heights),
         "Mesh": of(
             fc.Mesh,
@@ -379,9 +323,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
             boundaries={},
             groups={},
             node_sets={},
-            midface=None,
-            notes=(),
-            hanging=None,
+            without=("file_nodes", "file_elements"),
         ),
         "Mesh sets": of(
             lambda name, faces, group, nodes: fc.Mesh(
@@ -399,9 +341,9 @@ def public_calls(folder: Path) -> dict[str, Call]:
             boundaries={},
             groups={},
             node_sets={},
-            hanging=None,
+            without=("file_nodes", "file_elements"),
         ),
-        "SurfaceMesh": of(fc.SurfaceMesh, points=surface.points, facets=surface.facets, notes=()),
+        "SurfaceMesh": of(fc.SurfaceMesh, points=surface.points, facets=surface.facets),
         "SurfaceMesh.of": of(fc.SurfaceMesh.of, mesh=cube, name="top"),
         "SurfaceMesh.mapped": of(surface.mapped, mapping=lambda x: x),
         "Mesh.boundary_nodes": of(cube.boundary_nodes, name="top"),
@@ -429,13 +371,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
         "shapes.block": of(fc.shapes.block, size=(1, 1, 1), divisions=(1, 1, 1), element="hex8"),
         "shapes.block one": of(lambda s, d: fc.shapes.block((s, 1, 1), (d, 1, 1)), s=1.0, d=1),
         "shapes.thick_ring": of(
-            fc.shapes.thick_ring,
-            inner=1.0,
-            outer=2.0,
-            height=1.0,
-            divisions=(1, 1, 1),
-            sector="quarter",
-            element="hex8",
+            fc.shapes.thick_ring, inner=1.0, outer=2.0, height=1.0, divisions=(1, 1, 1), element="hex8"
         ),
         "shapes.cap": of(
             fc.shapes.cap,
@@ -458,9 +394,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
         ),
         "shapes.ball": of(fc.shapes.ball, radius=2.0, divisions=1, element="hex8"),
         "shapes.quarter_sphere": of(fc.shapes.quarter_sphere, radius=2.0, contact_radius=0.2, level=1, element="hex8"),
-        "shapes.extrude": of(
-            fc.shapes.extrude, surface=surface, thickness=0.1, layers=1, names=("a", "b", "c"), strict=False
-        ),
+        "shapes.extrude": of(fc.shapes.extrude, surface=surface, thickness=0.1, names=("a", "b", "c")),
         "shapes.merge": of(fc.shapes.merge, meshes=[cube, cube.translated((1, 0, 0))], tolerance=1e-9),
         "shapes.Level": of(
             lambda **k: fc.shapes.half_sphere(2.0, level=fc.shapes.Level(**k), sector="quarter", element="hex8"),
@@ -471,28 +405,14 @@ def public_calls(folder: Path) -> dict[str, Call]:
             growth=2.0,
         ),
         "shapes.divided": of(fc.shapes.divided, mesh=corner),
-        "sections.annulus": of(fc.sections.annulus, inner=1.0, outer=2.0, divisions=(1, 1), element="quad8"),
-        "sections.cap": of(
-            fc.sections.cap, radius=10.0, extent=2.0, depth=2.0, contact_radius=0.2, level=1, element="quad8"
-        ),
-        "sections.half_disc": of(fc.sections.half_disc, radius=2.0, contact_radius=0.2, level=1, element="quad8"),
-        "sections.rectangle": of(
-            fc.sections.rectangle, size=(1, 1), divisions=(1, 1), element="quad8", names=("a", "b", "c", "d"), start=0.0
-        ),
-        "sections.ring": of(fc.sections.ring, inner=1.0, outer=2.0, height=1.0, divisions=(1, 1), element="quad8"),
+        "sections.annulus": of(fc.sections.annulus, inner=1.0, outer=2.0, divisions=(1, 1)),
+        "sections.cap": of(fc.sections.cap, radius=10.0, extent=2.0, depth=2.0, contact_radius=0.2, level=1),
+        "sections.half_disc": of(fc.sections.half_disc, radius=2.0, contact_radius=0.2, level=1),
+        "sections.rectangle": of(fc.sections.rectangle, size=(1, 1), divisions=(1, 1), names=("a", "b", "c", "d")),
+        "sections.ring": of(fc.sections.ring, inner=1.0, outer=2.0, height=1.0, divisions=(1, 1)),
         "sections.merge_sections": of(fc.sections.merge_sections, meshes=[section], tolerance=1e-9),
         "HalfSpace": of(
-            fc.HalfSpace,
-            material=soft,
-            size=(3.0, 3.0),
-            cells=(8, 8),
-            periodic=False,
-            layers=(),
-            against=None,
-            pressure="uniform",
-            self_ratio=2.0,
-            name="h",
-            use=lambda h: h.press(bowl, force=0.1),
+            fc.HalfSpace, material=soft, size=(3.0, 3.0), cells=(8, 8), name="h", use=lambda h: h.press(bowl, force=0.1)
         ),
         "HalfSpace layered": of(
             lambda **k: fc.HalfSpace(soft, (3.0, 3.0), (8, 8), layers=[fc.Layer(**k)]),
@@ -501,32 +421,19 @@ def public_calls(folder: Path) -> dict[str, Call]:
             interface="bonded",
             use=lambda h: h.press(bowl, force=0.1),
         ),
-        "HalfSpace.press": of(
-            half.press,
-            surface=bowl,
-            force=0.1,
-            approach=None,
-            load_point=None,
-            friction=None,
-            tangential=None,
-            shift=None,
-            tolerance=1e-8,
-            symmetry=True,
-            workers=None,
-        ),
-        "press approach": of(half.press, surface=bowl, approach=0.05),
-        "press tilted": of(half.press, surface=bowl, force=0.1, load_point=(0.0, 0.0)),
-        "press heights": of(half.press, surface=half.heights_of(bowl), force=0.1),
-        "press friction": of(pulled.press, surface=bowl, force=0.1, friction=0.5, tangential=(0.01, 0.0), shift=None),
-        "press shift": of(pulled.press, surface=bowl, force=0.1, friction=0.5, shift=(0.001, 0.0)),
+        "HalfSpace.press": of(half.press, surface=bowl, force=0.1, tolerance=1e-8, without=("hardness",)),
+        "press approach": only(half.press, surface=bowl, approach=0.05),
+        "press tilted": only(half.press, surface=bowl, force=0.1, load_point=(0.0, 0.0)),
+        "press heights": only(half.press, surface=half.heights_of(bowl), force=0.1),
+        "press friction": only(pulled.press, surface=bowl, force=0.1, friction=0.5, tangential=(0.01, 0.0), shift=None),
+        "press shift": only(pulled.press, surface=bowl, force=0.1, friction=0.5, shift=(0.001, 0.0)),
         "press_path": of(
             pulled.press_path,
             surface=bowl,
             steps=[fc.PressStep(force=0.1)],
             friction=0.5,
             tolerance=1e-8,
-            symmetry=True,
-            workers=None,
+            without=("hardness", "track"),
         ),
         "PressStep": of(
             lambda **k: pulled.press_path(bowl, [fc.PressStep(**k)], 0.5),
@@ -544,33 +451,21 @@ def public_calls(folder: Path) -> dict[str, Call]:
         "FrictionPath.wear_depth": of(trip.wear_depth, coefficient=1.0),
         "FrictionPath.save": of(trip.save, path=folder / "trip.json"),
         "contact_modulus": of(hertz.contact_modulus, first=soft, second=steel),
-        "hertz.spheres": of(hertz.spheres, radii=(1.0, 2.0), materials=(soft, steel), force=1.0, approach=None),
-        "hertz.spheres approach": of(hertz.spheres, radii=(1.0, 2.0), materials=(soft, None), approach=0.1),
+        "hertz.spheres": of(hertz.spheres, radii=(1.0, 2.0), materials=(soft, steel), force=1.0),
+        "hertz.spheres approach": only(hertz.spheres, radii=(1.0, 2.0), materials=(soft, None), approach=0.1),
         "hertz.ellipse": of(
-            hertz.ellipse, radii=((1.0, 2.0), (3.0, 4.0)), materials=(soft, steel), angle=0.1, force=1.0, approach=None
+            hertz.ellipse, radii=((1.0, 2.0), (3.0, 4.0)), materials=(soft, steel), angle=0.1, force=1.0
         ),
         "hertz.line": of(hertz.line, radii=(1.0, 2.0), materials=(soft, steel), force=1.0),
         "hertz pressure": of(circle.pressure, r=0.0),
-        "hertz stress": of(circle.stress, r=0.0, z=0.1, body=0),
+        "hertz stress": of(circle.stress, r=0.0, z=0.1),
         "ellipse pressure": of(oval.pressure, x=0.0, y=0.0),
-        "line stress": of(strip.stress, x=0.0, z=0.1, body=0),
-        "read_mesh": of(fc.read_mesh, path=msh, scale=1.0, element=None, part=None, reader=None),
-        "read_surface": of(fc.read_surface, path=stl, scale=1.0),
-        "repair_surface": of(fc.repair_surface, source=stl, holes=4, smoothing=1, size=None, scale=1.0),
-        "read_scene": of(fc.read_scene, path=toml, out=None, change=None),
-        "mesh_solid": of(
-            fc.mesh_solid,
-            source=folder / "missing.step",
-            size=1.0,
-            element="tet4",
-            near=None,
-            near_size=None,
-            growth=0.5,
-            scale=1.0,
-            run_script=False,
-            part=None,
-            progress=False,
-        ),
+        "line stress": of(strip.stress, x=0.0, z=0.1),
+        "read_mesh": of(fc.read_mesh, path=msh),
+        "read_surface": of(fc.read_surface, path=stl),
+        "repair_surface": of(fc.repair_surface, source=stl, holes=4, smoothing=1),
+        "read_scene": of(fc.read_scene, path=toml, without=("divide",)),
+        "mesh_solid": of(fc.mesh_solid, source=folder / "missing.step", size=1.0, element="tet4", progress=False),
     }
     if importlib.util.find_spec("manifold3d") is not None:
         cube = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1))

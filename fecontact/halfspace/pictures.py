@@ -85,7 +85,7 @@ class Drawn:
         """
         if stress:
             warn("plot(stress=) is now plot(units=); the old name will be removed.", stacklevel=3)
-        names = Units.labels(units or stress, length=length, force=force)
+        names = Units.labels(stress or units, length=length, force=force)
         if ax is None:
             return self._drawn(path, names)
         self._draw_in(ax, names)

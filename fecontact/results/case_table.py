@@ -271,9 +271,9 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
         InputError
             If they are no names.
         """
-        if not units:
+        if (given := Units.of(units)) == Units():
             return self
-        names = Units.of(units).with_defaults(self.units)
+        names = given.with_defaults(self.units)
         return replace(self, units=names, rows=tuple({**row, "units": asdict(names)} for row in self.rows))
 
     def save(self, path: str | Path, *, units: UnitNames = ()) -> Path:
@@ -457,7 +457,7 @@ class CaseTable(Figures, Sequence[Mapping[str, Any]]):
         from fecontact.results.pictures.case_pictures import plot_montage
 
         chosen = cast("Sequence[int | str] | None", cases)
-        if cases is not None and np.ndim(cases) == 0:
+        if np.isscalar(cases):
             count = min(whole("the number of cases", cases), len(self.rows))
             chosen = np.linspace(0, len(self.rows) - 1, count).round().astype(int).tolist()
         maps, names = self.fields(what, contact, chosen), [self.names[k] for k in self._numbers(chosen)]
