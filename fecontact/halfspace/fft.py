@@ -153,7 +153,8 @@ def kernel_spectrum(table: Array, lengths: Shape) -> Array:
     full = np.zeros((lengths[0] + 1, lengths[1] + 1))
     rows, columns = min(table.shape[0], len(full)), min(table.shape[1], full.shape[1])
     full[:rows, :columns] = table[:rows, :columns]
-    return np.asarray(scipy.fft.dctn(full, type=1, overwrite_x=True, workers=default_threads()))
+    threads = default_threads() if full.size > STRIP else 1
+    return np.asarray(scipy.fft.dctn(full, type=1, overwrite_x=True, workers=threads))
 
 
 Kernels = tuple[tuple[NDArray | None, ...], ...]
@@ -238,6 +239,8 @@ class Convolution:
     @cached_property
     def rough(self) -> Convolution:
         """The same in single precision, with relative errors of `ROUGHNESS` in any units."""
+        if max(self.lengths) <= SHORT:  # a product with matrices takes no longer in double precision
+            return self
         given = [kernel for row in self.kernels for kernel in row if kernel is not None]
         factor = max((float(np.abs(kernel).max()) for kernel in given), default=1.0) or 1.0
         kernels = tuple(tuple(_single(k, factor) for k in row) for row in self.kernels)

@@ -6,6 +6,7 @@ surfaces penetrate outside the part, it is enlarged and solved again.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -36,6 +37,9 @@ COARSE_TOLERANCE, NEXT_TOLERANCE = 1e-3, 1e-4
 
 #: Tolerance from which single precision suffices throughout.
 ROUGH_ENOUGH = 1e-4
+
+#: 16/3 / sqrt(pi), times E* over the side of a square cell and its displacement by unit pressure on it (Love 1929).
+HERTZ = 16 / 3 / math.sqrt(math.pi) * 4 * math.log(1 + math.sqrt(2)) / math.pi
 
 #: Cells added round the expected contact, besides a thirtieth of its width.
 MARGIN = 2
@@ -352,14 +356,34 @@ def solve_coarser(
             levels.pop()
             break
     first, coarse = levels[-1], None
-    # overlapping cells if the approach is prescribed, else all
-    start, active = np.zeros(first.g.shape), first.allowed & (first.g < 0) if len(first.F) == 0 else first.allowed
+    start, active = first_start(first)
     for k in range(len(levels) - 1, 0, -1):
-        within = COARSE_TOLERANCE if k > 1 else NEXT_TOLERANCE
-        at = solve(levels[k], start, active, max(tolerance, within), tally, workers)
+        within = max(tolerance, COARSE_TOLERANCE) if k > 1 else NEXT_TOLERANCE
+        at = solve(levels[k], start, active, within, tally, workers)
         coarse = np.maximum(at.p, 0.0)
         start, active = start_on(levels[k - 1], coarse)
     return start, active, len(levels), coarse
+
+
+def first_start(level: GridLevel) -> tuple[Array, Mask]:
+    """Start (nx, ny) and active cells of the coarsest grid: overlapping cells if the approach is prescribed.
+
+    Under a force the cells below the height d at which F = 16/3 E* sqrt(A/pi) (d - mean height below), as of Hertz's
+    paraboloid, and pressures as the root of their depth; all cells where the first row is not that of a force.
+    """
+    none, allowed = np.zeros(level.g.shape), level.allowed
+    if not len(level.F):
+        return none, allowed & (level.g < 0)
+    rows = level.B[0][allowed]
+    total = float(level.F[0] / rows[np.abs(rows).argmax()])
+    if total <= 0 or rows.min() * rows.max() <= 0:
+        return none, allowed
+    g, images = np.sort(level.g[allowed]), 2 ** sum(level.symmetric)
+    count, own = np.arange(1, len(g) + 1), float(level.kernel.mean() if level.periodic else level.kernel[0, 0])
+    borne = HERTZ / own * np.sqrt(count * images) * (g - np.cumsum(g) / count)
+    d = g[min(int(np.searchsorted(borne, total * images)), len(g) - 1)]
+    depth = np.where(allowed, np.sqrt(np.maximum(d - level.g, 0.0)), 0.0)
+    return depth * (total / (float(depth.sum()) or 1.0)), allowed & (level.g <= d)
 
 
 def can_coarsen(level: GridLevel) -> bool:

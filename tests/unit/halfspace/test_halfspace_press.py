@@ -1,12 +1,16 @@
 """The half-space's own solver: against the dense reference, its invariances, its refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from refusals import refused
 
 import fecontact as fc
 from fecontact import InputError
+from fecontact.halfspace.nested import first_start
 from fecontact.halfspace.operator import CellModel, GridCompliance
+from fecontact.halfspace.pressing import Load, grid_level
 from fecontact.solvers import ContactProblem, solve
 from fecontact.surfaces import Cone, FlatPunch, Paraboloid, self_affine
 
@@ -330,3 +334,21 @@ def test_cells_by_their_former_name_warn():
         assert fc.HalfSpace(UNIT, shape=(4, 6)).grid.shape == (4, 6)
     with pytest.warns(DeprecationWarning, match=r"LocalBody\(cells=\)"):
         assert fc.LocalBody(block, (1.0, 1.0, 1.0), 0.4, shape=(4, 6)).window.shape == (4, 6)
+
+
+def test_the_coarsest_grid_starts_with_the_cells_that_a_paraboloid_presses_by_hertz():
+    stiff = fc.HalfSpace(fc.Material(E=210e3, nu=0.3), size=(0.3, 0.3), cells=(128, 128))
+    hertz = fc.hertz.spheres((1.0, float("inf")), (stiff.material, None), force=50.0)
+    z, load = stiff.heights_of(Paraboloid(1.0)), Load(50.0, None, None)
+    level = grid_level(stiff.compliance, z, np.isfinite(z), load, True)
+    start, active = first_start(level)
+    exact = np.pi * hertz.a**2
+    assert abs(4 * active.sum() * stiff.grid.area / exact - 1) < 0.02  # cells at the edge: 1 / 80 of it
+    assert start.sum() == pytest.approx(level.F[0])
+    down = replace(level, B=-level.B, F=-level.F)  # rows of a scene
+    assert (first_start(down)[1] == active).all()
+    turning = replace(level, B=level.B * (np.arange(64.0) - 30)[None, :, None])  # no row of a force
+    assert first_start(turning)[1].all()
+    on_part = replace(level, allowed=z[64:, 64:] > 1e-4)  # a ring
+    assert not (first_start(on_part)[1] & ~on_part.allowed).any()
+    assert (first_start(replace(level, B=level.B[:0], F=level.F[:0], g=level.g - 1e-4))[1] == (level.g < 1e-4)).all()
