@@ -143,7 +143,8 @@ class SurfaceCompliance:
         shape = (min(counts[0], self.grid.shape[0]), min(counts[1], self.grid.shape[1]))
         cell = (self.grid.cell[0] * 2**level, self.grid.cell[1] * 2**level)
         if self.layers:
-            table = layered.table(shape, cell, self.layers, self.material)
+            # the coarsest grid of 8 cells has 4, one more, and two for the rule of its means
+            table = layered.table(shape, cell, self.layers, self.material, 2 * math.hypot(*self.grid.size))
             if self.against is not None:
                 table += kernels.love(shape, cell) / self.against.plane_strain_modulus
         else:

@@ -22,6 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy
@@ -259,7 +260,10 @@ def _decaying(k: Array, kz: Array, material: Material) -> Array:
     return out
 
 
-def table(shape: tuple[int, int], cell: tuple[float, float], layers: Sequence[Layer], base: Material | None) -> Array:
+def table(
+    shape: tuple[int, int], cell: tuple[float, float], layers: Sequence[Layer], base: Material | None,
+    reach: float = 0.0,
+) -> Array:  # fmt: skip
     """Mid-cell displacements by unit pressure on one cell.
 
     Love's table of a half-space of the top layer's material plus the smooth difference due to the layers: the integral
@@ -273,6 +277,8 @@ def table(shape: tuple[int, int], cell: tuple[float, float], layers: Sequence[La
         Sides of a cell.
     layers : sequence of Layer
     base : Material or None
+    reach : float
+        Distance up to which what layers add is tabulated, at least to the last offset: once for grids of one reach.
 
     Returns
     -------
@@ -295,7 +301,7 @@ def table(shape: tuple[int, int], cell: tuple[float, float], layers: Sequence[La
         total += kernels.love(shape, cell) / top.plane_strain_modulus
     if layers:
         x, y = (np.arange(n + len(MEAN) // 2) * side for n, side in zip(shape, cell, strict=True))
-        difference = point_difference(math.hypot(x[-1], y[-1]), layers, base)
+        difference = point_difference(max(reach, math.hypot(x[-1], y[-1])), layers, base)
         smooth = np.empty((len(x), len(y)))
 
         def fill(strip: slice) -> None:
@@ -360,7 +366,7 @@ def point_difference(reach: float, layers: Sequence[Layer], base: Material | Non
     >>> bool((point_difference(2.0, [Layer(soft, 1.0)], None)(np.array([0.0, 2.0])) < 0).all())
     True
     """
-    parts = [_added_by_top(reach, layers[j:], base) for j in range(len(layers))]
+    parts = [_added_by_top(reach, tuple(layers[j:]), base) for j in range(len(layers))]
     return lambda r: np.asarray(sum(part(r) for part in parts))
 
 
@@ -427,7 +433,8 @@ class Hankel:
         return at
 
 
-def _added_by_top(reach: float, layers: Sequence[Layer], base: Material | None) -> Callable[[Array], Array]:
+@lru_cache(16)
+def _added_by_top(reach: float, layers: tuple[Layer, ...], base: Material | None) -> Callable[[Array], Array]:
     """Point-force displacement that the top layer adds to those below, less that of its half-space to theirs.
 
     Tabulated as far as the layer is felt, beyond which what it adds falls as the distance cubed.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import scipy.fft
@@ -92,6 +93,11 @@ class GridLevel:
         """The part that covers the whole grid."""
         return slice(0, self.g.shape[0]), slice(0, self.g.shape[1])
 
+    @cached_property
+    def convolution(self) -> Convolution:
+        """Product with the kernel among all cells."""
+        return Convolution.of_grid(self.kernel, self.periodic, self.g.shape, self.symmetric)
+
     @property
     def is_bounded(self) -> bool:
         """False if no pressures open the gaps: beyond the mean plane of a periodic surface, which none displaces."""
@@ -103,7 +109,10 @@ class GridLevel:
 def compliance(level: GridLevel, part: tuple[slice, slice], tally: Tally, workers: int | None) -> Product:
     """Compliance among the cells of a part of a grid."""
     shape = (part[0].stop - part[0].start, part[1].stop - part[1].start)
-    convolution = Convolution.of_grid(level.kernel, level.periodic, shape, level.symmetric, tally, workers)
+    if part == level.whole:
+        convolution = replace(level.convolution, tally=tally, workers=workers)
+    else:
+        convolution = Convolution.of_grid(level.kernel, level.periodic, shape, level.symmetric, tally, workers)
     return Corrected(convolution, tuple(term.part(part) for term in level.smooth)) if level.smooth else convolution
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-import scipy
+from numpy.typing import NDArray
 
 from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask
 from fecontact.halfspace.fft import each, strips
@@ -104,8 +104,8 @@ def overlap_between_cells(contact: OnCells, heights: Callable[[Array, Array], Ar
         highest -= lowest
         if lowest.min() >= FALL * highest.max():
             return np.zeros(0, np.int64)
-        beside = _of_four(np.maximum, scipy.ndimage.maximum_filter(active[first:last], 3))
-        low = (beside == 0) & (lowest < FALL * scipy.ndimage.maximum_filter(highest, 3))
+        beside = _of_four(np.maximum, _largest_near(active[first:last]))
+        low = ~beside & (lowest < FALL * _largest_near(highest))
         return np.flatnonzero(low[strip.start - first :][: strip.stop - strip.start]) + strip.start * (ny - 1)
 
     facets = np.concatenate(each(low_facets, strips(grid.shape[0] - 1, ny)))
@@ -141,7 +141,17 @@ def overlap_between_cells(contact: OnCells, heights: Callable[[Array, Array], Ar
     )
 
 
-def _of_four(choose: np.ufunc, values: Array) -> Array:
+def _largest_near(values: NDArray) -> NDArray:
+    """Largest value (nx, ny) of a place and its eight neighbours."""
+    for _ in range(2):  # along one axis, then along the other
+        out = values.copy()
+        np.maximum(out[1:], values[:-1], out=out[1:])
+        np.maximum(out[:-1], values[1:], out=out[:-1])
+        values = out.T
+    return values
+
+
+def _of_four(choose: np.ufunc, values: NDArray) -> NDArray:
     """Values (nx - 1, ny - 1) of the four cells round each corner, of which one is chosen."""
     pairs = choose(values[1:], values[:-1])
     return np.asarray(choose(pairs[:, 1:], pairs[:, :-1]))

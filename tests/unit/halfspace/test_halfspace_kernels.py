@@ -156,3 +156,10 @@ def test_the_section_below_a_thin_layer_is_that_of_what_is_below():
     titles = [contact.plot().axes[3].get_title() for contact in (one, other)]
     assert titles[0].endswith("below 1 layer(s) thinner than half a cell")
     assert titles[1].count("\n") == 1
+
+
+@pytest.mark.parametrize("base", [None, GLASS])
+def test_a_table_does_not_depend_on_the_reach_for_which_layers_are_tabulated(base):
+    layers = [layered.Layer(fc.Material(E=0.3, nu=0.45), 0.5), layered.Layer(GLASS, 0.2)]
+    near, far = (layered.table((20, 12), (0.1, 0.1), layers, base, reach) for reach in (0.0, 8.0))
+    assert np.abs(near / far - 1).max() < 1e-8  # of the splines, whose places differ

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+import scipy.ndimage
 
 import fecontact as fc
 from fecontact.app.cli import main
+from fecontact.halfspace.validity import _largest_near
 from fecontact.surfaces import FlatPunch, Paraboloid, self_affine
 
 STEEL, SOFT = fc.Material(210e3, 0.3), fc.Material(1.0, 0.0)
@@ -84,3 +86,9 @@ def test_a_scene_warns_as_the_half_space_alone_does(over, told):
     assert [text.split(":")[0] for text in alone] == told
     assert [text for text in result.warnings if "small" in text or "steep" in text] == [f"'half': {t}" for t in alone]
     assert all(text in str(result) for text in result.warnings)
+
+
+def test_the_largest_of_neighbours_is_that_of_scipys_filter():
+    values = np.random.default_rng(2).normal(size=(7, 5))
+    assert (_largest_near(values) == scipy.ndimage.maximum_filter(values, 3)).all()
+    assert (_largest_near(values > 1) == scipy.ndimage.maximum_filter(values > 1, 3)).all()
