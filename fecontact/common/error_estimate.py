@@ -57,6 +57,8 @@ class UnboundedPeak(NamedTuple):
 class ErrorEstimate:
     """Estimated errors of one contact at the force that was found, all relative; see `ResponseError` for forces.
 
+    A figure of 1 stands for 100 % or more.
+
     Where the pressure is unbounded, faces at the edge concerned count neither in `pressure` nor in its parts.
 
     Attributes
@@ -98,6 +100,11 @@ class ErrorEstimate:
     unbounded: UnboundedPeak | None = None
     reason: str = ""
     traction: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("pressure", "geometry", "interior", "peak", "area", "traction"):
+            if 1.0 < (getattr(self, name) or 0.0) < math.inf:
+                object.__setattr__(self, name, 1.0)
 
     @classmethod
     def none(cls, reason: str) -> ErrorEstimate:

@@ -138,8 +138,8 @@ def _check_across(interfaces: Sequence[UnilateralConstraints], loading: Loading)
     """Refuse a load on a body as a whole with a component in which no contact resists the body.
 
     The body moves along the load only and is held across it. On a frictionless floor, a load of 10 sideways and 1
-    downwards would thus act like a wedge with a contact force of 101. Resistance is judged by the contacts' lines of
-    action, so that the result does not change with a rotation of the scene.
+    downwards would thus act like a wedge with a contact force of 101. Across a guide, supports hold. Resistance is
+    judged by the contacts' lines of action, so that the result does not change with a rotation of the scene.
 
     Raises
     ------
@@ -153,9 +153,9 @@ def _check_across(interfaces: Sequence[UnilateralConstraints], loading: Loading)
         rows = [r for i in interfaces if (r := i.rows(frame.body)) is not None]
         modes = frame.modes(np.eye(6))
         opening = np.concatenate([np.zeros((0, 6)), *(r @ modes for r in rows)])
-        for kind in (range(3), range(3, 6)):
+        for kind, guided in zip((range(3), range(3, 6)), frame.guided, strict=True):
             left = [c for c in kind if c not in frame.prescribed_components]
-            if not frame.load[left].any():
+            if guided or not frame.load[left].any():
                 continue
             _, singular, Vt = np.linalg.svd(np.linalg.qr(opening[:, left], mode="r"))
             resisting = int((singular > UNRESISTED * singular.max(initial=0.0)).sum())

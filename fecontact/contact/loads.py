@@ -147,8 +147,8 @@ class LoadStep:
         keyed = {name: mapping(name, given.get(name)) for name in KEYED}
         return cls(**keyed, gravity=given.get("gravity"))
 
-    def on(self, bodies: Sequence[Body]) -> Loading:
-        """The loads sorted by body.
+    def on(self, bodies: Sequence[Body], start: Sequence[Body] = ()) -> Loading:
+        """The loads sorted by body; `start` has the bodies in the poses where they began, if these are others.
 
         Raises
         ------
@@ -159,7 +159,7 @@ class LoadStep:
         setting = setting_of(bodies)
         _check_forces(setting, local, self.gravity)
         frames, distributed = [], []
-        for body in bodies:
+        for body, begun in zip(bodies, start or bodies, strict=True):
             pose, parts, pushes = body.pose, [], []
             for (b, place), force in local.items():
                 if b is not body:
@@ -176,7 +176,7 @@ class LoadStep:
                     parts.append(nodal)
             frame = constrain_rigid_motion(
                 body, whole.get(body), self.moments.get(body), self.motions.get(body), self.free.get(body, ()),
-                pushes, setting.turning,
+                pushes, setting.turning, begun.pose.rotation,
             )  # fmt: skip
             frame = replace(frame, imposed=self._imposed(body), heated=self._heated(body))
             setting.check_frame(frame)

@@ -7,7 +7,8 @@ about the body's reference point) are
 - **prescribed** by `motions`;
 - **loaded**, along the direction of the force and about that of the moment that `forces` and `moments` give: there
   the frame follows; across it the frame is held. The direction is that of the load, not its components along the world
-  axes, so that the result does not change with a rotation of the scene. A load with a component in which no contact
+  axes, so that the result does not change with a rotation of the scene. A load along what supports leave free, such as
+  a guide, is held across by them, however far the body has turned. Another load with a component in which no contact
   resists the body is refused (`equilibrium.check_balance`): held across it, the body would act as a wedge. Where the
   constraint across carries a large share of the load, a warning says so and how to free it. A force at a point of a
   rigid body also lets the body rotate about that point, like a load through a ball joint;
@@ -29,7 +30,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.bodies.body import Body
 from fecontact.common.arguments import items, mapping
-from fecontact.common.arrays import Array
+from fecontact.common.arrays import Array, Mask
 from fecontact.common.checks import finite, vector
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, shown
@@ -68,6 +69,8 @@ class RigidMotionConstraints:
         Displacements that supports and linear conditions prescribe beside the frame's, in the body's axes.
     heated : Heated, optional
         Forces and free strains of a change of temperature.
+    guided : (bool, bool)
+        Whether force and moment drove, where the body began, only what its supports leave free: these hold across.
     """
 
     body: Body
@@ -81,6 +84,7 @@ class RigidMotionConstraints:
     held_beside: tuple[int, ...] = ()
     imposed: Array | None = None
     heated: Heated | None = None
+    guided: tuple[bool, bool] = (False, False)
 
     @property
     def point(self) -> Array:
@@ -143,6 +147,7 @@ def constrain_rigid_motion(
     free: str | Sequence[str] = (),
     pushes: Sequence[tuple[Array, Array]] = (),
     turning: Sequence[int] = (0, 1, 2),
+    start: Array | None = None,
 ) -> RigidMotionConstraints:
     """Sort the six components of a body.
 
@@ -156,6 +161,9 @@ def constrain_rigid_motion(
         the magnitudes of the forces, so that the result does not depend on the reference point.
     turning : sequence of int
         Axes about which bodies of this scene can rotate.
+    start : (3, 3) array, optional
+        Rotation of the body's pose where it began. What a load drives is judged there: along a guide it frees nothing
+        across, however far the guide has turned since.
 
     Raises
     ------
@@ -185,12 +193,16 @@ def constrain_rigid_motion(
     if both := (set(np.flatnonzero(direct).tolist()) | set(freed)) & set(prescribed_components):
         which = ", ".join(COMPONENTS[c] for c in sorted(both))
         raise InputError(f"{body.name!r} is both loaded (or free) and moved in {which}; a component takes one of them.")
-    Q = body.pose.rotation
     scale = np.array([1.0] * 3 + [body.size] * 3)[:, None]
-    floating = scale * np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
+    begun, floating = (
+        scale * np.concatenate([Q @ body.free_motions[:3], Q @ body.free_motions[3:]])
+        for Q in (body.pose.rotation if start is None else start, body.pose.rotation)
+    )
     unit = np.eye(6)
     # directions of force and moment, not components: the result does not change with a rotation of the scene
     along = np.stack([np.concatenate([direct[:3], np.zeros(3)]), np.concatenate([np.zeros(3), direct[3:]])], axis=1)
+    guided = _within(along, begun)
+    along = along[:, ~guided | _within(along, floating)]
     jointed = _turns_about_pushes(pushes, turning, point, body.size)
     everything = gram_schmidt(np.concatenate([along, jointed, unit[:, freed], floating], axis=1), 1e-8)
     released = _without(everything, list(prescribed_components))
@@ -211,7 +223,15 @@ def constrain_rigid_motion(
         tuple(prescribed_components),
         _in_vain(floating, freed, prescribed_components) if freed else (),
         _held_beside(floating, list(prescribed_components)) if prescribed_components else (),
+        guided=(bool(guided[0]), bool(guided[1])),
     )
+
+
+def _within(loads: Array, floating: Array) -> Mask:
+    """Which loads (6, 2) are along motions (6, k) that supports leave free, of a body with supports."""
+    basis, sizes = gram_schmidt(floating, 1e-8), np.linalg.norm(loads, axis=0)
+    beside = np.linalg.norm(loads - basis @ (basis.T @ loads), axis=0)
+    return np.asarray((sizes > 0) & (beside <= 1e-8 * sizes) & (basis.shape[1] < 6))
 
 
 def _held_beside(floating: Array, prescribed: list[int]) -> tuple[int, ...]:

@@ -9,7 +9,7 @@ What the nodes do not see of a rigid shape is the gap less its interpolation fro
 
     sum_a N_a (g_a + n_a . (x - x_a) / 2),
 
-exact for a quadratic shape. Where a contact fills less than a face, whose readings tell nothing of such a shape either,
+exact for a quadratic shape. Where a contact fills so few faces that its readings tell nothing of such a shape either,
 it is the gap less the interpolation of its values. To a deviation w with a period of a face's width L belongs, by
 Westergaard's solution of a wavy half-plane (Johnson 1985, section 13.2), a pressure of pi E* w / L, in the root mean
 square too.
@@ -28,7 +28,7 @@ from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask, cross
 from fecontact.contact.coupling.nodal import STEEPEST
 from fecontact.contact.search_region import with_rings
 from fecontact.mesh.facets import facet_centres
-from fecontact.results.error_estimate import fills_a_face
+from fecontact.results.error_estimate import unseen_profile
 from fecontact.results.facet_samples import facet_samples
 from fecontact.surfaces.between_nodes import overlap_outline, samples_of, smallest_gaps, star_area
 from fecontact.surfaces.facet_surface import FacetSurface, has_cells, own_facets, with_nodes
@@ -211,7 +211,7 @@ class GapsBetweenNodes:
         gap, _, hidden, x, shapes = self._on(facets[which], local)
         columns = place.reshape(len(facets), -1)[which]
         interpolated, readings = g_a[columns], self.contact._readings
-        if readings is not None and not fills_a_face(self.contact, readings):
+        if readings is not None and unseen_profile(self.contact, readings) < 1:
             interpolated = interpolated + np.einsum("nai,nai->na", n_a[columns], x[:, None] - x_a[columns]) / 2
         short = np.where(hidden | beyond[columns].any(axis=1), 0.0, gap - np.einsum("na,na->n", shapes, interpolated))
         # nodes are half as far apart on faces with nodes amid their sides

@@ -311,7 +311,7 @@ class ContactFields(FormerNames):
         if self._on_cells is not None:
             return self._on_cells.estimate(found)
         if self._unseen > 0:
-            peak = min(1.0, float(self._between_nodes.unseen.max()) / self.max_pressure)
+            peak = float(self._between_nodes.unseen.max()) / self.max_pressure
             found = replace(found, pressure=float(np.hypot(found.pressure, self._unseen)), peak=max(found.peak, peak))
         if self._traction_misfit is None:
             return found

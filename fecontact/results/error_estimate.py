@@ -13,9 +13,9 @@ All count what the master covers of a face. Where its rim lies within faces, nod
 covered act at the nodes inside: by their second moments the error of the pressure inside is added (`AT_RIM`).
 
 Neither shows faces that deviate from a smooth shape; the error of these (`results.geometry_error`) is independent and
-its square is added. Where a contact fills less than a face, both see nothing of how the pressure varies: the error of
-the stresses in the cells below counts instead (`FILLED`). The estimate covers the mesh only, not errors of the model,
-its loads or its materials.
+its square is added. Where a contact fills few faces, both see little of how the pressure varies: the error of the
+stresses in the cells below counts too (`FILLED`). The estimate covers the mesh only, not errors of the model, its loads
+or its materials.
 """
 
 from __future__ import annotations
@@ -66,8 +66,11 @@ AT_RIM = 2.0
 RIM_SAMPLES = 12
 #: Faces across a contact down to whose width elements below it are looked at.
 NARROWEST = 2.0
-#: Faces across a contact that fills them, below which these tell nothing of its profile: a square one is 1.13 across.
-FILLED = 1.2
+#: Faces across a contact that fills them, up to which pressures err as the stresses below do. Over n of these widths
+#: the error is an n-th: the mean pressure on a region errs by the product of the energy norms of two errors, that of
+#: the solution and that of the answer to a mean displacement of the region, which is a face's part of it (Babuska &
+#: Miller 1984, *The post-processing approach in the finite element method*).
+FILLED = 2.0
 #: Share of a contact's force above which a region counts.
 MIN_REGION = 0.05
 
@@ -288,20 +291,22 @@ def error_estimate(contact: ContactFields, readings: PressureReadings | None) ->
     norm = readings.norm
     geometry = min(1.0, float(geometry_error(contact) * np.sqrt(max(area, counted) / norm))) if norm > 0 else 0.0
     edge = contact._singular_edge
-    profile = fills_a_face(contact, readings)
-    interior = interior_error(contact._energy_errors, profile)
+    unseen = unseen_profile(contact, readings)
+    interior = interior_error(contact._energy_errors, unseen)
     pressure = float(np.sqrt(readings.error**2 + geometry**2 + interior**2))
     cornered = contact.facets.shape[1] > 3 and triangular(contact.facets).any()
     of_area = AREA_SHARE_OF_TRIANGLES if cornered else AREA_SHARE
-    share = min(1.0, max(MIN_SHARE, COARSE_SHARE * pressure))
+    share = min(1.0, max(MIN_SHARE, unseen, COARSE_SHARE * pressure))
     if readings.peak_depth <= min(AT_EDGE, AT_EDGE_OF_WIDTH * readings.across):
         share = 1.0
     found = ErrorEstimate(
         pressure=pressure,
         geometry=geometry,
         interior=interior,
-        peak=max(readings.peak_offset / readings.peak, share * pressure, AT_KINKS * geometry, interior * profile),
-        area=min(1.0, of_area * pressure) if area > 0 else 1.0,
+        peak=max(
+            readings.peak_offset / readings.peak, share * pressure, AT_KINKS * geometry, interior if unseen else 0.0
+        ),
+        area=of_area * pressure if area > 0 else 1.0,
         faces_across=readings.across,
         unbounded=None if edge is None else edge.peak,
     )
@@ -309,20 +314,23 @@ def error_estimate(contact: ContactFields, readings: PressureReadings | None) ->
     return found if contact.active.all() else found.within_resolution()
 
 
-def fills_a_face(contact: ContactFields, readings: PressureReadings) -> bool:
-    """Whether a contact is narrower than its faces because these end: its readings tell nothing of its profile."""
-    return readings.across < FILLED and bool(contact.active.all())
+def unseen_profile(contact: ContactFields, readings: PressureReadings) -> float:
+    """What the readings of a contact do not tell of its profile: 1 up to `FILLED` faces across, then the less the more.
+
+    Zero where a contact ends within its faces, since its edge shows a profile.
+    """
+    return min(1.0, FILLED / readings.across) if contact.active.all() else 0.0
 
 
-def interior_error(errors: Sequence[EnergyError], profile: bool = False) -> float:
+def interior_error(errors: Sequence[EnergyError], unseen: float = 0.0) -> float:
     """Relative error of the pressure due to that of the compliance of the elements below a contact.
 
     The compliance is too small by the error's square over the energy (`fem.energy_error`), as with a modulus that is
-    too large. With `profile` also by that of their stresses, its root.
+    too large. Of a profile that is unseen also by that of their stresses, its root.
     """
     error, energy = sum(float(e.error.sum()) for e in errors), sum(float(e.energy.sum()) for e in errors)
     share = error / energy if energy > 0 else 0.0
-    return min(1.0, max(STIFFNESS * share, float(np.sqrt(share)) if profile else 0.0))
+    return min(1.0, max(STIFFNESS * share, unseen * float(np.sqrt(share))))
 
 
 def energy_errors(contact: ContactFields, readings: PressureReadings | None) -> tuple[EnergyError, EnergyError]:

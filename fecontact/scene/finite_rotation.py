@@ -320,7 +320,7 @@ class _Path:
 
     def _loading(self) -> Loading:
         """Loads on the bodies in the present poses."""
-        return self._now.step(self._held).on(self._now.scene.bodies)
+        return self._now.step(self._held).on(self._now.scene.bodies, self._scene.bodies)
 
     def finished(self, result: ContactResult) -> ContactResult:
         """The result for the original bodies, on whole surfaces if requested."""

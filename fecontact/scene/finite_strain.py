@@ -520,7 +520,7 @@ class _Newton:
             for body, given in self._motions.items()
         }
         bodies = carried.scene.bodies
-        loading = carried.step(replace(self._end, motions=motions)).on(bodies)
+        loading = carried.step(replace(self._end, motions=motions)).on(bodies, self._model.bodies)
         loads = [
             given
             if (inner := body._inner_forces) is None

@@ -80,7 +80,8 @@ def answer(result: Any, frame: Frame, same: float, grows: str = "") -> Answer:
     errors: dict[str, float] = {}
     for k, c in enumerate(result.contacts):
         if c.max_pressure > 0 and np.isfinite(c.error_estimate.peak):
-            errors[f"peak {k}"] = c.error_estimate.peak
+            # a contact's own estimate is that at the force found
+            errors[f"peak {k}"] = float(np.hypot(c.error_estimate.peak, result.response_error.force or 0.0))
         if c.max_pressure > 0 and result.response_error.force is not None:
             errors[f"force {k}"] = result.response_error.force
     warned = any(_OF_THE_MESH.search(text) for text in result.warnings)

@@ -142,4 +142,4 @@ def test_matching_or_quadratic_rings_are_not(inner, outer, element):
     spread, estimate = rings(inner, outer, element)
     assert spread < 0.01
     assert estimate.geometry < 0.01
-    assert estimate.pressure < 0.02
+    assert estimate.pressure < 0.025
