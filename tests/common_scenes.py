@@ -1,5 +1,8 @@
 """Scenes that several files of tests solve."""
 
+import importlib.util
+from pathlib import Path
+
 import fecontact as fc
 
 #: A block pressed by a ball, as a scene file.
@@ -23,6 +26,41 @@ master = "ball"
 [loads]
 motions.ball = {z = -0.03}
 """
+
+#: A block on a rigid floor, up to its contact; friction and loads are added.
+BLOCK_ON_FLOOR = """
+[materials.rubber]
+E = 1.0
+nu = 0.0
+[bodies.block]
+shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [2, 2, 2]}
+material = "rubber"
+contact = "bottom"
+supports = {top = "xyz"}
+[bodies.floor]
+type = "rigid"
+shape = {kind = "plane"}
+[[contacts]]
+slave = "block"
+master = "floor"
+"""
+
+
+def example(name):
+    """An example as a module."""
+    path = Path(__file__).parents[1] / "examples" / f"{name}.py"
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def knee(turn=0.0):
+    """The knee of the examples, coarse: condyles on plateaus, coupled by mortar."""
+    module = example("knee")
+    below = module.tibia(4)
+    bone = module.femur(4).placed((0.0, 0.0, module.HEIGHT), rotation=fc.rotation_about((1, 0, 0), turn))
+    return fc.Scene([below, bone], [fc.Contact(bone, below)]), bone
 
 
 def ball_between_blocks():

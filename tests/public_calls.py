@@ -12,6 +12,7 @@ from typing import Any
 import meshio
 import numpy as np
 import scipy.sparse as sp
+from sample_files import TOML
 
 import fecontact as fc
 from fecontact.analytic import hertz
@@ -66,7 +67,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
     msh = folder / "cube.msh"
     meshio.Mesh(cube.points, [("hexahedron", cube.cells)]).write(msh, file_format="gmsh")
     toml = folder / "scene.toml"
-    toml.write_text(SCENE, encoding="utf-8")
+    toml.write_text(TOML, encoding="utf-8")
     heights = folder / "heights.txt"
     np.savetxt(heights, np.eye(4))
 
@@ -477,28 +478,6 @@ def public_calls(folder: Path) -> dict[str, Call]:
             size=None,
         )
     return calls
-
-
-SCENE = """
-title = "block on a floor"
-[materials.soft]
-E = 1.0
-nu = 0.0
-[bodies.block]
-material = "soft"
-shape = { kind = "block", size = [1, 1, 1], divisions = [1, 1, 1], element = "hex8" }
-contact = "bottom"
-supports = { top = "xyz" }
-pressure = "nodal"
-[bodies.floor]
-type = "rigid"
-shape = { kind = "plane" }
-[[contacts]]
-slave = "block"
-master = "floor"
-[loads.motions]
-block = { z = -0.01 }
-"""
 
 
 def _write_stl(path: Path, mesh: fc.Mesh) -> None:

@@ -1,13 +1,13 @@
 """Every example runs on small settings and gives what it says; the longer ones are left to `make check`."""
 
 import ast
-import importlib.util
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 import scipy.integrate
+from common_scenes import example as load
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
@@ -16,13 +16,6 @@ from fecontact.ancf import Joints
 from fecontact.ancf.slender import line
 
 FOLDER = Path(__file__).parents[2] / "examples"
-
-
-def load(name):
-    spec = importlib.util.spec_from_file_location(name, FOLDER / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.mark.full

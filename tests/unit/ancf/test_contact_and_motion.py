@@ -375,10 +375,9 @@ def test_series_for_paraview(tmp_path):
         save_motion(a, motion.frames, tmp_path / "fall.vtu", motion.frame_times)
 
 
-def test_a_file_of_something_else_is_refused_and_kept(tmp_path):
+def test_a_file_of_something_else_is_refused_and_kept(written):
     a = Assembly.of([brick()])
-    file = tmp_path / "run.npz"
-    file.write_text("notes")
+    file = written("notes", "run.npz")
     with refused(fc.InputError, "no-record"):
         move(a, until=1.0, step=0.1, path=file)
     assert file.read_text() == "notes"

@@ -72,10 +72,9 @@ def test_files_that_are_cut_off_are_refused(tmp_path) -> None:
         read_frd(path)
 
 
-def test_figures_are_of_the_same_nodes_and_forces(tmp_path) -> None:
+def test_figures_are_of_the_same_nodes_and_forces(written) -> None:
     """Of a result's own displacements nothing differs; with one moved by 1 % of the largest, that is said."""
-    path = tmp_path / "blocks.inp"
-    path.write_text(deck_of(blocks(), step(DOWN), HELD))
+    path = written(deck_of(blocks(), step(DOWN), HELD), "blocks.inp")
     result = fc.read_scene(path).solve()
     bodies = result.scene.bodies
     nodes = np.concatenate([b.mesh.file_nodes for b in bodies])
@@ -102,9 +101,8 @@ def test_figures_are_of_the_same_nodes_and_forces(tmp_path) -> None:
     assert abs(other.apart["UP"] - 0.01) <= 1e-4
 
 
-def test_where_it_cannot_run_that_is_said(tmp_path, monkeypatch, capsys) -> None:
-    path = tmp_path / "blocks.inp"
-    path.write_text(deck_of(blocks(), step(DOWN), HELD))
+def test_where_it_cannot_run_that_is_said(tmp_path, written, monkeypatch, capsys) -> None:
+    path = written(deck_of(blocks(), step(DOWN), HELD), "blocks.inp")
     with refused(fc.InputError, "not-a-deck", ".feb"):
         check_ccx(path.with_suffix(".feb"))
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -112,8 +110,7 @@ def test_where_it_cannot_run_that_is_said(tmp_path, monkeypatch, capsys) -> None
         check_ccx(path)
     assert main(["solve", str(path), "--beside", "ccx"]) == 2
     assert "calculix-ccx" in capsys.readouterr().err
-    program = tmp_path / "ccx"
-    program.write_text("#!/bin/sh\necho '*ERROR reading: no such set'\nexit 201\n")
+    program = written("#!/bin/sh\necho '*ERROR reading: no such set'\nexit 201\n", "ccx")
     program.chmod(0o755)
     assert check_ccx(path) == str(program)
     with refused(fc.SolverError, "ccx-failed", "status 201", "no such set"):
@@ -122,12 +119,11 @@ def test_where_it_cannot_run_that_is_said(tmp_path, monkeypatch, capsys) -> None
 
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
 @pytest.mark.parametrize("friction", ["", "*FRICTION\n0.3, 1e5\n"])
-def test_a_deck_with_an_included_file_beside_ccx(friction, tmp_path, capsys) -> None:
+def test_a_deck_with_an_included_file_beside_ccx(friction, tmp_path, written, capsys) -> None:
     text = deck_of(blocks("hex20", "hex20"), step(DOWN), HELD, friction, LINEAR)
     text = text.replace("INTERACTION=I\n", "INTERACTION=I, TYPE=SURFACE TO SURFACE\n")
     (tmp_path / "held.inc").write_text(HELD)
-    path = tmp_path / "blocks.inp"
-    path.write_text(text.replace(HELD, "*INCLUDE, INPUT=held.inc\n"))
+    path = written(text.replace(HELD, "*INCLUDE, INPUT=held.inc\n"), "blocks.inp")
     picture = tmp_path / "both.png"
     asked = ["--beside", "ccx", "--beside-plot", str(picture), "--json", str(tmp_path / "figures.json")]
     assert main(["solve", str(path), *asked]) == 0

@@ -33,9 +33,8 @@ motions.ball = {z = -0.03}
 
 
 @pytest.mark.full
-def test_a_scene_is_compared_with_the_run_of_the_smallest_estimate(tmp_path, capsys):
-    path = tmp_path / "scene.toml"
-    path.write_text(BALL_ON_BLOCK)
+def test_a_scene_is_compared_with_the_run_of_the_smallest_estimate(tmp_path, written, capsys):
+    path = written(BALL_ON_BLOCK)
     assert main(["compare", str(path), "--json", str(tmp_path / "c.json")]) == 0
     rows = json.loads((tmp_path / "c.json").read_text())["rows"]
     assert [row["accuracy"] for row in rows] == [0.2, 0.1, 0.05]
@@ -45,9 +44,8 @@ def test_a_scene_is_compared_with_the_run_of_the_smallest_estimate(tmp_path, cap
     assert "largest" in capsys.readouterr().out
 
 
-def test_grids_of_half_spaces_get_more_cells(tmp_path, capsys):
-    path = tmp_path / "scene.toml"
-    path.write_text(BALL_ON_HALF_SPACE)
+def test_grids_of_half_spaces_get_more_cells(tmp_path, written, capsys):
+    path = written(BALL_ON_HALF_SPACE)
     files = [str(tmp_path / name) for name in ("c.csv", "c.png")]
     assert main(["compare", str(path), "--runs", "2", "--csv", files[0], "--plot", files[1]]) == 0
     first, last = list(csv.DictReader((tmp_path / "c.csv").read_text().splitlines()))

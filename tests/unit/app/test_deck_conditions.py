@@ -102,11 +102,10 @@ CASES = {
 
 
 @pytest.fixture
-def read(tmp_path):
+def read(written):
     def made(loads, model, friction="", meshes=CUBES):
         text = deck_of(meshes, step(loads), FIXED + model, friction, PENALTY)
-        path = tmp_path / "deck.inp"
-        path.write_text(text.replace("*CONTACT PAIR, ", "*CONTACT PAIR, TYPE=SURFACE TO SURFACE, "))
+        path = written(text.replace("*CONTACT PAIR, ", "*CONTACT PAIR, TYPE=SURFACE TO SURFACE, "), "deck.inp")
         return fc.read_scene(path)
 
     return made
@@ -163,7 +162,7 @@ def test_large_turns_of_a_reference_node_are_warned_of(turn, read):
 
 
 @pytest.mark.parametrize("slant", [0.3, np.pi / 2])
-def test_a_deck_in_turned_axes_is_the_same_deck(slant, tmp_path):
+def test_a_deck_in_turned_axes_is_the_same_deck(slant, written):
     """The whole scene turned about x, supports and loads along axes that *TRANSFORM turns with it."""
     Q = np.array([[1, 0, 0], [0, np.cos(slant), -np.sin(slant)], [0, np.sin(slant), np.cos(slant)]])
     axes = ", ".join(map(repr, [*Q[:, 0].tolist(), *Q[:, 1].tolist()]))
@@ -173,8 +172,7 @@ def test_a_deck_in_turned_axes_is_the_same_deck(slant, tmp_path):
         model = "*NSET, NSET=ALL\nLOW_bottom, LOW_top, UP_bottom, UP_top\n"
         model += f"*TRANSFORM, NSET=ALL\n{axes}\n" if turned else ""
         model += "*BOUNDARY\nLOW_bottom, 3\nLOW_x_min, 1\nLOW_y_min, 2\nUP_x_min, 1\nUP_y_min, 2\n"
-        path = tmp_path / "turned.inp"
-        path.write_text(deck_of(meshes, step("*CLOAD\nUP_top, 3, -1.\nUP_top, 1, .1\n"), model))
+        path = written(deck_of(meshes, step("*CLOAD\nUP_top, 3, -1.\nUP_top, 1, .1\n"), model), "turned.inp")
         result = fc.read_scene(path).solve()
         u = np.concatenate([result.displacement(body) for body in result.scene.bodies])
         found.append(u @ Q if turned else u)
@@ -242,15 +240,14 @@ def test_faces_tied_to_faces_follow_the_coarser_side_whichever_is_named_first(tm
 
 
 @pytest.mark.parametrize("adjust", ["", ", ADJUST=NO"])
-def test_a_tie_that_keeps_its_gap_has_the_length_of_its_blocks(adjust, tmp_path):
+def test_a_tie_that_keeps_its_gap_has_the_length_of_its_blocks(adjust, written):
     """Unit columns .125 apart under a unit force: by 2 F / (E A); moved onto the master the upper one is longer."""
     lower, upper = blocks(divisions=((1, 1, 1), (1, 1, 3)))
     pull = "*CLOAD\n" + "".join(f"{n + 5001}, 3, .25\n" for n in upper.boundary_nodes("top"))
     text = deck_of((lower, upper.translated((0, 0, 0.125))), step(pull), FIXED + SLIDING)
     pair = "*CONTACT PAIR, INTERACTION=I\n"
     text = text.replace(pair, f"*TIE, NAME=T, POSITION TOLERANCE=.2{adjust}\n").replace(", 0.3\n", ", 0.\n")
-    path = tmp_path / "deck.inp"
-    path.write_text(text)
+    path = written(text, "deck.inp")
     result = fc.read_scene(path).solve()
     (body,) = result.scene.bodies
     longer = 0 if adjust else 0.125
@@ -261,10 +258,9 @@ def test_a_tie_that_keeps_its_gap_has_the_length_of_its_blocks(adjust, tmp_path)
     assert len(told) == bool(adjust)
 
 
-def test_a_tie_that_keeps_its_gap_and_reaches_nothing_is_refused(tmp_path):
+def test_a_tie_that_keeps_its_gap_and_reaches_nothing_is_refused(written):
     lower, upper = blocks(divisions=((1, 1, 1), (1, 1, 1)))
     text = deck_of((lower, upper.translated((0, 0, 0.5))), step("*BOUNDARY\nUP_top, 3, 3, .1\n"), FIXED)
-    path = tmp_path / "deck.inp"
-    path.write_text(text.replace("*CONTACT PAIR, INTERACTION=I\n", "*TIE, NAME=T, ADJUST=NO\n"))
+    path = written(text.replace("*CONTACT PAIR, INTERACTION=I\n", "*TIE, NAME=T, ADJUST=NO\n"), "deck.inp")
     with refused(fc.InputError, "tie-apart", "reach"):
         fc.read_scene(path)

@@ -17,18 +17,6 @@ HELD = "*BOUNDARY\nLOW_bottom, 1, 3\nUP_top, 1, 2\n"
 DOWN = "*BOUNDARY\nUP_top, 3, 3, -0.05\n"
 
 
-@pytest.fixture
-def read(tmp_path):
-    """Scene of the text of a deck, divided so many times."""
-
-    def read(text, divide=0):
-        path = tmp_path / "deck.inp"
-        path.write_text(text)
-        return fc.read_scene(path, divide=divide)
-
-    return read
-
-
 @pytest.mark.parametrize("element", ["hex8", "hex20"])
 def test_a_divided_deck_is_that_of_blocks_with_twice_the_divisions(element, read) -> None:
     """Beside a scene of meshes made with as many cells; sets of nodes, surfaces and pressures follow."""
@@ -61,7 +49,7 @@ CELLS = {
 
 
 @pytest.mark.parametrize("kind", CELLS)
-def test_every_kind_of_cell_is_written_as_it_is_read(kind, tmp_path) -> None:
+def test_every_kind_of_cell_is_written_as_it_is_read(kind, tmp_path, written) -> None:
     """Volumes of cells, and the area of a face, by hand."""
     count, nodes, volume, label = CELLS[kind]
     path = tmp_path / "cell.inp"
@@ -72,8 +60,7 @@ def test_every_kind_of_cell_is_written_as_it_is_read(kind, tmp_path) -> None:
         "*NSET, NSET=SOME, GENERATE\n3, 10, 7\n"
     )
     before, done = fc.read_mesh(path), divided_deck(list(read_sections(path)), "cell.inp", 1)
-    out = tmp_path / "out.inp"
-    out.write_text("".join(_text(s, "") for s in done))
+    out = written("".join(_text(s, "") for s in done), "out.inp")
     mesh = fc.read_mesh(out)
     assert len(mesh.cells) == count
     assert list(mesh.kinds) == list(before.kinds)
@@ -109,14 +96,13 @@ def test_what_would_change_the_question_is_refused(model, words, read) -> None:
         read(deck_of(blocks(divisions=((1, 1, 1), (1, 1, 1))), step(DOWN), HELD + model), 1)
 
 
-def test_only_decks_of_their_kind_are_divided(tmp_path, capsys) -> None:
+def test_only_decks_of_their_kind_are_divided(tmp_path, written, capsys) -> None:
     for name, code in (("a.toml", "not-a-deck"), ("a.feb", "not-divided")):
         path = tmp_path / name
         path.write_text("")
         with refused(fc.InputError, code):
             fc.read_scene(path, divide=1)
-    path = tmp_path / "deck.inp"
-    path.write_text(deck_of(blocks(divisions=((1, 1, 1), (1, 1, 1))), step(DOWN), HELD))
+    path = written(deck_of(blocks(divisions=((1, 1, 1), (1, 1, 1))), step(DOWN), HELD), "deck.inp")
     assert main(["solve", str(path), "--divide", "4"]) == 2
     assert "number of divisions" in capsys.readouterr().err
     assert main(["solve", str(path), "--divide", "1", "--dry-run"]) == 0

@@ -18,16 +18,6 @@ SLIDES = "*BOUNDARY\nLOW_bottom, 3\nLOW_x_min, 1\nLOW_y_min, 2\nUP_x_min, 1\nUP_
 SMALL = blocks(divisions=((1, 1, 1), (1, 1, 1)))
 
 
-@pytest.fixture
-def read(tmp_path):
-    def make(text):
-        path = tmp_path / "deck.inp"
-        path.write_text(text)
-        return fc.read_scene(path)
-
-    return make
-
-
 def sector_deck(loads, sectors=8, model="", turn=0.0, at="*BOUNDARY\nS_bottom, 3\n"):
     """A sector of a ring, 1 to 2, of hex20, its sides x_min and y_min the two ends of the angle."""
     angle = 2 * np.pi / sectors

@@ -102,7 +102,7 @@ def test_constants_of_no_elastic_material_are_refused():
         linear_elastic(given({"TYPE": "ORTHO"}, "1,2,1,0,0,1,1,1", "1"), None, None)
 
 
-def test_scene_files_name_them(tmp_path):
+def test_scene_files_name_them(written):
     text = """
     [materials.wood]
     E = [10.0, 2.0, 1.0]
@@ -128,8 +128,7 @@ def test_scene_files_name_them(tmp_path):
     [loads]
     motions.up = {z = -0.01}
     """
-    path = tmp_path / "scene.toml"
-    path.write_text(text)
+    path = written(text)
     low, up = fc.read_scene(path).bodies.values()
     assert low.material == fc.OrthotropicMaterial((10, 2, 1), (0.3, 0.2, 0.25), (2, 1.5, 1), density=2.0)
     assert up.material.axes == fc.CylindricalAxes((0, 0, 1), (5, 0, 0))

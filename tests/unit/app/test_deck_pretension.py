@@ -18,16 +18,6 @@ CUT = "*SURFACE, NAME=MIDDLE\n1, S2\n*PRE-TENSION SECTION, SURFACE=MIDDLE, NODE=
 HELD = "*BOUNDARY\nBAR_bottom, 1, 3\nBAR_top, 1, 3\n"
 
 
-@pytest.fixture
-def read(tmp_path):
-    def made(text):
-        path = tmp_path / "bolt.inp"
-        path.write_text(text)
-        return fc.read_scene(path)
-
-    return made
-
-
 def bar(loads, direction="", surface=None):
     cut = CUT.format(direction) if surface is None else CUT.format(direction).replace("1, S2", surface)
     return listed("BAR", BAR, 1) + HEAD + MATERIAL + cut + HELD + step(loads)

@@ -63,16 +63,6 @@ def deck(kind, loads, model=FIXED, friction="", lower=LOWER, upper=UPPER, nu=0.3
     )
 
 
-@pytest.fixture
-def read(tmp_path):
-    def made(text):
-        path = tmp_path / "section.inp"
-        path.write_text(text)
-        return fc.read_scene(path)
-
-    return made
-
-
 TURNED = "*TRANSFORM, NSET=UP_top, TYPE=R\n1., .2, 0., -.2, 1., 0.\n*BOUNDARY\nUP_top, 2\n"
 #: Type, loads, model, friction, and what ccx finds.
 CASES = {

@@ -85,12 +85,11 @@ NLower, 20.
 
 
 @pytest.fixture
-def deck(tmp_path):
+def deck(written):
     """Path of a deck of the three blocks with given steps."""
 
     def make(steps, friction="0.0", change=("", "")):
-        path = tmp_path / "blocks.inp"
-        path.write_text((MESHES + MODEL.format(friction=friction)).replace(*change) + steps)
+        path = written((MESHES + MODEL.format(friction=friction)).replace(*change) + steps, "blocks.inp")
         return path
 
     return make

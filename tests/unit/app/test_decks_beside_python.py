@@ -7,19 +7,6 @@ from refusals import refused
 import fecontact as fc
 from tests.deck_text import blocks, deck_of, listed, scene_of, step
 
-
-@pytest.fixture
-def read(tmp_path):
-    """Scene of a deck's text."""
-
-    def made(text):
-        path = tmp_path / "blocks.inp"
-        path.write_text(text)
-        return fc.read_scene(path)
-
-    return made
-
-
 HELD = "*BOUNDARY\nLOW_bottom, 1, 3\nUP_top, 1, 2\n"
 DOWN = "*BOUNDARY\nUP_top, 3, 3, -0.05\n"
 #: CalculiX 2.20, surface to surface with K = 1e7: total force on LOW_bottom.
@@ -55,9 +42,8 @@ def mixed_column():
     return listed("UP", top, 5001) + text, low, number
 
 
-def test_sets_have_the_nodes_added_between_their_members(tmp_path):
-    path = tmp_path / "mixed.inp"
-    path.write_text(mixed_column()[0])
+def test_sets_have_the_nodes_added_between_their_members(written):
+    path = written(mixed_column()[0], "mixed.inp")
     mesh = fc.read_mesh(path)
     # four corners, and the middles of four edges
     assert len(mesh.node_sets["FOOT"]) == 8

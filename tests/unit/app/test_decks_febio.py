@@ -80,7 +80,7 @@ PRESS = '<Loads><surface_load type="pressure" surface="Up_top"><pressure lc="1">
 
 
 @pytest.fixture
-def deck(tmp_path):
+def deck(written):
     """Path of a deck of two blocks, version 4, with some text exchanged."""
 
     def make(loads=PRESS, bcs="", kind="sliding-elastic", mu=0.0, law="neo-Hookean", more="", sides=SIDES, pairs=PAIR):
@@ -89,8 +89,7 @@ def deck(tmp_path):
             f"<Mesh>{mesh_of()}{pairs}</Mesh>{DOMAINS}<Boundary>{hold(sides, 4)}{bcs}</Boundary>{loads}"
             f"{CONTACT.format(kind=kind, mu=mu)}{CURVE}\n{more}</febio_spec>"
         )
-        path = tmp_path / "blocks.feb"
-        path.write_text(text)
+        path = written(text, "blocks.feb")
         return path
 
     return make
@@ -136,7 +135,7 @@ def test_loads_of_every_kind(loads, deck):
 
 
 @pytest.mark.parametrize("version", ["2.5", "3.0"])
-def test_older_versions(version, tmp_path):
+def test_older_versions(version, written):
     old = version == "2.5"
     pairs = '<SurfacePair name="Pair"><master surface="Low_top"/><slave surface="Up_bottom"/></SurfacePair>'
     mesh = mesh_of((' mat="1"', ' mat="2"')) + pairs if old else mesh_of() + PAIR
@@ -147,11 +146,11 @@ def test_older_versions(version, tmp_path):
         else '<bc type="prescribe" node_set="Up_top"><dof>z</dof><scale lc="1">-0.2</scale></bc>'
     )
     curve = '<LoadData><loadcurve id="1" type="linear"><point>0,0</point><point>1,1</point></loadcurve></LoadData>'
-    path = tmp_path / "old.feb"
-    path.write_text(
+    path = written(
         f'<febio_spec version="{version}">{CONTROL}{MATERIALS.format(law="neo-Hookean")}<{tag}>{mesh}</{tag}>{domains}'
         f"<Boundary>{hold(SIDES, int(version[0]))}{down}</Boundary>"
-        f"{CONTACT.format(kind='sliding-elastic', mu=0)}{curve}</febio_spec>"
+        f"{CONTACT.format(kind='sliding-elastic', mu=0)}{curve}</febio_spec>",
+        "old.feb",
     )
     check_pressed(small_strain(path))
 

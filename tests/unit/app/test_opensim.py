@@ -283,11 +283,8 @@ def test_files_that_are_no_models_are_refused(tmp_path):
 HEAD = "name, x1, y1, z1, x2, y2, z2, stiffness, slack_length, toe\n"
 
 
-def test_a_table_of_ligaments(tmp_path):
-    path = tmp_path / "knee.csv"
-    path.write_text(
-        HEAD + "ACL, 1, 2, 3, 4, 5, 6, 800, 30, 0.06\nLCL, 1, 2, 3, 4, 5, 7, 600, 50, 0\n", encoding="utf-8"
-    )
+def test_a_table_of_ligaments(tmp_path, written):
+    path = written(HEAD + "ACL, 1, 2, 3, 4, 5, 6, 800, 30, 0.06\nLCL, 1, 2, 3, 4, 5, 7, 600, 50, 0\n", "knee.csv")
     acl, lcl = fc.read_ligaments(path)
     assert acl == fc.Ligament("ACL", (1, 2, 3), (4, 5, 6), 800, 30)
     assert lcl.toe == 0

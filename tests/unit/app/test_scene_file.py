@@ -52,24 +52,14 @@ def test_units_of_the_command_line_are_those_of_the_scene(tmp_path, capsys, monk
         assert found["units"] == {"length": "um", "force": "mN", "stress": "kPa"}
 
 
-@pytest.fixture
-def write(tmp_path):
-    def written(text, name="scene.toml"):
-        path = tmp_path / name
-        path.write_text(text, encoding="utf-8")
-        return path
-
-    return written
-
-
-def test_supports_by_normals_and_directions_are_those_along_axes(write):
+def test_supports_by_normals_and_directions_are_those_along_axes(written):
     oblique = BLOCK.replace(
         '{top = "xyz"}', '{top = [[1, 1, 0], [1, -1, 0], [0, 0, 2]], x_min = "n", y_min = [0, 1, 0]}'
     )
     straight = BLOCK.replace('{top = "xyz"}', '{top = "xyz", x_min = "x", y_min = "y"}')
     pressures = []
     for text in (oblique, straight):
-        result = fc.read_scene(write(text + LOADS)).solve()
+        result = fc.read_scene(written(text + LOADS)).solve()
         pressures.append(result.contacts[0].pressure)
     # turned nodal axes: two factorisations of a small matrix
     assert np.abs(pressures[0] - pressures[1]).max() <= 1e-9 * pressures[1].max()
@@ -88,9 +78,9 @@ def test_supports_by_normals_and_directions_are_those_along_axes(write):
     ],
     ids=["neo", "holmes", "ogden", "foam"],
 )
-def test_a_material_with_a_law_is_of_finite_strain(constants, law, write):
+def test_a_material_with_a_law_is_of_finite_strain(constants, law, written):
     text = BLOCK.replace("E = 10.0\nnu = 0.0\n", constants) + LOADS.replace("-0.01", "-0.3")
-    file = fc.read_scene(write(text))
+    file = fc.read_scene(written(text))
     assert file.bodies["block"].material == replace(law, density=2e-6)
     result = file.solve()
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, [0, 0.3, 1], 2))
@@ -100,15 +90,15 @@ def test_a_material_with_a_law_is_of_finite_strain(constants, law, write):
     assert np.abs(result.contacts[0].pressure - by_hand.contacts[0].pressure).max() <= SAME * law.at_rest.E
 
 
-def test_fibres_stiffen_the_material_that_names_them(write):
+def test_fibres_stiffen_the_material_that_names_them(written):
     fibres = "fibres = [{direction = [2, 0, 0], ksi = 5.0, alpha = 1.0}, {direction = [0, 1, 0], ksi = 2.0, alpha = 0}]"
     constants = f'law = "NeoHookean"\nE = 10.0\nnu = 0.4\n{fibres}\n'
     text = BLOCK.replace("E = 10.0\nnu = 0.0\n", constants) + LOADS.replace("-0.01", "-0.3")
-    file = fc.read_scene(write(text))
+    file = fc.read_scene(written(text))
     law = file.bodies["block"].material
     assert (law.ksi, law.beta, law.law.ksi, law.density) == (2.0, 2.0, 5.0, 2e-6)
     assert np.allclose(law.law.direction, [1, 0, 0], atol=0)
-    plain = fc.read_scene(write(text.replace(fibres, "")))
+    plain = fc.read_scene(written(text.replace(fibres, "")))
     # the block widens under pressure and stretches both families, which resist
     stiff, soft = (each.solve().contacts[0].force[2] for each in (file, plain))
     assert abs(stiff) > 1.05 * abs(soft)
@@ -130,8 +120,8 @@ def test_fibres_stiffen_the_material_that_names_them(write):
         ('law = "NeoHookean"\nE = 1.0\nnu = 0.3\nfibres = [{ksi = 1.0, alpha = 1.0}]\n', "direction: is missing"),
     ],
 )
-def test_faults_of_laws_are_named(constants, message, write):
-    told = faults(write(BLOCK.replace("E = 10.0\nnu = 0.0\n", constants) + LOADS))
+def test_faults_of_laws_are_named(constants, message, written):
+    told = faults(written(BLOCK.replace("E = 10.0\nnu = 0.0\n", constants) + LOADS))
     assert message in told
     assert "unknown material" not in told
 
@@ -145,8 +135,8 @@ def faults(path):
 # what is solved
 
 
-def test_a_file_says_what_a_script_says(write):
-    file = fc.read_scene(write(BLOCK + LOADS))
+def test_a_file_says_what_a_script_says(written):
+    file = fc.read_scene(written(BLOCK + LOADS))
     result = file.solve()
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (2, [0, 0.3, 1], 2))
     block = fc.ElasticBody(mesh, fc.Material(10.0, 0.0), "bottom", {"top": "xyz"})
@@ -158,7 +148,7 @@ def test_a_file_says_what_a_script_says(write):
     assert [b.name for b in file.scene.bodies] == ["block", "floor"]
 
 
-def test_loads_of_all_kinds_reach_the_bodies(write):
+def test_loads_of_all_kinds_reach_the_bodies(written):
     text = (
         BLOCK
         + """
@@ -171,30 +161,30 @@ def test_loads_of_all_kinds_reach_the_bodies(write):
     free.block = ["z", "rx"]
     """
     )
-    loads = fc.read_scene(write(text)).loads
+    loads = fc.read_scene(written(text)).loads
     block = next(iter(loads["free"]))
     assert loads["forces"] == {(block, "x_max"): (0.0, 0.0, -0.02), (block, "x_min"): (0.0, 0.0, -0.02)}
     assert loads["pressures"] == {(block, "top"): 0.03}
     assert loads["free"] == {block: "z rx"}
-    result = fc.read_scene(write(text)).solve()
+    result = fc.read_scene(written(text)).solve()
     weight = 2e-6 * 9810.0
     assert abs(result.contacts[0].total_force - (0.04 + 0.03 + weight)) <= 1e-10  # equilibrium
 
 
-def test_poses_and_motions_take_degrees(write):
+def test_poses_and_motions_take_degrees(written):
     pose = "pose = {translation = [1, 2, 3], rotation = {axis = [0, 0, 2], angle_deg = 90}}\n"
     text = BLOCK.replace("[bodies.floor]\n", pose + "[bodies.floor]\n")
     text = text.replace('{kind = "plane"}', '{kind = "plane"}\npose = {translation = [0, 0, 3]}')
-    file = fc.read_scene(write(text + "[loads]\nmotions.block = {z = -0.01, rz_deg = 90}\n"))
+    file = fc.read_scene(written(text + "[loads]\nmotions.block = {z = -0.01, rz_deg = 90}\n"))
     block = file.bodies["block"]
     assert np.abs(block.pose.to_world(np.array([[1.0, 0, 0]])) - (1, 3, 3)).max() <= SAME
     assert abs(file.loads["motions"][block]["rz"] - math.pi / 2) <= SAME
 
 
-def test_materials_by_element_set_and_springs(write, tmp_path):
+def test_materials_by_element_set_and_springs(written, tmp_path):
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 2))
     cells = [("hexahedron20", mesh.cells)]
-    meshio.Mesh(1000 * mesh.points, cells).write(tmp_path / "block.vtu")
+    meshio.Mesh(1000 * mesh.points, cells).written(tmp_path / "block.vtu")
     text = """
     [materials]
     soft = {E = 1.0, nu = 0.3}
@@ -212,7 +202,7 @@ def test_materials_by_element_set_and_springs(write, tmp_path):
     end = {point = [0, 0, 4.0]}
     slack_length = 2.9
     """
-    file = fc.read_scene(write(text))
+    file = fc.read_scene(written(text))
     (spring,) = file.scene.springs
     assert spring.start[0] is file.bodies["ball"]
     assert spring.end == (None, (0.0, 0.0, 4.0))
@@ -230,9 +220,9 @@ def test_materials_by_element_set_and_springs(write, tmp_path):
         'kind = "thick_ring", inner = 1.0, outer = 2.0, height = 1.0, divisions = [2, 1, 1]',
     ],
 )
-def test_shapes_of_elastic_bodies(write, shape):
+def test_shapes_of_elastic_bodies(written, shape):
     pad = f'[bodies.pad]\nshape = {{{shape}}}\nmaterial = "cork"\n'
-    assert fc.read_scene(write(BLOCK + pad)).bodies["pad"].n_dofs > 0
+    assert fc.read_scene(written(BLOCK + pad)).bodies["pad"].n_dofs > 0
 
 
 @pytest.mark.parametrize(
@@ -246,17 +236,17 @@ def test_shapes_of_elastic_bodies(write, shape):
         'kind = "torus", ring = 2.0, tube = 0.5',
     ],
 )
-def test_shapes_of_rigid_bodies(write, shape):
-    file = fc.read_scene(write(BLOCK.replace('kind = "plane"', shape)))
+def test_shapes_of_rigid_bodies(written, shape):
+    file = fc.read_scene(written(BLOCK.replace('kind = "plane"', shape)))
     assert file.bodies["floor"].shape.size > 0
 
 
 # what is wrong
 
 
-def test_all_faults_are_told_together_with_their_lines(write):
+def test_all_faults_are_told_together_with_their_lines(written):
     told = faults(
-        write(
+        written(
             """
 titel = "x"
 [materials.cork]
@@ -356,9 +346,9 @@ von_mises = {file = "v.png", cut = "left", bodies = ["skull"], view = "front"}
         ("[units]", "[axes]\na = [1, 0, 0]\nb = [1, 1, 0]\n[units]", "axes: Axes are at right angles; 'a' and 'b'"),
     ],
 )
-def test_each_fault_is_named_with_its_place(write, old, new, message):
+def test_each_fault_is_named_with_its_place(written, old, new, message):
     assert old in BLOCK
-    assert message in faults(write(BLOCK.replace(old, new, 1) + LOADS))
+    assert message in faults(written(BLOCK.replace(old, new, 1) + LOADS))
 
 
 @pytest.mark.parametrize(
@@ -373,16 +363,16 @@ def test_each_fault_is_named_with_its_place(write, old, new, message):
         ("wind = 3", "loads.wind: unknown key"),
     ],
 )
-def test_loads_that_do_not_fit_are_named(write, loads, message):
-    assert message in faults(write(BLOCK + "[loads]\n" + loads + "\n"))
+def test_loads_that_do_not_fit_are_named(written, loads, message):
+    assert message in faults(written(BLOCK + "[loads]\n" + loads + "\n"))
 
 
-def test_two_outputs_in_one_file_are_refused(write):
+def test_two_outputs_in_one_file_are_refused(written):
     text = BLOCK + LOADS + '[outputs]\npressure = "p.png"\ngap = {file = "p.png"}\n'
-    assert "outputs.gap.file: names the same file as pressure" in faults(write(text))
+    assert "outputs.gap.file: names the same file as pressure" in faults(written(text))
 
 
-def test_springs_with_faults_are_named(write):
+def test_springs_with_faults_are_named(written):
     text = (
         BLOCK
         + LOADS
@@ -397,28 +387,28 @@ start = {body = "floor", point = [0, 0, 0]}
 end = {point = [0, 0, 1]}
 """
     )
-    told = faults(write(text))
+    told = faults(written(text))
     assert "springs #1.start.body: unknown body 'floo', did you mean 'floor'" in told
     assert "springs #1.end.point: must be a list of 3 numbers" in told
     assert "springs #2: The stiffness of 'spring' must be positive" in told
 
 
-def test_a_byte_order_mark_is_no_fault(write, tmp_path):
+def test_a_byte_order_mark_is_no_fault(written, tmp_path):
     marked = tmp_path / "marked.toml"
-    marked.write_bytes(b"\xef\xbb\xbf" + write(BLOCK + LOADS).read_bytes())
+    marked.write_bytes(b"\xef\xbb\xbf" + written(BLOCK + LOADS).read_bytes())
     assert [b.name for b in fc.read_scene(marked).scene.bodies] == ["block", "floor"]
 
 
-def test_files_that_are_none(write, tmp_path):
+def test_files_that_are_none(written, tmp_path):
     assert "Cannot read" in faults(tmp_path / "none.toml")
-    assert "not valid TOML" in faults(write("a = [1, 2"))
-    assert "line 1" in faults(write("a = = 2"))
+    assert "not valid TOML" in faults(written("a = [1, 2"))
+    assert "line 1" in faults(written("a = = 2"))
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
     assert "not UTF-8" in faults(tmp_path / "bytes.toml")
 
 
-def test_an_empty_file_says_what_a_scene_needs(write):
-    told = faults(write(""))
+def test_an_empty_file_says_what_a_scene_needs(written):
+    told = faults(written(""))
     assert "bodies: is missing" in told
     assert "at least one [[contacts]]" in told
 
@@ -444,8 +434,8 @@ von_mises = {file = "v.png", scale = 5.0, cut = "x<0.5", bodies = ["block"], lim
 NAMES = ("r.vtu", "r.json", "r.csv", "r.txt", "p.png", "g.svg", "v.png")
 
 
-def test_solve_writes_all_outputs(write, tmp_path, capsys):
-    path = write(BLOCK + LOADS + OUTPUTS)
+def test_solve_writes_all_outputs(written, tmp_path, capsys):
+    path = written(BLOCK + LOADS + OUTPUTS)
     assert main(["solve", str(path), "--out", str(tmp_path / "deep" / "out")]) == 0
     table = capsys.readouterr().out
     assert table.startswith("a block on a floor\n")
@@ -457,8 +447,8 @@ def test_solve_writes_all_outputs(write, tmp_path, capsys):
     assert abs(data["contacts"][0]["force"][2] - 0.1) <= SAME
 
 
-def test_dry_run_solves_and_writes_nothing(write, tmp_path, capsys):
-    path = write(BLOCK + LOADS + OUTPUTS)
+def test_dry_run_solves_and_writes_nothing(written, tmp_path, capsys):
+    path = written(BLOCK + LOADS + OUTPUTS)
     assert main(["solve", str(path), "--dry-run"]) == 0
     told = capsys.readouterr().out
     for expected in (
@@ -470,28 +460,28 @@ def test_dry_run_solves_and_writes_nothing(write, tmp_path, capsys):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["scene.toml"]
 
 
-def test_axes_of_maps_are_named(write):
+def test_axes_of_maps_are_named(written):
     text = BLOCK.replace("[units]", "[axes]\nanterior = [0, 1, 0]\nmedial = [-1, 0, 0]\n[units]")
-    assert fc.read_scene(write(text + LOADS)).scene.directions.names == ("anterior", "medial", "z")
+    assert fc.read_scene(written(text + LOADS)).scene.directions.names == ("anterior", "medial", "z")
 
 
-def test_solve_prints_json(write, capsys):
-    assert main(["solve", str(write(BLOCK + LOADS)), "--json", "-"]) == 0
+def test_solve_prints_json(written, capsys):
+    assert main(["solve", str(written(BLOCK + LOADS)), "--json", "-"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert data["units"] == {"length": "mm", "force": "N", "stress": "N/mm²"}
     assert data["status"] == "solved"
     assert [b["name"] for b in data["bodies"]] == ["block", "floor"]
 
 
-def test_faults_end_with_status_two(write, capsys):
-    assert main(["solve", str(write("[bodies]\n"))]) == 2
+def test_faults_end_with_status_two(written, capsys):
+    assert main(["solve", str(written("[bodies]\n"))]) == 2
     assert "at least one [[contacts]]" in capsys.readouterr().err
-    assert main(["solve", str(write(BLOCK)), "--json", "/no/such/folder/x.json"]) == 2
+    assert main(["solve", str(written(BLOCK)), "--json", "/no/such/folder/x.json"]) == 2
     assert "does not exist" in capsys.readouterr().err
 
 
-def test_view_draws_a_result(write, tmp_path, capsys):
-    path = write(BLOCK + LOADS + '[outputs]\nvtu = "r.vtu"\n')
+def test_view_draws_a_result(written, tmp_path, capsys):
+    path = written(BLOCK + LOADS + '[outputs]\nvtu = "r.vtu"\n')
     assert main(["solve", str(path)]) == 0
     vtu = tmp_path / "r.vtu"
     assert main(["view", str(vtu)]) == 0
@@ -529,8 +519,8 @@ def test_view_draws_a_result(write, tmp_path, capsys):
         (f"tractions.block.y_min = {[[0.5, 0.25, 0.0]] * 21}", (0.5, 0.25, 0)),
     ],
 )
-def test_intensities_that_vary(write, load, total):
-    file = fc.read_scene(write(BLOCK + LOADS + load + "\n"))
+def test_intensities_that_vary(written, load, total):
+    file = fc.read_scene(written(BLOCK + LOADS + load + "\n"))
     reaction = file.solve().reaction(next(iter(file.loads["motions"])))
     pushed = file.solve().contacts[0].force
     assert np.abs(reaction[:3] + pushed + total).max() < 1e-10
@@ -554,17 +544,17 @@ def test_intensities_that_vary(write, load, total):
     ],
 )
 @pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning")
-def test_wrong_intensities_are_told_with_their_line(write, load, message):
+def test_wrong_intensities_are_told_with_their_line(written, load, message):
     with refused(fc.InputError, *message) as caught:
-        fc.read_scene(write(BLOCK + LOADS + load + "\n"))
+        fc.read_scene(written(BLOCK + LOADS + load + "\n"))
     assert "loads" in str(caught.value)
 
 
-def test_a_displacement_of_a_support_is_that_of_its_frame(write):
+def test_a_displacement_of_a_support_is_that_of_its_frame(written):
     """Cork of nu = 0 whose top alone is moved down is pressed as by the motion of its frame."""
     moved = ["[loads]\ndisplacements.block.top = [0.0, 0.0, -0.01]\n", LOADS]
     moved.append('[loads]\ndisplacements.block.top = ["0", "0", "-0.01 + 0 * x"]\n')
-    found = [fc.read_scene(write(BLOCK + text)).solve().contacts[0].total_force for text in moved]
+    found = [fc.read_scene(written(BLOCK + text)).solve().contacts[0].total_force for text in moved]
     assert np.ptp(found) < SAME
     with refused(fc.InputError, "scene-file"):
-        fc.read_scene(write(BLOCK + "[loads]\ndisplacements.block.bottom = [0.0, 0.0, -0.01]\n"))
+        fc.read_scene(written(BLOCK + "[loads]\ndisplacements.block.bottom = [0.0, 0.0, -0.01]\n"))

@@ -53,9 +53,8 @@ def test_a_full_disk_is_an_error_of_the_package(suffix: str, tmp_path: Path) -> 
     assert os.listdir(tmp_path) == [path.name]
 
 
-def test_rows_do_not_run_into_each_other(tmp_path: Path) -> None:
-    path = tmp_path / "rows.jsonl"
-    path.write_text('{"name": "a"}')
+def test_rows_do_not_run_into_each_other(written) -> None:
+    path = written('{"name": "a"}', "rows.jsonl")
     assert read_rows(path, "name", "a row") == {"a": {"name": "a"}}
     append_row(path, {"name": "b"})
     assert list(read_rows(path, "name", "a row")) == ["a", "b"]

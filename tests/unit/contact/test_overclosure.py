@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from common_scenes import BLOCK_ON_FLOOR
 from refusals import refused
 
 import fecontact as fc
@@ -182,31 +183,9 @@ def test_plane_sections() -> None:
     assert abs(contact.total_force - 3 * p) <= 1e-11 * p
 
 
-def test_scene_file(tmp_path) -> None:
-    path = tmp_path / "soft.toml"
-    path.write_text(
-        """
-        [bodies.block]
-        type = "elastic"
-        shape = {kind = "block", size = [1, 1, 1], divisions = [2, 2, 2]}
-        material = "steel"
-        contact = "bottom"
-        supports = {top = "xyz"}
-        [bodies.floor]
-        type = "rigid"
-        shape = {kind = "plane"}
-        [materials.steel]
-        E = 1000.0
-        nu = 0.0
-        [[contacts]]
-        slave = "block"
-        master = "floor"
-        overclosure = {stiffness = 2000.0}
-        [loads]
-        motions.block = {z = -0.01}
-        """,
-        encoding="utf-8",
-    )
+def test_scene_file(written) -> None:
+    steel = BLOCK_ON_FLOOR.replace("E = 1.0", f"E = {E}")
+    path = written(f"{steel}overclosure = {{stiffness = {K}}}\n[loads]\nmotions.block = {{z = {-DOWN}}}\n")
     given = read_scene(path)
     assert abs(given.solve().contacts[0].max_pressure - DOWN / (1 / E + 1 / K)) <= 1e-12
     text = path.read_text(encoding="utf-8")
@@ -214,12 +193,12 @@ def test_scene_file(tmp_path) -> None:
         ("stiffness = [[0, 0], [0.002, 1.0], [0.01, 25.0]]", fc.SoftContact([(0, 0), (0.002, 1.0), (0.01, 25.0)])),
         ("clearance = 0.004, pressure = 1.5", fc.SoftContact.exponential(0.004, 1.5)),
     ):
-        path.write_text(text.replace("stiffness = 2000.0", key), encoding="utf-8")
+        path.write_text(text.replace(f"stiffness = {K}", key), encoding="utf-8")
         p = read_scene(path).solve().contacts[0].max_pressure
         # a column in series with the law
         assert abs(p / E + law.overclosure(np.array([p]))[0] - DOWN) <= 1e-12
     for fault in ("stiffness = 0", "stiffness = [[0, 0], [0.1, 0]]", "stiffness = ['soft']", "clearance = 0.1", ""):
-        path.write_text(text.replace("stiffness = 2000.0", fault), encoding="utf-8")
+        path.write_text(text.replace(f"stiffness = {K}", fault), encoding="utf-8")
         with refused(fc.InputError, "scene-file", "overclosure"):
             read_scene(path)
 

@@ -1,10 +1,8 @@
 """Pairing restricted to what can come near: the same forces, and bounds that hold."""
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
+from common_scenes import knee
 
 import fecontact as fc
 from fecontact.contact import search_region as search
@@ -303,17 +301,6 @@ def half_spheres():
     return fc.Scene([above, below], [fc.Contact(above, below)]), {"motions": {above: {"z": -0.05}}}
 
 
-def knee():
-    """Condyles on plateaus, pressed and free to tilt."""
-    path = Path(__file__).parents[3] / "examples" / "knee.py"
-    spec = importlib.util.spec_from_file_location("knee", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    below = module.tibia(4)
-    bone = module.femur(4).placed((0.0, 0.0, module.HEIGHT), rotation=fc.rotation_about((1, 0, 0), 0.3))
-    return fc.Scene([below, bone], [fc.Contact(bone, below)]), {"forces": {bone: (0, 0, -500.0)}, "free": {bone: "ry"}}
-
-
 def blocks():
     """A ball on a block, coupled by its nodes, pressed by a force."""
     lower = fc.ElasticBody(
@@ -379,7 +366,8 @@ def test_too_short_a_reach_is_found_and_widened(scene, monkeypatch):
 
 @pytest.mark.full
 def test_loads_that_near_parts_cannot_balance_are_met_by_the_whole_surfaces(monkeypatch):
-    now, loads = knee()
+    now, bone = knee(turn=0.3)
+    loads = {"forces": {bone: (0, 0, -500.0)}, "free": {bone: "ry"}}
     # with no reach one condyle alone may be in reach and the free tilt unbalanced; the answer is the whole's anyway
     monkeypatch.setattr(
         "fecontact.scene.local_search.first_radius", lambda contact, loading: search.SearchRadius(0.0, 0.0)

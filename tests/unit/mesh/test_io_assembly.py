@@ -185,9 +185,8 @@ def test_an_assembly_is_the_same_as_its_parts_put_together(read, tmp_path):
     assert np.abs(two - both.points[both.cells]).max() < ROUNDING
 
 
-def test_parts_without_an_assembly_stand_where_they_were_drawn(tmp_path):
-    path = tmp_path / "parts.inp"
-    path.write_text(f"*PART, NAME=One\n{BRICK}*END PART\n")
+def test_parts_without_an_assembly_stand_where_they_were_drawn(written):
+    path = written(f"*PART, NAME=One\n{BRICK}*END PART\n", "parts.inp")
     one = fc.read_mesh(path)
     assert set(one.groups) == {"Lower", "Upper"}
     assert {"Head", "Feet"} <= set(one.boundaries)

@@ -145,9 +145,8 @@ $EndElements
         (TEXT, "nothing at all", ("mesh", "no nodes")),
     ],
 )
-def test_damaged_files(old, new, words, tmp_path):
-    path = tmp_path / "bad.msh"
-    path.write_text(TEXT)
+def test_damaged_files(old, new, words, written):
+    path = written(TEXT, "bad.msh")
     assert fc.read_mesh(path).kinds == {"tet4": 1}
     path.write_text(TEXT.replace("0 0 1\n", "0 1e308 1\n"))
     with refused(fc.InputError, "out-of-scale", "The size of the mesh"):

@@ -242,11 +242,11 @@ def test_sizes_are_graded_to_the_contact(plate):
     assert np.median(length[at > 2]) > 0.5
 
 
-def test_geo_scripts_and_defaults(tmp_path, gmsh):
-    path = tmp_path / "cube.geo"
-    path.write_text(
+def test_geo_scripts_and_defaults(written, gmsh):
+    path = written(
         'SetFactory("OpenCASCADE");\nBox(1) = {0, 0, 0, 1, 1, 1};\nPhysical Surface("end") = {1};\n'
-        'Physical Volume("all") = {1};\n'
+        'Physical Volume("all") = {1};\n',
+        "cube.geo",
     )
     for read in (fc.read_mesh, fc.mesh_solid):
         with refused(fc.InputError, "script-not-allowed"):

@@ -102,9 +102,8 @@ Upper, S3
 """
 
 
-def test_abaqus_keeps_its_names(tmp_path):
-    path = tmp_path / "bricks.inp"
-    path.write_text(DECK)
+def test_abaqus_keeps_its_names(written):
+    path = written(DECK, "bricks.inp")
     mesh = fc.read_mesh(path)
     assert set(mesh.boundaries) == {"Head", "Front", "Feet", "ALL"}
     assert {name: len(g) for name, g in mesh.groups.items()} == {"Lower": 1, "Upper": 1, "Both": 2}
@@ -135,9 +134,8 @@ def test_abaqus_keeps_its_names(tmp_path):
         ("*HEADING", "*PART, NAME=a\n*END PART\n*PART, NAME=b\n*END PART\n*HEADING", ("mesh", "outside of them")),
     ],
 )
-def test_damaged_decks(old, new, words, tmp_path):
-    path = tmp_path / "bad.inp"
-    path.write_text(DECK.replace(old, new))
+def test_damaged_decks(old, new, words, written):
+    path = written(DECK.replace(old, new), "bad.inp")
     with refused(fc.MeshError, *words):
         fc.read_mesh(path)
 
@@ -156,9 +154,8 @@ FEB = """<?xml version="1.0"?>
 """
 
 
-def test_febio_keeps_its_names(tmp_path):
-    path = tmp_path / "knee.feb"
-    path.write_text(FEB)
+def test_febio_keeps_its_names(written):
+    path = written(FEB, "knee.feb")
     mesh = fc.read_mesh(path, element="tet10")
     assert mesh.kinds == {"tet10": 2}
     assert {k: len(v) for k, v in mesh.groups.items()} == {"Bone": 1, "Cartilage": 1, "All": 2}
@@ -180,9 +177,8 @@ def test_febio_keeps_its_names(tmp_path):
         ("1,2,3,4</elem>", "1,3,2,4</elem>", ("folded-cell", "left-handed")),
     ],
 )
-def test_damaged_febio_files(old, new, words, tmp_path):
-    path = tmp_path / "bad.feb"
-    path.write_text(FEB.replace(old, new))
+def test_damaged_febio_files(old, new, words, written):
+    path = written(FEB.replace(old, new), "bad.feb")
     with refused(fc.MeshError, *words):
         fc.read_mesh(path)
 
@@ -251,9 +247,8 @@ Precision="8">0 1 2 3 4 5 6 7 8 9</DataItem></Topology></Grid></Domain></Xdmf>
 """
 
 
-def test_xdmf(tmp_path):
-    path = tmp_path / "tet.xdmf"
-    path.write_text(XDMF)
+def test_xdmf(written):
+    path = written(XDMF, "tet.xdmf")
     mesh = fc.read_mesh(path)
     assert mesh.kinds == {"tet10": 1}
     assert abs(moments_of_volume(mesh)[0] - 1 / 6) < DIGITS

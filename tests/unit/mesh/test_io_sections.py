@@ -71,9 +71,8 @@ DECK = """*NODE, NSET=All
 """
 
 
-def test_a_section_of_a_deck_turned_and_in_another_plane(tmp_path):
-    path = tmp_path / "section.inp"
-    path.write_text(DECK)
+def test_a_section_of_a_deck_turned_and_in_another_plane(written):
+    path = written(DECK, "section.inp")
     mesh = fc.read_section(path)
     assert abs(area(mesh) - 2.5) < ROUNDING
     assert {name: len(g) for name, g in mesh.groups.items()} == {"Wall": 4, "Tip": 3}
@@ -94,9 +93,8 @@ def test_a_section_of_a_deck_turned_and_in_another_plane(tmp_path):
         ("1, 4, 3, 2", "1, 4, 2, 3", "folded|inverted|clockwise|same place"),
     ],
 )
-def test_sections_that_cannot_be_read(old, new, words, tmp_path):
-    path = tmp_path / "section.inp"
-    path.write_text(DECK.replace(old, new))
+def test_sections_that_cannot_be_read(old, new, words, tmp_path, written):
+    path = written(DECK.replace(old, new), "section.inp")
     with pytest.raises(fc.MeshError, match=words):
         fc.read_section(path)
     for name, part, told in (

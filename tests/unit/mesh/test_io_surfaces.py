@@ -217,9 +217,8 @@ def test_a_polygon_that_crosses_itself_is_refused():
         cut(star, np.arange(5)[None, :])
 
 
-def test_obj_numbers_count_back_lines_go_on_and_errors_are_told(tmp_path):
-    path = tmp_path / "a.obj"
-    path.write_text("# c\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 # here\nf -3//1 -2//1 \\\n-1//1\nv 0 1 0\nf 1 3 -1\n")
+def test_obj_numbers_count_back_lines_go_on_and_errors_are_told(written):
+    path = written("# c\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 # here\nf -3//1 -2//1 \\\n-1//1\nv 0 1 0\nf 1 3 -1\n", "a.obj")
     surface = fc.read_surface(path)
     assert len(surface.facets) == 2
     assert abs(surface.areas.sum() - 1) < 1e-15

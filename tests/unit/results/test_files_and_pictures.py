@@ -79,9 +79,8 @@ def test_unwritable_paths_are_refused(tmp_path):
         check_writable(tmp_path)
 
 
-def test_an_interrupted_write_leaves_the_old_file(pressed, tmp_path):
-    path = tmp_path / "r.json"
-    path.write_text("old")
+def test_an_interrupted_write_leaves_the_old_file(pressed, tmp_path, written):
+    path = written("old", "r.json")
     pressed[1].save(path)
     assert json.loads(path.read_text())["status"] == "solved"
     assert stat.S_IMODE(path.stat().st_mode) & stat.S_IROTH

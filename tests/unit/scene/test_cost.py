@@ -68,9 +68,8 @@ print(json.dumps([told, taken]))
 
 @pytest.mark.full
 @pytest.mark.parametrize(("name", "text"), [("sphere", SPHERE), ("blocks", BLOCKS)])
-def test_estimates_hold(name, text, tmp_path):
-    path = tmp_path / "scene.toml"
-    path.write_text(text)
+def test_estimates_hold(name, text, written):
+    path = written(text)
     done = subprocess.run([sys.executable, "-c", BOTH, str(path)], capture_output=True, text=True, check=True)
     told, taken = json.loads(done.stdout.splitlines()[-1])
     assert told["n_dofs"] == taken["n_dofs"]
@@ -83,9 +82,8 @@ def test_estimates_hold(name, text, tmp_path):
     print(f"{name}: memory, told over taken {ratios[0]:.2f}; time {ratios[1]:.2f}")
 
 
-def test_the_command_line_says_it(tmp_path, capsys):
-    path = tmp_path / "scene.toml"
-    path.write_text(SPHERE.replace("level = 2", "level = 1"))
+def test_the_command_line_says_it(tmp_path, written, capsys):
+    path = written(SPHERE.replace("level = 2", "level = 1"))
     assert main(["explain", str(path)]) == 0
     text = capsys.readouterr().out
     for part in ("a ball on a floor", "Unknowns:", "forces on nodes", "active set", "1/4 of the whole", "Estimate:"):

@@ -177,12 +177,11 @@ def test_explain_tells_of_the_engine_where_a_model_is_large(monkeypatch):
     assert explain(rough, loads).engine == "own: a contact has friction"
 
 
-def test_what_is_missing_is_named(monkeypatch, tmp_path):
+def test_what_is_missing_is_named(monkeypatch, written):
     _, _, ball, scene = ball_between_blocks()
     loads = {"forces": {ball: (0.0, 0.0, -0.02)}, "engine": "petsc", "ranks": 1}
     # a launcher that runs one process, with a Python that has no petsc4py
-    launcher = tmp_path / "launch"
-    launcher.write_text('#!/bin/sh\nshift 2\nexec "$@"\n')
+    launcher = written('#!/bin/sh\nshift 2\nexec "$@"\n', "launch")
     launcher.chmod(0o755)
     monkeypatch.setenv("FECONTACT_MPIEXEC", str(launcher))
     monkeypatch.setenv("FECONTACT_MPI_PYTHON", f"{sys.executable} -S")

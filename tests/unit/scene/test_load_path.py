@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import meshio
 import numpy as np
 import pytest
+from common_scenes import BLOCK_ON_FLOOR
 from refusals import refused
 
 import fecontact as fc
@@ -440,34 +441,19 @@ def test_the_coupling_of_the_first_step_is_kept(monkeypatch: pytest.MonkeyPatch)
     np.testing.assert_allclose(found.forces, kept.forces, rtol=1e-12, atol=1e-16)
 
 
-def test_a_load_path_in_a_scene_file(tmp_path, capsys) -> None:
+def test_a_load_path_in_a_scene_file(tmp_path, written, capsys) -> None:
     from fecontact.app.cli import main
 
-    text = """
-    [materials.rubber]
-    E = 1.0
-    nu = 0.0
-    [bodies.block]
-    shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [2, 2, 2]}
-    material = "rubber"
-    contact = "bottom"
-    supports = {top = "xyz"}
-    [bodies.floor]
-    type = "rigid"
-    shape = {kind = "plane"}
-    [[contacts]]
-    slave = "block"
-    master = "floor"
+    text = f"""{BLOCK_ON_FLOOR}
     friction = FRICTION
     [[steps]]
-    motions.block = {z = -0.01}
+    motions.block = {{z = -0.01}}
     [[steps]]
-    motions.block = {z = -0.01, x = 0.02}
+    motions.block = {{z = -0.01, x = 0.02}}
     [outputs]
     friction = "friction.png"
     """
-    file = tmp_path / "drag.toml"
-    file.write_text(text.replace("FRICTION", "0.3"))
+    file = written(text.replace("FRICTION", "0.3"), "drag.toml")
     assert main(["solve", str(file)]) == 0
     assert "slip area" in capsys.readouterr().out
     assert (tmp_path / "friction.png").exists()

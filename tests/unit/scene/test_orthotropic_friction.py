@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from common_scenes import BLOCK_ON_FLOOR
 from refusals import refused
 
 import fecontact as fc
@@ -162,30 +163,15 @@ def test_a_result_tells_both_coefficients(tmp_path) -> None:
     assert (tmp_path / "map.png").exists()
 
 
-def test_a_scene_file_has_two_coefficients(tmp_path) -> None:
-    text = """
-    [materials.rubber]
-    E = 1.0
-    nu = 0.3
-    [bodies.block]
-    shape = {kind = "block", size = [1.0, 1.0, 1.0], divisions = [2, 2, 2]}
-    material = "rubber"
-    contact = "bottom"
-    supports = {top = "xyz"}
-    [bodies.floor]
-    type = "rigid"
-    shape = {kind = "plane"}
-    [[contacts]]
-    slave = "block"
-    master = "floor"
+def test_a_scene_file_has_two_coefficients(written) -> None:
+    text = f"""{BLOCK_ON_FLOOR}
     friction = [0.1, 0.3]
     friction_axis = [1, 1, 0]
     axis_of = "master"
     [loads]
-    motions.block = {z = -0.01}
+    motions.block = {{z = -0.01}}
     """
-    path = tmp_path / "scene.toml"
-    path.write_text(text, encoding="utf-8")
+    path = written(text)
     contact = read_scene(path).scene.contacts[0]
     assert (contact.friction, contact.mu, contact.lay.body) == (MU, 0.3, "floor")
     path.write_text(text.replace("friction_axis = [1, 1, 0]", ""), encoding="utf-8")

@@ -1,11 +1,10 @@
 """Finite rigid motion and sweeps over poses and loads."""
 
-import importlib.util
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
+from common_scenes import knee
 from refusals import refused
 
 import fecontact as fc
@@ -162,10 +161,9 @@ def test_rows_of_another_model_or_case_are_refused_by_name(model, case, what, tm
     assert len(path.read_text().splitlines()) == 1
 
 
-def test_rows_without_a_fingerprint_are_refused(tmp_path):
+def test_rows_without_a_fingerprint_are_refused(written):
     scene, _, case = pressed()
-    path = tmp_path / "sweep.jsonl"
-    path.write_text(json.dumps({"name": "a", "status": "solved"}) + "\n")
+    path = written(json.dumps({"name": "a", "status": "solved"}) + "\n", "sweep.jsonl")
     with refused(fc.InputError, "no-fingerprint", "'a'"):
         scene.sweep([case], path)
 
@@ -254,17 +252,6 @@ def test_sweep_refuses_equal_names_and_foreign_files(tmp_path):
     with refused(fc.InputError, "bad-line", "a row of a sweep"):
         scene.sweep([{"name": "a"}], tmp_path / "notes.txt")
     assert (tmp_path / "notes.txt").read_text() == "hello\nworld\n"
-
-
-def knee():
-    """The knee of the examples, coarse: condyles on plateaus, free to tilt, coupled by mortar."""
-    path = Path(__file__).parents[3] / "examples" / "knee.py"
-    spec = importlib.util.spec_from_file_location("knee", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    below = module.tibia(4)
-    bone = module.femur(4).placed((0.0, 0.0, module.HEIGHT))
-    return fc.Scene([below, bone], [fc.Contact(bone, below)]), bone
 
 
 @pytest.mark.full

@@ -158,9 +158,8 @@ def test_wrong_targets_are_refused(options, found):
         both.solve(forces={block: (0, 0, -FORCE)}, **options)
 
 
-def test_a_scene_file_and_the_command_line_ask_for_an_accuracy(tmp_path, capsys):
-    path = tmp_path / "scene.toml"
-    path.write_text(BALL_ON_BLOCK + "[solve]\naccuracy = 0.3\n")
+def test_a_scene_file_and_the_command_line_ask_for_an_accuracy(tmp_path, written, capsys):
+    path = written(BALL_ON_BLOCK + "[solve]\naccuracy = 0.3\n")
     assert read_scene(path).solve().convergence.accuracy == 0.3
     assert main(["solve", str(path), "--accuracy", "20%", "--json", str(tmp_path / "out.json")]) == 0
     told = json.loads((tmp_path / "out.json").read_text())["convergence"]
@@ -171,8 +170,9 @@ def test_a_scene_file_and_the_command_line_ask_for_an_accuracy(tmp_path, capsys)
     )
     told = json.loads((tmp_path / "out.json").read_text())["convergence"]
     assert told["accuracy"] == {"pressure": 0.3, "force": 0.4}
-    named = tmp_path / "named.toml"
-    named.write_text(path.read_text().replace("accuracy = 0.3", "accuracy = {pressure = 0.3, force = 0.4}"))
+    named = written(
+        path.read_text().replace("accuracy = 0.3", "accuracy = {pressure = 0.3, force = 0.4}"), "named.toml"
+    )
     assert read_scene(named).solve().convergence.accuracy == {"pressure": 0.3, "force": 0.4}
     named.write_text(path.read_text().replace("accuracy = 0.3", "accuracy = {pressure = 0.3, strength = 0.4}"))
     with refused(fc.InputError, "scene-file", "'strength'"):

@@ -156,7 +156,7 @@ def test_results_and_files(tmp_path) -> None:
     assert len(rows) == 2
 
 
-def test_a_scene_file_with_torsion(tmp_path) -> None:
+def test_a_scene_file_with_torsion(written) -> None:
     text = """
     [materials.steel]
     E = 1.0
@@ -180,8 +180,7 @@ def test_a_scene_file_with_torsion(tmp_path) -> None:
     [[steps]]
     motions.ring = {z = -0.01, rz = 0.01}
     """
-    path = tmp_path / "twist.toml"
-    path.write_text(text, encoding="utf-8")
+    path = written(text, "twist.toml")
     found = read_scene(path)
     assert found.scene.twists
     assert found.scene.solve_path(found.steps)[1].contacts[0].moment[2] < 0
