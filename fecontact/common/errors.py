@@ -136,6 +136,17 @@ def shown(value: object) -> str:
     return text if len(text) <= SHOWN else text[: SHOWN - 4] + " ..."
 
 
+def not_done(what: str) -> InputError:
+    """What a file asks for and the package does not do, in a sentence.
+
+    Examples
+    --------
+    >>> not_done("*SYSTEM turns coordinates, which is not done here.").code
+    'not-supported'
+    """
+    return InputError(what, code="not-supported")
+
+
 def place(point: Iterable[float]) -> str:
     """A point as a message tells it.
 

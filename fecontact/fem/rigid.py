@@ -114,7 +114,7 @@ def complement(Q: Array) -> Array:
     return S
 
 
-def null_space(constraints: Array, length: float) -> Array:
+def null_space(constraints: Array, length: float, rounding: float = 1e-9) -> Array:
     """Rigid motions that a set of constraints does not resist.
 
     Parameters
@@ -123,6 +123,8 @@ def null_space(constraints: Array, length: float) -> Array:
         Displacement of each held component under the six unit motions.
     length : float
         Size of the body: the arm by which rotations are compared with translations.
+    rounding : float
+        Part of the most that is resisted, up to which a motion is not resisted.
 
     Returns
     -------
@@ -137,7 +139,7 @@ def null_space(constraints: Array, length: float) -> Array:
     factor = np.linalg.qr(constraints * scale, mode="r")
     triangle[: len(factor)] = factor
     _, singular, Vt = np.linalg.svd(triangle)
-    rank = int((singular > 1e-9 * singular[0]).sum()) if singular[0] > 0 else 0
+    rank = int((singular > rounding * singular[0]).sum()) if singular[0] > 0 else 0
     free = Vt[rank:].T
     projector = free @ free.T
     # a component in the null space is a column of its own, so that a free z is reported as z

@@ -10,9 +10,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 
@@ -20,7 +18,7 @@ from fecontact.common.arguments import function, instance, items, mapping, text
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import finite, flags, index_array, number_array, positive, vector
 from fecontact.common.errors import InputError, MeshError
-from fecontact.mesh.facets import places_among
+from fecontact.mesh.facets import parts_of_points, places_among
 from fecontact.mesh.hanging_nodes import HangingNodes, check_hanging, joined_hanging, refuse_hanging
 from fecontact.mesh.pick import Pick
 
@@ -127,11 +125,7 @@ class BaseMesh:
         if joined is not None:
             pairs = pairs[~np.isin(pairs, joined).all(axis=1)]
         if joined is not None and len(pairs):
-            n, width = self.cells.shape
-            ends = (np.repeat(np.arange(n), width), n + self.cells.ravel())
-            size = n + len(self.points)
-            graph = sp.csr_matrix((np.ones(self.cells.size), ends), shape=(size, size))
-            part = connected_components(graph, directed=False)[1][n:]
+            part = parts_of_points(self.cells, len(self.points))
             pairs = pairs[part[pairs[:, 0]] == part[pairs[:, 1]]]
         if len(pairs):
             a, b = pairs[0]

@@ -214,6 +214,19 @@ def components(n: int, pairs: IntArray) -> IntArray:
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
+def parts_of_points(cells: IntArray, n_points: int) -> IntArray:
+    """Number of the connected part (n_points,) of each point, joined by the cells (n, width) that have it.
+
+    Examples
+    --------
+    >>> parts_of_points(np.array([[0, 3], [3, 1]]), 4).tolist()
+    [0, 0, 1, 0]
+    """
+    n, width = cells.shape
+    pairs = np.stack([np.repeat(np.arange(n), width), n + cells.ravel()], axis=1)
+    return components(n + n_points, pairs)[n:]
+
+
 #: Odd constants (fractional parts of square roots) to hash the corners of a face into one number.
 MIX = np.array([0x6A09E667F3BCC909, 0xBB67AE8584CAA73B, 0x3C6EF372FE94F82B, 0xA54FF53A5F1D36F1], dtype=np.uint64)
 

@@ -11,8 +11,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.errors import MeshError, place
@@ -108,8 +106,7 @@ def _sides_of_sheets(facets: IntArray, pairs: IntArray, against: Mask) -> tuple[
     n = len(facets)
     i, j = pairs.T
     start, end = np.concatenate([i, i + n]), np.concatenate([np.where(against, j + n, j), np.where(against, j, j + n)])
-    cover = sp.csr_matrix((np.ones(len(start)), (start, end)), shape=(2 * n, 2 * n))
-    part = connected_components(cover, directed=False)[1]
+    part = components(2 * n, np.stack([start, end], axis=1))
     if (part[:n] == part[n:]).any():
         _refuse_branching(facets)
         raise MeshError(

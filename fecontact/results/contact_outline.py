@@ -32,7 +32,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 
 from fecontact.bodies.pose import Pose
@@ -40,7 +39,7 @@ from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.compact_repr import compact_repr
 from fecontact.contact.coupling.choose import line_share
 from fecontact.contact.coupling.nodal import covered_shares
-from fecontact.mesh.facets import facet_integrals, facet_shapes, places_among, sides_of, triangular
+from fecontact.mesh.facets import components, facet_integrals, facet_shapes, places_among, sides_of, triangular
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.results.facet_samples import facet_samples, past_rim
 from fecontact.results.recovery import edge_level, facet_sizes
@@ -663,7 +662,7 @@ def _loops(start: IntArray, end: IntArray) -> list[IntArray]:
     n = len(start)
     after = np.empty(n, np.int64)
     after[np.argsort(end, kind="stable")] = np.argsort(start, kind="stable")
-    _, label = connected_components(sp.csr_array((np.ones(n), (np.arange(n), after)), shape=(n, n)), directed=False)
+    label = components(n, np.stack([np.arange(n), after], axis=1))
     first = np.unique(label, return_index=True)[1]
     # number of steps to the first segment of the curve, by doubling
     last = after == first[label]

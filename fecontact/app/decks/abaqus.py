@@ -54,7 +54,7 @@ from fecontact.app.decks.sections import (
 from fecontact.app.decks.springs import springs_of
 from fecontact.app.options import FINITE
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, not_done
 from fecontact.contact.overclosure import SoftContact
 from fecontact.fem.laws import Law, at_rest, laws_of
 from fecontact.fem.model import AnyMaterial
@@ -355,7 +355,7 @@ def _conditions(
     parts = [conditions_of(model, special, faces, cells), cut_conditions(cuts, special)]
     for tie, line, cyclic in sectors_of(model):
         if state is not None:
-            raise InputError(f"{tie.place}: a sector of plane elements is not done here.", code="not-supported")
+            raise not_done(f"{tie.place}: a sector of plane elements is not done here.")
         pair = _pair(line, tie.place, 0.0, given, mesh, follows=False)
         parts.append(sector_conditions(mesh, sector(tie, (pair.slave, pair.master), cyclic), 3 * special.count))
     for s in (s for s in model if keeps_apart(s) and state is None):

@@ -18,7 +18,7 @@ from fecontact.app.decks.conditions import Nodes
 from fecontact.app.decks.content import DeckStep, Remarks, look_up, numbered
 from fecontact.app.decks.heat import Rotation, temperatures_of, together
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, not_done
 from fecontact.mesh.formats.abaqus_deck import KeywordSection, labelled_faces, values_of
 from fecontact.mesh.kinds import BY_MESHIO
 from fecontact.mesh.mesh import Mesh
@@ -76,7 +76,7 @@ def unused(s: KeywordSection, remarks: Remarks) -> None:
         If it changes the question.
     """
     if s.keyword in REFUSED:
-        raise InputError(f"{s.place}: *{s.keyword} {REFUSED[s.keyword]}, which is not done here.", code="not-supported")
+        raise not_done(f"{s.place}: *{s.keyword} {REFUSED[s.keyword]}, which is not done here.")
     if s.keyword == "INITIAL CONDITIONS" and s.parameters.get("TYPE", "").upper() == "STRESS":
         raise InputError(f"{s.place}: *INITIAL CONDITIONS, TYPE=STRESS are not done here: bodies begin without stress.")
     beginning = s.keyword == "INITIAL CONDITIONS" and s.parameters.get("TYPE", "").upper() == "TEMPERATURE"
@@ -403,7 +403,7 @@ def apply(s: KeywordSection, state: StepState, names: Names, times: tuple[float,
         unused(s, remarks)
         return
     if wrong := [p for p in MEANING if p in s.parameters]:
-        raise InputError(f"{s.place}: *{s.keyword} with {', '.join(wrong)} is not done here.", code="not-supported")
+        raise not_done(f"{s.place}: *{s.keyword} with {', '.join(wrong)} is not done here.")
     _reset(s, state)
     for line in s.lines:
         words = [*(word.strip() for word in line.split(",")), *[""] * 4]

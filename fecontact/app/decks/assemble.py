@@ -10,7 +10,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
@@ -24,7 +23,7 @@ from fecontact.bodies.elastic import ElasticBody
 from fecontact.bodies.rigid import Plane, RigidBody
 from fecontact.bodies.section import AxisymmetricBody, PlaneBody
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, not_done
 from fecontact.contact.contact import Contact
 from fecontact.contact.loads import KEYED
 from fecontact.contact.springs import Spring
@@ -33,7 +32,7 @@ from fecontact.fem.rigid import COMPONENTS
 from fecontact.mesh.base_mesh import BaseMesh
 from fecontact.mesh.build import MIXED
 from fecontact.mesh.element import EDGES
-from fecontact.mesh.facets import sides_of
+from fecontact.mesh.facets import components, sides_of
 from fecontact.mesh.mesh import Mesh
 from fecontact.mesh.section_mesh import SectionMesh
 from fecontact.scene.scene import Scene
@@ -195,33 +194,27 @@ def _with_shortenings(deck: DeckContent) -> tuple[DeckContent, list[tuple[DeckCu
         known = set(found)
         for cut in deck.cuts:
             if step.forces[cut.twins].any():
-                raise InputError(
-                    f"{cut.place}: {step.name} has forces on nodes of the section, which is not done here.",
-                    code="not-supported",
-                )
+                raise not_done(f"{cut.place}: {step.name} has forces on nodes of the section, which is not done here.")
             free = np.isnan(held[cut.node, 0]) and cut.node not in step.fixed
             force = float(forces[cut.node, 0]) if free else 0.0
             if force and k:
-                raise InputError(
+                raise not_done(
                     f"{cut.place}: a force tightens the section in {step.name}; here it does in the first step alone. "
-                    "Then hold what it has shortened by *BOUNDARY, FIXED, or prescribe how much by *BOUNDARY.",
-                    code="not-supported",
+                    "Then hold what it has shortened by *BOUNDARY, FIXED, or prescribe how much by *BOUNDARY."
                 )
             if force:
                 found[cut.node] = cut, force
             if force or cut.node in known & step.fixed:
                 held[cut.node, 0] = forces[cut.node, 0] = 0.0
             elif cut.node in known:
-                raise InputError(
+                raise not_done(
                     f"{cut.place}: {step.name} neither holds what a force has shortened before (*BOUNDARY, FIXED) nor "
-                    "has that force, which is not done here.",
-                    code="not-supported",
+                    "has that force, which is not done here."
                 )
         if wrong := step.fixed - known:
-            raise InputError(
+            raise not_done(
                 f"{deck.source}: {step.name} holds {len(wrong)} nodes as they are (*BOUNDARY, FIXED); here this is for "
-                "reference nodes of pre-tension sections, after a force.",
-                code="not-supported",
+                "reference nodes of pre-tension sections, after a force."
             )
         steps.append(replace(step, held=held, forces=forces))
     return replace(deck, steps=steps), list(found.values())
@@ -324,10 +317,9 @@ def _of_one_set_of_contacts(deck: DeckContent) -> DeckContent:
     if len(kept) == len(deck.steps):
         return replace(deck, contacts=contacts)
     if laws_of(deck.materials) or any(pair.friction for pair in contacts):
-        raise InputError(
+        raise not_done(
             f"{deck.source} adds or removes contact pairs between steps (*MODEL CHANGE) of a load path, with friction "
-            "or laws of finite strain, which is not done here.",
-            code="not-supported",
+            "or laws of finite strain, which is not done here."
         )
     left = ", ".join(step.name for step in deck.steps if step.removed != removed)
     warning = f"{deck.source}: {left} left out, in which *MODEL CHANGE has removed contact pairs; without friction the "
@@ -361,9 +353,7 @@ def _parts(deck: DeckContent) -> dict[str, IntArray]:
         place = np.where(entries.col < 3 * len(mesh.points), entries.col // 3, entries.col + len(mesh.points))
         ends.append((n + G.shape[1] + entries.row, n_cells + place))
         n += G.shape[1] + G.shape[0]
-    rows, columns = (np.concatenate(part) for part in zip(*ends, strict=True))
-    graph = sp.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(n, n))
-    label = connected_components(graph, directed=False)[1][:n_cells]
+    label = components(n, np.stack([np.concatenate(side) for side in zip(*ends, strict=True)], axis=1))[:n_cells]
     label = np.unique(label, return_inverse=True)[1]
     names: dict[str, IntArray] = {}
     for k in range(label.max() + 1):
@@ -558,10 +548,9 @@ def _loads(
         return loads
     unknown = {part.name for part in deck.rigid if part.mass is None}
     if lost := [frame.rigid for frame in step.frames if frame.is_free and frame.rigid in unknown]:
-        raise InputError(
+        raise not_done(
             f"{deck.source}: the rigid part {lost[0]!r} is free to move, and its mass is not known here: a body load "
-            "on it would be lost.",
-            code="not-supported",
+            "on it would be lost."
         )
     return loads | {"gravity": step.gravity}
 

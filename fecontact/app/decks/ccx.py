@@ -30,8 +30,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.linalg
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from fecontact.app.decks.abaqus_steps import STATIC
@@ -44,6 +42,8 @@ from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError, MissingPackageError, SolverError
 from fecontact.common.files import save_figure
 from fecontact.common.units import UnitNames, Units
+from fecontact.fem.rigid import null_space
+from fecontact.mesh.facets import components
 from fecontact.mesh.formats.abaqus_deck import KeywordSection, read_sections, values_of
 from fecontact.results.result import ContactResult
 
@@ -319,10 +319,7 @@ def _undetermined(result: ContactResult, body: ElasticBody) -> Array:
     """Rigid motions (3 n, k) of a body that its supports and conditions leave free where nothing touches."""
     if result.contacts or result.springs or body._dimension != "space":
         return np.zeros((3 * len(body.mesh.points), 0))
-    scale = np.array([1.0] * 3 + [1 / body.size] * 3)
-    rows = np.concatenate([np.zeros((6, 6)), body.model.nodal_modes[body.model.held] * scale])
-    _, singular, motions = np.linalg.svd(np.linalg.qr(rows, mode="r"))
-    return np.asarray(body.rigid_modes @ (motions[singular <= LOOSE * singular.max()] * scale).T)
+    return body.rigid_modes @ null_space(body.model.nodal_modes[body.model.held], body.size, LOOSE)
 
 
 def _in_full(sections: list[KeywordSection]) -> list[KeywordSection]:
@@ -455,8 +452,7 @@ def _held_forces(body: ElasticBody, result: ContactResult, given: FrdField) -> t
     cell, column = np.nonzero(held[cells])
     nodes = cells[cell, column]
     n = len(held) + len(cells)
-    joined = sp.csr_matrix((np.ones(len(nodes)), (nodes, len(held) + cell)), shape=(n, n))
-    group = connected_components(joined, directed=False)[1][np.unique(nodes)]
+    group = components(n, np.stack([nodes, len(held) + cell], axis=1))[np.unique(nodes)]
     ours, theirs = result._forces_inside(body), np.zeros((len(held), 3))
     _, own, other = np.intersect1d(numbers, given.nodes, return_indices=True)
     theirs[own] = given.values[other, :3]

@@ -28,7 +28,7 @@ import scipy.sparse as sp
 from fecontact.app.decks.elastic import rectangular
 from fecontact.common.anisotropic import CylindricalAxes
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, not_done
 from fecontact.mesh.formats.abaqus_deck import KeywordSection, values_of
 
 #: Keywords of conditions, and those that follow one.
@@ -200,7 +200,7 @@ def conditions_of(
 def _equations(s: KeywordSection, nodes: Nodes, rows: Rows) -> None:
     """Equations: a number of terms, then node or set, component and coefficient of each."""
     if left := [name for name in s.parameters if name != "INPUT"]:
-        raise InputError(f"{s.place}: *EQUATION with {', '.join(left)} is not done here.", code="not-supported")
+        raise not_done(f"{s.place}: *EQUATION with {', '.join(left)} is not done here.")
     words, at = s.items, 0
     while at < len(words):
         n = int(words[at])
@@ -228,7 +228,7 @@ def _mpc(line: str, place: str, nodes: Nodes, rows: Rows) -> None:
     members = np.concatenate([nodes.find(name, place) for name in names]) if names else np.zeros(0, np.int64)
     least = {"PLANE": 4, "STRAIGHT": 3, "BEAM": 2, "LINK": 2, "TIE": 2, "PIN": 2}.get(kind.upper())
     if least is None:
-        raise InputError(f"{place}: *MPC of the type {kind} is not done here.", code="not-supported")
+        raise not_done(f"{place}: *MPC of the type {kind} is not done here.")
     if len(members) < least:
         raise InputError(f"{place}: *MPC {kind} needs {least} nodes; found {len(members)}.", code="mpc")
     x, kind = nodes.points[members], kind.upper()
@@ -275,7 +275,7 @@ def _rigid(s: KeywordSection, nodes: Nodes, cells: Callable[[str, str], IntArray
     known = {"NSET", "ELSET", "REF NODE", "ROT NODE"}
     if (left := [name for name in s.parameters if name not in known]) or "REF NODE" not in s.parameters:
         what = f"with {', '.join(left)}" if left else "without REF NODE"
-        raise InputError(f"{s.place}: *RIGID BODY {what} is not done here.", code="not-supported")
+        raise not_done(f"{s.place}: *RIGID BODY {what} is not done here.")
     node = nodes.one(s.parameters["REF NODE"], s.place)
     if "ROT NODE" in s.parameters:
         nodes.rotations[node] = nodes.one(s.parameters["ROT NODE"], s.place)
@@ -301,7 +301,7 @@ def _coupling(
     left += [name for name, value in kind.parameters.items() if known.get(name) != value]
     if left or not {"REF NODE", "SURFACE"} <= set(s.parameters):
         what = f"with {', '.join(left)}" if left else "without REF NODE and SURFACE"
-        raise InputError(f"{s.place}: *COUPLING {what} is not done here.", code="not-supported")
+        raise not_done(f"{s.place}: *COUPLING {what} is not done here.")
     node = nodes.one(s.parameters["REF NODE"], s.place)
     turn = nodes.rotation(node)
     members, weights = faces(s.parameters["SURFACE"], s.place)

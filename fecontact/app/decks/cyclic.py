@@ -18,7 +18,7 @@ import scipy.sparse as sp
 from scipy.spatial.transform import Rotation
 
 from fecontact.common.arrays import Array
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, not_done
 from fecontact.mesh.formats.abaqus_deck import KeywordSection, values_of
 from fecontact.mesh.mesh import Mesh
 from fecontact.surfaces.facet_surface import FacetSurface
@@ -62,10 +62,9 @@ def sectors_of(model: Sequence[KeywordSection]) -> list[tuple[KeywordSection, st
                 code="cyclic-symmetry",
             )
         if "CONTACT" in own[0].parameters:
-            raise InputError(
+            raise not_done(
                 f"{own[0].place}: contact between the sides of a sector (*CYCLIC SYMMETRY MODEL, CONTACT) is not done "
-                "here.",
-                code="not-supported",
+                "here."
             )
         out += [(tie, line, own[0]) for line in tie.lines]
     return out

@@ -165,6 +165,14 @@ def _written(keywords: Sequence[KeywordSection], raw: RawMesh, before: Mesh, aft
             parts = on(there, "P") if faces else [f"{first + c},{label}" for c in after.groups[there].tolist()]
             yield from (f"{part},{rest}" for part in parts)
 
+    sets = {key.upper(): node_ids[members].tolist() for key, members in raw.node_sets.items()}
+
+    def by_node(line: str) -> list[str]:
+        """A line of *CLOAD that names a set as lines of its nodes, those of the mesh as it was."""
+        name, comma, rest = line.partition(",")
+        members = sets.get(name.strip().upper())
+        return [line] if members is None else [f"{n}{comma}{rest}" for n in members]
+
     rows = zip(ids[new].tolist(), after.points[new].tolist(), strict=True)
     places = [f"{n},{x:.12e},{y:.12e},{z:.12e}" for n, (x, y, z) in rows]
     out: list[KeywordSection] = []
@@ -189,7 +197,7 @@ def _written(keywords: Sequence[KeywordSection], raw: RawMesh, before: Mesh, aft
         elif s.keyword == "SURFACE" and not of_nodes and name in after.boundaries:
             lines = on(name, "S")
         elif s.keyword == "CLOAD":
-            lines = [line for row in lines for line in _by_node(row, raw)]
+            lines = [line for row in lines for line in by_node(row)]
         elif s.keyword == "DLOAD":
             lines = list(loads(key, lines))
         listed = {word: value for word, value in s.parameters.items() if word != "GENERATE"}
@@ -202,12 +210,3 @@ def _lines(numbers: IntArray, end: str = "") -> list[str]:
     words = [str(n) for n in numbers.tolist()]
     lines = [",".join(words[k : k + PER_LINE]) for k in range(0, len(words), PER_LINE)]
     return [f"{line}{end}" for line in lines[:-1]] + lines[-1:]
-
-
-def _by_node(line: str, raw: RawMesh) -> list[str]:
-    """A line of *CLOAD that names a set as lines of its nodes, those of the mesh as it was."""
-    name, comma, rest = line.partition(",")
-    known = {key.upper(): nodes for key, nodes in raw.node_sets.items()}
-    assert raw.node_ids is not None
-    members = known.get(name.strip().upper())
-    return [line] if members is None else [f"{n}{comma}{rest}" for n in raw.node_ids[members].tolist()]

@@ -17,7 +17,7 @@ from fecontact.app.decks.febio_steps import Curves, deck_steps, nodes_of, rigid_
 from fecontact.app.decks.materials import AT_REST, LAWS, REMEDY, law_of_febio, of_febio
 from fecontact.app.options import FINITE
 from fecontact.common.arrays import IntArray
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, not_done
 from fecontact.common.material import Material
 from fecontact.fem.laws import Law
 from fecontact.fem.stiffness import moments_of_volume
@@ -93,9 +93,8 @@ def read_feb(path: Path, laws: str = FINITE) -> DeckContent:
         stiff = [m for m in root.iterfind("Material/material") if m.get("type") == RIGID]
         walls = [wall_of(c, mesh) for c in root.iter("constraint") if c.get("type") == WALL]
         if len({w.name for w in walls}) < len(walls):
-            raise InputError(
-                f"{path.name}: a surface has several <constraint type={WALL!r}>; give each one a <Surface> of its own.",
-                code="not-supported",
+            raise not_done(
+                f"{path.name}: a surface has several <constraint type={WALL!r}>; give each one a <Surface> of its own."
             )
         rigid = [_rigid(m, parts, raw, mesh, wanted, _glued(_name(m), root, names, mesh, remarks)) for m in stiff]
         rigid += walls
@@ -157,10 +156,9 @@ def _parts(root: Element, raw: RawMesh, mesh: Mesh, laws: str, remarks: Remarks)
             out.materials.setdefault(name, _material(material, laws, remarks))
             out.sections.append((mesh.groups[domain], name))
         else:
-            raise InputError(
+            raise not_done(
                 f"{d.get('line')}: the elements of {domain!r} of the elastic material {name!r} are no solids, and "
-                "their stiffness would be lost.",
-                code="not-supported",
+                "their stiffness would be lost."
             )
     return out
 
@@ -190,10 +188,9 @@ def _material(material: Element, laws: str, remarks: Remarks) -> Material | Law:
     values = {}
     for child in where:
         if child.get("lc"):
-            raise InputError(
+            raise not_done(
                 f"{child.get('line')}: <{child.tag}> of a material changes by a load curve, which is not done here; "
-                "write its value.",
-                code="not-supported",
+                "write its value."
             )
         try:
             values[child.tag] = float(child.text or "")
@@ -290,25 +287,20 @@ def _pairs(root: Element, remarks: Remarks) -> tuple[list[DeckPair], list[DeckPa
     for c in root.iter("contact"):
         place, kind, name = c.get("line", ""), c.get("type", ""), c.get("surface_pair", "")
         if kind not in SLIDING | TIED:
-            raise InputError(
+            raise not_done(
                 f"{place}: the contact {c.get('name') or name!r} of type {kind!r} is not done here, and would be lost; "
-                f"there are: {', '.join(sorted(SLIDING | TIED))}.",
-                code="not-supported",
+                f"there are: {', '.join(sorted(SLIDING | TIED))}."
             )
         if name not in pairs:
             raise InputError(f"{place}: there is no surface pair {name!r}; there are: {', '.join(pairs) or 'none'}.")
         if (wrong := c.find("fric_coeff")) is not None and wrong.get("lc"):
-            raise InputError(
-                f"{wrong.get('line')}: friction by a load curve changes with time, which is not done here.",
-                code="not-supported",
-            )
+            raise not_done(f"{wrong.get('line')}: friction by a load curve changes with time, which is not done here.")
         if (c.findtext("tension") or "0").strip() != "0" and kind in SLIDING:
             raise InputError(f"{place}: surfaces that pull on each other (tension) are not done here.", code="tension")
         if kind in TIED and c in late:
-            raise InputError(
+            raise not_done(
                 f"{place}: the tie {c.get('name') or name!r} begins in a later step, at the shape of that time; here "
-                "ties hold from the start. Give its step as a deck of its own.",
-                code="not-supported",
+                "ties hold from the start. Give its step as a deck of its own."
             )
         if several and c in inner:
             remarks.warn(f"{place}: the contact {c.get('name') or name!r} acts in all steps, not in its own alone.")

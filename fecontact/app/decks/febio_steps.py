@@ -10,7 +10,7 @@ import numpy as np
 
 from fecontact.app.decks.content import DeckFrame, DeckRigid, DeckStep, Remarks, look_up
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, not_done
 from fecontact.fem.rigid import COMPONENTS, rigid_modes
 from fecontact.mesh.mesh import Mesh
 
@@ -274,7 +274,7 @@ def _apply(entry: Element, state: State) -> None:
     what = f"<{entry.tag}>" if kind == entry.tag else f"<{entry.tag} type={kind!r}>"
     if entry.tag.endswith("_load") or entry.tag in WOULD_BE_LOST:
         lost = "its load" if entry.tag.endswith("_load") else "what it holds or moves"
-        raise InputError(f"{place}: {what} is not done here, and {lost} would be lost.", code="not-supported")
+        raise not_done(f"{place}: {what} is not done here, and {lost} would be lost.")
     state.remarks.warn(f"{place}: {what} is not used: what it changes is left out.")
 
 
@@ -345,7 +345,7 @@ def _load_surface(entry: Element, kind: str, state: State, nodes: IntArray | Non
 def _pull(entry: Element, kind: str, state: State, nodes: IntArray | None) -> None:
     """The force per mass of <body_load type="const"> or "body force", whose sign FEBio turns over."""
     if entry.get("elem_set"):
-        raise InputError(f"{entry.get('line')}: a body load on a part alone is not done here.", code="not-supported")
+        raise not_done(f"{entry.get('line')}: a body load on a part alone is not done here.")
     if kind == "body force":
         state.gravity = state.gravity - state.value(entry, "force")
     else:

@@ -16,12 +16,11 @@ from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from fecontact.app.decks.content import DeckPair, Remarks
-from fecontact.common.arrays import IntArray
 from fecontact.common.errors import InputError
 from fecontact.mesh.base_mesh import BaseMesh
+from fecontact.mesh.facets import parts_of_points
 from fecontact.mesh.formats.abaqus_deck import KeywordSection
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.section_curve import CurveSurface
@@ -63,7 +62,8 @@ def with_gaps(mesh: M, pairs: Sequence[DeckPair], alone: bool = True) -> M:
         wanted = found.points if pair.clearance is None else found.points + pair.clearance * found.normals
         points = mesh.points.copy()
         way = wanted[moves] - points[nodes[moves]]
-        part = _part(mesh, nodes)
+        of_points = parts_of_points(mesh.cells, len(points))
+        part = np.flatnonzero(np.isin(of_points, of_points[nodes]))
         others = [name for other in pairs for name in (other.slave, other.master) if name != pair.slave]
         joined = any(np.isin(mesh.boundary_nodes(name), part).any() for name in others)
         even = moves.all() and (np.ptp(way, axis=0) <= ROUNDING * np.linalg.norm(np.ptp(points, axis=0))).all()
@@ -73,15 +73,6 @@ def with_gaps(mesh: M, pairs: Sequence[DeckPair], alone: bool = True) -> M:
             points[nodes[moves]] = wanted[moves]
         mesh = replace(mesh, points=points)
     return mesh
-
-
-def _part(mesh: BaseMesh, nodes: IntArray) -> IntArray:
-    """Points (n,) of all cells that are connected to some nodes."""
-    n, width = mesh.cells.shape
-    rows, shape = np.repeat(np.arange(n), width), (n + len(mesh.points),) * 2
-    graph = sp.csr_matrix((np.ones(n * width), (rows, n + mesh.cells.ravel())), shape=shape)
-    label = connected_components(graph, directed=False)[1][n:]
-    return np.flatnonzero(np.isin(label, label[nodes]))
 
 
 def keeps_apart(s: KeywordSection) -> bool:

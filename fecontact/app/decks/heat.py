@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, not_done
 from fecontact.mesh.formats.abaqus_deck import KeywordSection, values_of
 from fecontact.mesh.mesh import Mesh
 
@@ -97,7 +97,7 @@ def temperatures_of(
         For values from elsewhere, or a field that is no list of nodes.
     """
     if wrong := [p for p in ("USER", "FILE", "BSTEP", "SUBMODEL") if p in s.parameters]:
-        raise InputError(f"{s.place}: *{s.keyword} with {', '.join(wrong)} is not done here.", code="not-supported")
+        raise not_done(f"{s.place}: *{s.keyword} with {', '.join(wrong)} is not done here.")
     for line in s.lines if "LINTEMP" in s.parameters else ():
         a, b, c, *ends = values_of(line)
         along = points @ (np.array([a, b, c]) / np.linalg.norm([a, b, c]))

@@ -18,15 +18,14 @@ from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from fecontact.app.decks.conditions import Nodes, Rows
 from fecontact.app.decks.content import DeckCut, look_up
 from fecontact.app.decks.sections import AXES
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, not_done
 from fecontact.mesh.base_mesh import BaseMesh
-from fecontact.mesh.facets import unit_vectors
+from fecontact.mesh.facets import components, unit_vectors
 from fecontact.mesh.formats.abaqus_deck import KeywordSection, values_of
 from fecontact.mesh.formats.raw import RawMesh
 
@@ -48,9 +47,7 @@ def cut_sections(mesh: M, model: Sequence[KeywordSection], raw: RawMesh) -> tupl
         if s.keyword != "PRE-TENSION SECTION":
             continue
         if not {"SURFACE", "NODE"} <= set(s.parameters):
-            raise InputError(
-                f"{s.place}: *PRE-TENSION SECTION without SURFACE and NODE is not done here.", code="not-supported"
-            )
+            raise not_done(f"{s.place}: *PRE-TENSION SECTION without SURFACE and NODE is not done here.")
         name = look_up(s.parameters["SURFACE"], mesh.boundaries, "surface of solids", s.place)
         mesh, cut = _cut(mesh, name, s, _outward(mesh, name, raw))
         cuts.append(cut)
@@ -75,9 +72,8 @@ def _cut(mesh: M, name: str, s: KeywordSection, outward: Array) -> tuple[M, Deck
     facets = mesh.face_nodes(mesh.faces(name))
     nodes = np.unique(facets)
     if mesh.file_nodes is None or (not mesh.is_flat and (mesh.file_nodes[nodes] < 0).any()):
-        raise InputError(
-            f"{s.place}: {name!r} cuts linear elements of a deck with quadratic ones, which is not done here.",
-            code="not-supported",
+        raise not_done(
+            f"{s.place}: {name!r} cuts linear elements of a deck with quadratic ones, which is not done here."
         )
     near = np.flatnonzero(np.isin(mesh.cells, nodes).any(axis=1))
     own = near[_side(mesh, near, facets, outward)]
@@ -119,8 +115,7 @@ def _side(mesh: BaseMesh, near: IntArray, cut: IntArray, outward: Array) -> Mask
     at_cut = np.isin(which, known)
     free = whole & ~at_cut
     size = len(near) + int(which.max()) + 1
-    graph = sp.csr_matrix((np.ones(free.sum()), (owner[free], len(near) + which[free])), shape=(size, size))
-    part = connected_components(graph, directed=False)[1][: len(near)]
+    part = components(size, np.stack([owner[free], len(near) + which[free]], axis=1))[: len(near)]
     way = mesh.points[facets[at_cut]].mean(axis=1) - mesh.points[mesh.cells[near[owner[at_cut]]]].mean(axis=1)
     along = np.bincount(part[owner[at_cut]], np.sign(way @ outward), int(part.max()) + 1)
     beside = np.bincount(part[owner[at_cut]], minlength=int(part.max()) + 1)

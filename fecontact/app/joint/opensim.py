@@ -26,7 +26,7 @@ from fecontact.bodies.pose import Pose
 from fecontact.common.arguments import file_path, instance
 from fecontact.common.arrays import Array
 from fecontact.common.checks import among, positive
-from fecontact.common.errors import InputError
+from fecontact.common.errors import InputError, not_done
 from fecontact.common.material import Material
 from fecontact.contact.strands import WrapCylinder
 from fecontact.mesh.surface_mesh import SurfaceMesh
@@ -415,9 +415,9 @@ def _joint(joint: Element, child: str | None, coordinates: dict[str, Coordinate]
     """Name of a joint's child and the joint; its coordinates are added. A joint of version 3 stands in its child."""
     place, kind = f"The joint {joint.get('name')!r}", joint.tag
     if kind not in ("CustomJoint", "PinJoint", "WeldJoint"):
-        raise InputError(f"{place} is a {kind}; expected CustomJoint, PinJoint or WeldJoint.", code="not-supported")
+        raise not_done(f"{place} is a {kind}; expected CustomJoint, PinJoint or WeldJoint.")
     if (joint.findtext("reverse") or "false").strip() == "true":
-        raise InputError(f"{place} is reversed, which is not done here.", code="not-supported")
+        raise not_done(f"{place} is reversed, which is not done here.")
     if child is None:
         frames = {f.get("name"): f for f in joint.iter("PhysicalOffsetFrame")}
         ends = []
@@ -460,10 +460,9 @@ def _axes(joint: Element, place: str) -> list[TransformAxis]:
         part = found[name]
         axis, names = _numbers(part.findtext("axis"), 3), (part.findtext("coordinates") or "").split()
         if not axis.any() or len(names) > 1:
-            raise InputError(
+            raise not_done(
                 f"{place}, {name}: expected an axis that is not zero and one coordinate at most; found "
-                f"{axis.tolist()} and {names}.",
-                code="not-supported",
+                f"{axis.tolist()} and {names}."
             )
         inner = [e for e in part if e.tag not in ("axis", "coordinates")]
         if not inner:
@@ -507,7 +506,7 @@ def _mesh(mesh: Element) -> CartilageMesh:
     name = f"The contact mesh {mesh.get('name')!r}"
     moved = [tag for tag in ("location", "orientation") if _numbers(mesh.findtext(tag), 3).any()]
     if moved or (mesh.findtext("scale_factors") or "1 1 1").split() != ["1", "1", "1"]:
-        raise InputError(f"{name} is moved or scaled in its body, which is not offered.", code="not-supported")
+        raise not_done(f"{name} is moved or scaled in its body, which is not offered.")
     tags = ("thickness", "min_thickness", "elastic_modulus", "poissons_ratio")
     numbers = [float(mesh.findtext(tag) or "nan") for tag in tags]
     back = (mesh.findtext("mesh_back_file") or "").strip()
