@@ -93,7 +93,7 @@ def test_forces_on_nodes_stay_on_them(read) -> None:
 )
 def test_what_would_change_the_question_is_refused(model, words, read) -> None:
     with refused(fc.InputError, "not-divided", *words):
-        read(deck_of(blocks(divisions=((1, 1, 1), (1, 1, 1))), step(DOWN), HELD + model), 1)
+        read(deck_of(blocks(divisions=((1, 1, 1), (1, 1, 1))), step(DOWN), HELD + model), divide=1)
 
 
 def test_only_decks_of_their_kind_are_divided(tmp_path, written, capsys) -> None:

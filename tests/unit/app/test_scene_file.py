@@ -184,7 +184,7 @@ def test_poses_and_motions_take_degrees(written):
 def test_materials_by_element_set_and_springs(written, tmp_path):
     mesh = fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 2))
     cells = [("hexahedron20", mesh.cells)]
-    meshio.Mesh(1000 * mesh.points, cells).written(tmp_path / "block.vtu")
+    meshio.Mesh(1000 * mesh.points, cells).write(tmp_path / "block.vtu")
     text = """
     [materials]
     soft = {E = 1.0, nu = 0.3}

@@ -82,7 +82,7 @@ def test_rigid_surfaces_from_files(written, tmp_path):
     np.save(tmp_path / "bump.npy", 3 - (x[:, None] ** 2 + x[None, :] ** 2) / 4)
     points = np.array([[-2, -2, 1], [2, -2, 1], [2, 2, 1], [-2, 2, 1], [0, 0, 0]], dtype=float)
     triangles = [[4, 1, 0], [4, 2, 1], [4, 3, 2], [4, 0, 3]]
-    meshio.Mesh(points, [("triangle", triangles)]).written(tmp_path / "tip.stl")
+    meshio.Mesh(points, [("triangle", triangles)]).write(tmp_path / "tip.stl")
     for entry in (
         'heights = {file = "bump.npy", size = [1.2, 1.2], peaks_up = true}',
         'surface = {file = "tip.stl", scale = 1}',
@@ -108,7 +108,7 @@ def test_picked_boundaries(conditions, count, written):
 
 def test_a_layer_grown_on_a_body_and_on_a_file(written, tmp_path):
     points = np.array([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)
-    meshio.Mesh(points, [("triangle", [[0, 1, 2], [0, 2, 3]])]).written(tmp_path / "flat.stl")
+    meshio.Mesh(points, [("triangle", [[0, 1, 2], [0, 2, 3]])]).write(tmp_path / "flat.stl")
     for source in ('body = "block", boundary = "top"', 'surface = "flat.stl"'):
         grown = f'[bodies.half]\nextrude = {{{source}, thickness = 0.25, layers = 2}}\nmaterial = "soft"\n'
         more = 'contact = "top"\nsupports = {base = "xyz"}\n'
@@ -122,13 +122,13 @@ def test_a_solid_within_a_surface_repaired(written, tmp_path):
     """Source: the block itself; a facet of its file is missing, and in another one more than a quarter."""
     block = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 3), element="hex8")
     triangles = block.skin[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
-    meshio.Mesh(block.points, [("triangle", triangles[30:])]).written(tmp_path / "open.stl")
+    meshio.Mesh(block.points, [("triangle", triangles[30:])]).write(tmp_path / "open.stl")
     body = '[bodies.half]\nsolid = {{file = "open.stl", size = 0.4, element = "tet4"{}}}\nmaterial = "soft"\n'
     body += 'contact = "top"\nsupports = {{base = "xyz"}}\n'
     for name, z in (("base", 0), ("top", 1)):
         body += f"[bodies.half.boundaries.{name}]\nplane = {{{{point = [0, 0, {z}], normal = [0, 0, 1]}}}}\n"
     assert "open.stl is open" in faults(written(MATERIAL + BALL + body.format("") + PRESSED))
-    meshio.Mesh(block.points, [("triangle", triangles[1:])]).written(tmp_path / "open.stl")
+    meshio.Mesh(block.points, [("triangle", triangles[1:])]).write(tmp_path / "open.stl")
     file = fc.read_scene(written(MATERIAL + BALL + body.format(", holes = 3, near = [[0.5, 0.5, 1]]") + PRESSED))
     mesh = file.bodies["half"].mesh
     assert list(mesh.kinds) == ["tet4"]
@@ -139,7 +139,7 @@ def test_a_solid_within_a_surface_repaired(written, tmp_path):
 def test_a_layer_on_a_repaired_surface(written, tmp_path):
     points = np.array([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1], [0.5, 1e-6, 1]])
     facets = [[0, 1, 4], [1, 2, 4], [0, 4, 3], [4, 2, 3]]
-    meshio.Mesh(points, [("triangle", facets)]).written(tmp_path / "flat.off")
+    meshio.Mesh(points, [("triangle", facets)]).write(tmp_path / "flat.off")
     grown = '[bodies.half]\nextrude = {surface = "flat.off", thickness = 0.25, smoothing = 1, strict = true}\n'
     more = 'material = "soft"\ncontact = "top"\nsupports = {base = "xyz"}\n'
     file = fc.read_scene(written(MATERIAL + BALL + grown + more + PRESSED))
@@ -150,7 +150,7 @@ def test_a_layer_on_a_repaired_surface(written, tmp_path):
 
 def test_a_section_from_a_file(written, tmp_path):
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1.0]])
-    meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])], point_sets={"low": [0, 1], "high": [2, 3]}).written(
+    meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])], point_sets={"low": [0, 1], "high": [2, 3]}).write(
         tmp_path / "plate.inp"
     )
     body = '[bodies.half]\ntype = "plane"\nmesh = "plate.inp"\nscale = 2.0\nmaterial = "soft"\ncontact = "high"\n'
