@@ -446,7 +446,7 @@ def public_calls(folder: Path) -> dict[str, Call]:
             twist=None,
             position=(0.0, 0.0),
         ),
-        "HalfSpace.heights_of": of(half.heights_of, surface=bowl),
+        "HalfSpace.heights_of": of(half.heights_of, surface=bowl, without=("position",)),
         "HalfSpace.stiffness": of(half.stiffness, contact=light),
         "HalfSpaceContact.stress": of(light.stress, points=np.array([[0, 0, -1.0]]), chunk=100),
         "FrictionPath.wear_depth": of(trip.wear_depth, coefficient=1.0),

@@ -23,6 +23,17 @@ INWARD = {
 FROM = {"x0": 0, "x1": 1, "y0": 0, "y1": 3, "z0": 0, "z1": 4}
 
 
+def check_levels(x):
+    """Boxes with corners x (n, k, d) have four sizes, and those that share more than a point differ by two at most."""
+    low, high = x.min(axis=1), x.max(axis=1)
+    size = (high - low)[:, 0]
+    assert len(np.unique(size.round(9))) == 4
+    overlap = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
+    # share more than a point: at least one axis overlaps, none is apart
+    meet = (overlap > -1e-9).all(axis=2) & (overlap > 1e-9).any(axis=2)
+    assert (size[:, None] / size)[meet].max() < 2.01
+
+
 def lattice_mesh(n, cut):
     """n x n x len(cut) unit cubes, each layer cut into cells of linear kinds as `cut` says."""
     parts = []

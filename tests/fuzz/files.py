@@ -42,22 +42,32 @@ def _beside(result: Any, reference: Any, frame: Frame) -> Answer:
     return replace(answer(result, frame, 1e-8, "force 0"), against=figures(reference, frame))
 
 
+def _drawn(rng: np.random.Generator, frame: Frame) -> tuple[list[str], list[Any], float, float]:
+    """Kinds of cells, meshes, depth and friction of two blocks."""
+    kinds = [str(k) for k in rng.choice(["hex8", "hex20"], 2)]
+    meshes, _, depth = _blocks(rng, frame, (kinds[0], kinds[1]))
+    return kinds, meshes, depth, float(rng.choice([0.0, 0.0, 0.2]))
+
+
+def _text_solved(name: str, text: str, **options: Any) -> Any:
+    """Result of the text of a deck."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        path.write_text(text)
+        return fc.read_scene(path, **options).solve()
+
+
 def deck_beside_python(number: int, frame: Frame) -> Callable[[], Answer]:
     """An Abaqus deck of two blocks, the upper one moved down."""
     rng = np.random.default_rng([11, number])
-    kinds = [str(k) for k in rng.choice(["hex8", "hex20"], 2)]
-    meshes, _, depth = _blocks(rng, frame, (kinds[0], kinds[1]))
-    mu = float(rng.choice([0.0, 0.0, 0.2]))
+    _, meshes, depth, mu = _drawn(rng, frame)
     materials = [
         frame.material(1.0, 0.3),
         frame.material(float(10 ** rng.uniform(-0.5, 0.5)), float(rng.choice([0, 0.3]))),
     ]
 
     def run() -> Answer:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "blocks.inp"
-            path.write_text(_deck(meshes, materials, mu, depth))
-            result = fc.read_scene(path).solve()
+        result = _text_solved("blocks.inp", _deck(meshes, materials, mu, depth))
         return _beside(result, _python(meshes, materials, mu, depth, finite_motion=False), frame)
 
     return run
@@ -93,17 +103,12 @@ def _deck(meshes: list[Any], materials: list[fc.Material], mu: float, depth: flo
 def febio_beside_python(number: int, frame: Frame) -> Callable[[], Answer]:
     """An FEBio deck of two blocks, the upper one moved down."""
     rng = np.random.default_rng([16, number])
-    kinds = [str(k) for k in rng.choice(["hex8", "hex20"], 2)]
-    meshes, _, depth = _blocks(rng, frame, (kinds[0], kinds[1]))
-    mu = float(rng.choice([0.0, 0.0, 0.2]))
+    kinds, meshes, depth, mu = _drawn(rng, frame)
     materials = [frame.material(float(10 ** rng.uniform(-0.5, 0.5)), float(rng.choice([0, 0.3]))) for _ in range(2)]
     order = [int(k) for k in rng.permutation(2)]
 
     def run() -> Answer:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "blocks.feb"
-            path.write_text(_febio(meshes, kinds, materials, mu, depth, order))
-            result = fc.read_scene(path, laws="small-strain").solve()
+        result = _text_solved("blocks.feb", _febio(meshes, kinds, materials, mu, depth, order), laws="small-strain")
         return _beside(result, _python(meshes, materials, mu, depth), frame)
 
     return run

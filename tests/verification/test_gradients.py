@@ -81,6 +81,14 @@ def scene_of(mu=0.0, modulus=210e3):
     return fc.Scene([block, ball], [fc.Contact(block, ball, friction=mu)])
 
 
+def pressed(mu, force=-2000.0, modulus=210e3):
+    """The scene, pressed and, with friction, pushed along x; its result."""
+    scene = scene_of(mu, modulus)
+    moved = {scene.bodies[1]: {"x": 0.002}} if mu else None
+    load = {scene.bodies[1]: (0.0, 0.0, force)}
+    return scene, scene.solve(load, motions=moved, finite_motion=False, tolerance=1e-12)
+
+
 @pytest.mark.parametrize(
     ("mu", "what"),
     [
@@ -93,17 +101,11 @@ def test_scenes_against_central_differences(mu, what):
     """By load and modulus, without friction and with points that stick and slide."""
     weights = np.linspace(1.0, 2.0, len(scene_of().solve(motions={}).contacts[0].gap))
 
-    def solved(force=-2000.0, modulus=210e3):
-        scene = scene_of(mu, modulus)
-        moved = {scene.bodies[1]: {"x": 0.002}} if mu else None
-        load = {scene.bodies[1]: (0.0, 0.0, force)}
-        return scene, scene.solve(load, motions=moved, finite_motion=False, tolerance=1e-12)
-
     def figure(**given):
-        contact = solved(**given)[1].contacts[0]
+        contact = pressed(mu, **given)[1].contacts[0]
         return contact.max_pressure if what == "max_pressure" else float(weights @ contact.pressure)
 
-    scene, result = solved()
+    scene, result = pressed(mu)
     if mu:
         assert result.contacts[0].stick_area > 0
         assert result.contacts[0].slip_area > 0
@@ -138,18 +140,12 @@ def test_motions_of_a_scene_against_central_differences(mu):
     """How deep a ball is pressed, and beside it how far along: by the load and the modulus."""
     weights = np.array([0.5 * (mu == 0), 0.0, -1.0, 0.0, 0.0, 0.0])  # along x it is held with friction
 
-    def solved(force=-2000.0, modulus=210e3):
-        scene = scene_of(mu, modulus)
-        moved = {scene.bodies[1]: {"x": 0.002}} if mu else None
-        load = {scene.bodies[1]: (0.0, 0.0, force)}
-        return scene, scene.solve(load, motions=moved, finite_motion=False, tolerance=1e-12)
-
     def figure(**given):
-        scene, result = solved(**given)
+        scene, result = pressed(mu, **given)
         motion = result.rigid_motion(scene.bodies[1])
         return float(weights @ [*motion.translation, *motion.rotation])
 
-    scene, result = solved()
+    scene, result = pressed(mu)
     block, ball = scene.bodies
     found = result.gradient({ball: weights}, of=["loads", "E"])
     assert found.value == pytest.approx(figure(), rel=1e-12)

@@ -38,37 +38,36 @@ def test_multigrid_gives_the_answer_of_the_factor(element, row):
     assert np.abs(u - v).max() < SAME * np.abs(u).max()
 
 
-def test_motion_prescribed_and_loads_inside(row):
-    """Prescribed motion and weight, multigrid in place of a factorisation.
+@pytest.mark.parametrize(
+    ("case", "supports", "motion"),
+    [
+        ("prescribed motion and weight", {"top": "xyz"}, {"z": -0.01}),
+        ("floating body", {}, {"x": 0.0, "y": 0.0, "rz": 0.0}),
+    ],
+)
+def test_motions_and_weight(case, supports, motion, row):
+    """Prescribed motion and weight, and a floating body, multigrid in place of a factorisation.
 
     Source: the factorisation. Certified to 1e-10, times the condition of the compliance.
     """
     results = []
     for backend in ("auto", "amg"):
         mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 3))
-        body = fc.ElasticBody(mesh, fc.Material(1.0, 0.3, 1.0), "bottom", {"top": "xyz"}, backend=backend)
+        body = fc.ElasticBody(mesh, fc.Material(1.0, 0.3, 1.0), "bottom", supports, backend=backend)
         floor = fc.RigidBody(fc.Plane())
         scene = fc.Scene([body, floor], [fc.Contact(body, floor)])
-        results.append(scene.solve(motions={body: {"z": -0.01}}, gravity=(0.0, 0.0, -0.02)).contacts[0].forces)
+        results.append(scene.solve(motions={body: motion}, gravity=(0.0, 0.0, -0.02)).contacts[0].forces)
     error = np.abs(results[1] - results[0]).max() / results[0].max()
-    row("prescribed motion and weight, multigrid", "largest force against the factor's", 0.0, error, SAME)
+    row(f"{case}, multigrid", "largest force against the factor's", 0.0, error, SAME)
 
 
-def test_a_floating_body_is_grounded_as_with_a_factor(row):
-    """A floating body, multigrid in place of a factorisation.
-
-    Source: the factorisation. Certified to 1e-10, times the condition of the compliance.
-    """
-    results = []
-    for backend in ("auto", "amg"):
-        mesh = fc.shapes.block((1.0, 1.0, 1.0), (3, 3, 3))
-        body = fc.ElasticBody(mesh, fc.Material(1.0, 0.3, 1.0), "bottom", backend=backend)
-        floor = fc.RigidBody(fc.Plane())
-        scene = fc.Scene([body, floor], [fc.Contact(body, floor)])
-        motions = {body: {"x": 0.0, "y": 0.0, "rz": 0.0}}
-        results.append(scene.solve(motions=motions, gravity=(0.0, 0.0, -0.02)).contacts[0].forces)
-    error = np.abs(results[1] - results[0]).max() / results[0].max()
-    row("floating body, multigrid", "largest force against the factor's", 0.0, error, SAME)
+def steps_of_one_solve(divisions, element):
+    """Steps of multigrid for a random load."""
+    body, _ = pressed("amg", divisions, element)
+    factor = body.model.condensation.factor
+    before = factor.steps
+    factor.solve_one(np.random.default_rng(5).standard_normal(len(body.model.solved_dofs)))
+    return factor.steps - before
 
 
 @pytest.mark.by_day("hex8-divisions0")
@@ -78,13 +77,7 @@ def test_steps_grow_less_than_without_multigrid(element, divisions, row):
 
     Source: conjugate gradients by themselves take twice the steps; fewer is asserted.
     """
-    steps = []
-    for times in (1, 2):
-        body, _ = pressed("amg", tuple(times * n for n in divisions), element)
-        factor = body.model.condensation.factor
-        before = factor.steps
-        factor.solve_one(np.random.default_rng(5).standard_normal(len(body.model.solved_dofs)))
-        steps.append(factor.steps - before)
+    steps = [steps_of_one_solve(tuple(times * n for n in divisions), element) for times in (1, 2)]
     ratio = steps[1] / steps[0]
     row(f"random load, {element}, multigrid", "steps with elements half as wide over steps", 1.0, ratio)
     assert ratio < 1.5
@@ -95,13 +88,7 @@ def test_elements_with_midside_nodes_take_few_steps(row):
 
     Source: on the corners both are alike; aggregates of all nodes take three times the steps.
     """
-    steps = []
-    for element in ("hex8", "hex20"):
-        body, _ = pressed("amg", (8, 7, 5), element)
-        factor = body.model.condensation.factor
-        before = factor.steps
-        factor.solve_one(np.random.default_rng(5).standard_normal(len(body.model.solved_dofs)))
-        steps.append(factor.steps - before)
+    steps = [steps_of_one_solve((8, 7, 5), element) for element in ("hex8", "hex20")]
     ratio = steps[1] / steps[0]
     row("random load, multigrid", "steps of 20-node over those of 8-node elements", 1.0, ratio)
     assert ratio < 2.0

@@ -79,7 +79,7 @@ def test_forces_on_nodes_stay_on_them(read) -> None:
     """Two unit forces on each of the four corners of a set, whatever lies between them later."""
     text = deck_of(blocks(divisions=((1, 1, 1), (1, 1, 1))), step("*CLOAD\nUP_top, 3, -2.\n"), HELD)
     for times in (0, 1, 2):
-        assert abs(read(text, times).solve().contacts[0].total_force - 8.0) <= 1e-9
+        assert abs(read(text, divide=times).solve().contacts[0].total_force - 8.0) <= 1e-9
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """Codes of refusals: stable names, of the class where none is given, kept where an error is raised again."""
 
-import ast
 import pickle
 import re
 from pathlib import Path
@@ -20,12 +19,6 @@ def test_default_and_given():
 
 def test_words_with_hyphens():
     files = Path(fc.__file__).parent.rglob("*.py")
-    given = [
-        k.value
-        for f in files
-        for n in ast.walk(ast.parse(f.read_text("utf-8")))
-        for k in getattr(n, "keywords", ())
-        if k.arg == "code" and isinstance(k.value, ast.Constant)
-    ]
+    given = [code for f in files for code in re.findall(r'\bcode="([^"]*)"', f.read_text("utf-8"))]
     assert len(given) > 400
-    assert not [code.value for code in given if not re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", code.value)]
+    assert not [code for code in given if not re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", code)]

@@ -32,23 +32,17 @@ def differences(shapes, X, step=1e-5):
     )
 
 
-@pytest.mark.parametrize("n", [8, 20, 27])
-def test_hexahedron_functions(n):
-    X = inside(20, 3)
-    N, dN = hex_shapes(n, X)
+@pytest.mark.parametrize(
+    ("shapes", "nodes", "n"),
+    [*((hex_shapes, hex_nodes, n) for n in (8, 20, 27)), *((quad_shapes, quad_nodes, n) for n in (4, 8, 9))],
+)
+def test_functions_of_hexahedra_and_quadrilaterals(shapes, nodes, n):
+    X = inside(20, nodes(n).shape[1])
+    N, dN = shapes(n, X)
     assert np.abs(N.sum(axis=1) - 1).max() < ROUNDING
     assert np.abs(dN.sum(axis=1)).max() < 10 * ROUNDING
-    assert np.abs(hex_shapes(n, hex_nodes(n))[0] - np.eye(n)).max() < ROUNDING
-    assert np.abs(differences(lambda x: hex_shapes(n, x), X) - dN).max() < DIFFERENCES
-
-
-@pytest.mark.parametrize("n", [4, 8, 9])
-def test_quadrilateral_functions(n):
-    X = inside(20, 2)
-    N, dN = quad_shapes(n, X)
-    assert np.abs(N.sum(axis=1) - 1).max() < ROUNDING
-    assert np.abs(quad_shapes(n, quad_nodes(n))[0] - np.eye(n)).max() < ROUNDING
-    assert np.abs(differences(lambda x: quad_shapes(n, x), X) - dN).max() < DIFFERENCES
+    assert np.abs(shapes(n, nodes(n))[0] - np.eye(n)).max() < ROUNDING
+    assert np.abs(differences(lambda x: shapes(n, x), X) - dN).max() < DIFFERENCES
 
 
 @pytest.mark.parametrize("face", range(6))

@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from refine_cases import CASES, bent, locally_refined, mesh_of, near, one_edge_pair, refined_near
+from refine_cases import CASES, bent, check_levels, locally_refined, mesh_of, near, one_edge_pair, refined_near
 from refusals import refused
 from scipy.spatial import cKDTree
 
@@ -242,14 +242,7 @@ def test_no_whole_edge_or_face_has_two_points_in_it(kind, width):
 
 def test_levels_of_cubes_differ_by_no_more_than_one_over_faces_and_edges():
     mesh = corner("hex8")
-    x = mesh.points[mesh.cells]
-    low, high = x.min(axis=1), x.max(axis=1)
-    size = (high - low)[:, 0]
-    assert len(np.unique(size.round(9))) == 4
-    overlap = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
-    # share more than a point: at least one axis overlaps, none is apart
-    meet = (overlap > -1e-9).all(axis=2) & (overlap > 1e-9).any(axis=2)
-    assert (size[:, None] / size)[meet].max() < 2.01
+    check_levels(mesh.points[mesh.cells])
 
 
 @pytest.mark.parametrize(("kind", "width"), [("hexahedra", 20), ("tetrahedra", 20), ("all kinds", 8)])

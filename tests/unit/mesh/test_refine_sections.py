@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from refine_cases import near, refined_near
+from refine_cases import check_levels, near, refined_near
 
 import fecontact as fc
 from fecontact.fem.section_model import section_stiffness
@@ -104,13 +104,7 @@ def test_hanging_nodes_hold_the_polynomials_of_the_cells(width):
 
 def test_sizes_of_squares_that_share_a_side_differ_by_two_at_most():
     mesh = local(8)
-    x = mesh.points[mesh.cells[:, :4]][:, :, [0, 2]]
-    low, high = x.min(axis=1), x.max(axis=1)
-    size = (high - low)[:, 0]
-    assert len(np.unique(size.round(9))) == 4
-    overlap = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)
-    meet = (overlap > -1e-9).all(axis=2) & (overlap > 1e-9).any(axis=2)
-    assert (size[:, None] / size)[meet].max() < 2.01
+    check_levels(mesh.points[mesh.cells[:, :4]][:, :, [0, 2]])
 
 
 def test_touching_finds_what_meets_a_side_in_the_plane():

@@ -277,13 +277,9 @@ def test_pictures_of_friction_need_friction() -> None:
         scene.solve(motions={block: {"z": -0.01}}).plot("friction")
 
 
-def test_a_step_without_certified_solution_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
-    from fecontact.scene import load_path
-
-    scene, block = dragged(0.3)
-    steps = [{"motions": {block: {"z": -0.01}}}, {"motions": {block: {"z": -0.01, "x": 0.02}}}]
-    whole, given, calls = scene.solve_path(steps), load_path.solved, []
-    halves = scene.solve_path([steps[0], {"motions": {block: {"z": -0.01, "x": 0.01}}}, steps[1]])
+def fails_at_the_second_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second step that is solved finds no solution."""
+    given, calls = load_path.solved, []
 
     def failing(*args: object) -> object:
         calls.append(args)
@@ -292,6 +288,15 @@ def test_a_step_without_certified_solution_is_cut(monkeypatch: pytest.MonkeyPatc
         return given(*args)
 
     monkeypatch.setattr(load_path, "solved", failing)
+
+
+def test_a_step_without_certified_solution_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, block = dragged(0.3)
+    steps = [{"motions": {block: {"z": -0.01}}}, {"motions": {block: {"z": -0.01, "x": 0.02}}}]
+    whole = scene.solve_path(steps)
+    halves = scene.solve_path([steps[0], {"motions": {block: {"z": -0.01, "x": 0.01}}}, steps[1]])
+
+    fails_at_the_second_step(monkeypatch)
     cut = scene.solve_path(steps)
     assert cut.cuts == (1, 2)
     assert abs(cut.forces - whole.forces).max() < 1e-12  # full slip: the path does not matter
@@ -393,19 +398,9 @@ def test_a_path_to_an_accuracy() -> None:
 
 
 def test_a_cut_step_is_rebuilt(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from fecontact.scene import load_path
-
     scene, block = dragged(0.3)
     steps = [{"motions": {block: {"z": -0.01}}}, {"motions": {block: {"z": -0.01, "x": 0.02}}}]
-    given, calls = load_path.solved, []
-
-    def failing(*args: object) -> object:
-        calls.append(args)
-        if len(calls) == 2:
-            raise fc.SolverError("no")
-        return given(*args)
-
-    monkeypatch.setattr(load_path, "solved", failing)
+    fails_at_the_second_step(monkeypatch)
     cut = scene.solve_path(steps, tmp_path / "path.jsonl")
     again = scene.solve_path(steps, tmp_path / "path.jsonl")
     assert again.cuts == cut.cuts == (1, 2)
@@ -418,8 +413,6 @@ def test_a_cut_step_is_rebuilt(tmp_path, monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_the_coupling_of_the_first_step_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where loads suggest another coupling, its points would have no past."""
-    from fecontact.scene import load_path
-
     above, below = (fc.shapes.block((1.0, 1.0, 1.0), (n, n, 2)) for n in (2, 3))
     soft = fc.Material(E=1.0, nu=0.0)
     top = fc.ElasticBody(above.translated((0, 0, 1.0)), soft, "bottom", {"top": "xyz"}, name="top")

@@ -43,25 +43,25 @@ def test_a_layer_has_its_candidates_at_once() -> None:
     assert layer[1].n_candidates == layer[0].n_candidates
 
 
-def test_a_belt_that_slides_takes_few_newton_steps() -> None:
-    """A thin belt, pulled one way, then the other: a section, whose directions of slip are signs."""
-    mesh = fc.sections.annulus(1.0, 1.01, (20, 1), element="quad9")
+def pulled_belt(n, mu, pulls):
+    """Path of a thin belt on half a drum, of n elements."""
+    mesh = fc.sections.annulus(1.0, 1.01, (n, 1), element="quad9")
     belt = fc.PlaneBody(mesh, fc.Material(E=100.0, nu=0.0), "inner", {"sym_x": "x"}, name="belt")
     drum = fc.RigidBody(fc.surfaces.Cylinder(1.0), name="drum").placed((0.0, 0.0, -1.0))
-    scene = fc.Scene([belt, drum], [fc.Contact(belt, drum, friction=0.3)])
+    scene = fc.Scene([belt, drum], [fc.Contact(belt, drum, friction=mu)])
     slack = {(belt, "sym_z"): (0.0, 0.0, -1e-3)}
-    path = scene.solve_path([{"forces": slack, "motions": {belt: {"x": -pull}}} for pull in (0.0, 0.02, -0.01)])
+    return scene.solve_path([{"forces": slack, "motions": {belt: {"x": -pull}}} for pull in pulls])
+
+
+def test_a_belt_that_slides_takes_few_newton_steps() -> None:
+    """Pulled one way, then the other: a section, whose directions of slip are signs."""
+    path = pulled_belt(20, 0.3, (0.0, 0.02, -0.01))
     assert max(result.friction.nit for result in path.steps) <= 5
 
 
 def test_a_belt_with_much_friction_converges() -> None:
     """Pulled a little at mu = 2, half of the belt turns back: without a second try by gaps the step is cut in two."""
-    mesh = fc.sections.annulus(1.0, 1.01, (40, 1), element="quad9")
-    belt = fc.PlaneBody(mesh, fc.Material(E=100.0, nu=0.0), "inner", {"sym_x": "x"}, name="belt")
-    drum = fc.RigidBody(fc.surfaces.Cylinder(1.0), name="drum").placed((0.0, 0.0, -1.0))
-    scene = fc.Scene([belt, drum], [fc.Contact(belt, drum, friction=2.0)])
-    slack = {(belt, "sym_z"): (0.0, 0.0, -1e-3)}
-    path = scene.solve_path([{"forces": slack, "motions": {belt: {"x": -pull}}} for pull in (0.0, 0.002)])
+    path = pulled_belt(40, 2.0, (0.0, 0.002))
     assert path.cuts == (1, 1)
     assert path[1].friction.nit <= 50
     assert path[1].friction.residuals.worst <= 1e-10
