@@ -254,11 +254,16 @@ class ContactFields(FormerNames):
         return tuple(part_of(self, self.region == k, self._facet_region == k) for k in numbers)
 
     @cached_property
-    def _facet_region(self) -> IntArray:
-        """Connected region (n_facets,) of each facet, 0 without force."""
+    def _node_region(self) -> IntArray:
+        """Connected region (n_nodes,) of each node of the facets, 0 without force."""
         at_nodes = self._at_nodes.copy()
         at_nodes.data = self.region[at_nodes.indices].astype(float)
-        return np.asarray(at_nodes.max(axis=1).toarray().ravel()[self.facets].max(axis=1), dtype=np.int64)
+        return np.asarray(at_nodes.max(axis=1).toarray().ravel(), dtype=np.int64)
+
+    @property
+    def _facet_region(self) -> IntArray:
+        """Connected region (n_facets,) of each facet, 0 without force."""
+        return np.asarray(self._node_region[self.facets].max(axis=1))
 
     @cached_property
     def _on_cells(self) -> CellContact | None:

@@ -1,6 +1,7 @@
 """The main job against Hertz: every case, model and element at its stated accuracy."""
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
@@ -44,6 +45,12 @@ def test_default_level_reaches_what_is_promised(case, model, element, row):
     certified(out)
 
 
+@functools.cache
+def coarse(model, pressure="midface"):
+    """Equal spheres at level 1, each model solved once."""
+    return solve_spheres("equal", level=1, model=model, pressure=pressure)
+
+
 def certified(out):
     residuals = out.solved.residuals()
     assert abs(residuals.equilibrium) <= 1e-10
@@ -79,7 +86,7 @@ def test_symmetric_model_and_two_bodies_agree(row):
 
     Source: symmetry. The same meshes mirrored: the mean of the pairs' normals is the mirror plane's. 1e-9: rounding.
     """
-    two, one = (solve_spheres("equal", level=1, model=m) for m in ("two-bodies", "symmetric"))
+    two, one = map(coarse, ("two-bodies", "symmetric"))
     for name in ("contact radius", "centre pressure", "approach"):
         a, b = (study.figures[name].found for study in (one, two))
         row("1 two bodies against one", name, a, b, 1e-9, two.solved.n_dofs)
@@ -87,7 +94,7 @@ def test_symmetric_model_and_two_bodies_agree(row):
 
 def test_equal_spheres_are_factorised_once():
     """Two equal spheres are one model in two poses, factorised once. Source: the count of degrees of freedom."""
-    out = solve_spheres("equal", level=1)
+    out = coarse("two-bodies")
     assert out.solved.n_dofs == 2 * out.solved._n_dofs_factorised
 
 
@@ -124,7 +131,7 @@ def test_plain_twenty_node_faces_lose_their_corners(row):
     Source: Hertz. Serendipity faces turn uniform pressure into pulling corner forces (-1/12), so no corner node can
     carry any; the centre is a corner node, and the pressure that is left is far off (asserted: more than half).
     """
-    out = solve_spheres("equal", model="symmetric", level=1, pressure="nodal")
+    out = coarse("symmetric", "nodal")
     row("1 equal spheres, plain faces", "pressure L2", 0.0, out.figures["pressure, L2"].found, dofs=out.solved.n_dofs)
     assert out.figures["centre pressure"].found == 0
     assert abs(out.figures["pressure, L2"].found) > 0.5
@@ -138,7 +145,7 @@ def test_stress_at_the_centre_below_plain_and_nine_node_faces(pressure, least, m
     Source: Hertz. Idle corners do not make the stress low: it comes out 16 to 18 % too high on levels 1 to 3, by what
     the other nodes carry in the corners' place; with a ninth node 1.5 % too high on level 1 and less on finer ones.
     """
-    out = solve_spheres("equal", model="symmetric", level=1, pressure=pressure)
+    out = coarse("symmetric", pressure)
     upper = out.solved.scene.bodies[0]
     centre = np.linalg.norm(upper.mesh.points, axis=1).argmin()
     found = -float(out.solved.stress(upper)[centre, 2])

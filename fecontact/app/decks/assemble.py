@@ -452,12 +452,12 @@ def _supported(mesh: Any, held: Array) -> tuple[Any, dict[str, str]]:
     """The mesh with the nodes (n_points, 3) held in each component as node sets, and the supports of these."""
     fixed = np.isfinite(held)
     sets: dict[str, IntArray] = {}
-    for components in ("xyz", "xy", "xz", "yz", "x", "y", "z"):
-        columns = fixed[:, ["xyz".index(c) for c in components]]
+    for axes in ("xyz", "xy", "xz", "yz", "x", "y", "z"):
+        columns = fixed[:, ["xyz".index(c) for c in axes]]
         taken = set("".join(sets))
-        if not taken & set(components) and columns.any() and (columns == columns[:, :1]).all():
-            sets[components] = np.flatnonzero(columns[:, 0])
-    named = {f"held in {components}": nodes for components, nodes in sets.items()}
+        if not taken & set(axes) and columns.any() and (columns == columns[:, :1]).all():
+            sets[axes] = np.flatnonzero(columns[:, 0])
+    named = {f"held in {axes}": nodes for axes, nodes in sets.items()}
     return replace(mesh, node_sets={**mesh.node_sets, **named}), {f"held in {c}": c for c in sets}
 
 
@@ -592,10 +592,10 @@ def _displacements(m: DeckBody, step: DeckStep) -> dict[Any, Array]:
     """Prescribed displacements of the supports of a body, and the values of its conditions."""
     held = np.nan_to_num(step.held)
     out: dict[Any, Array] = {}
-    for name, components in m.body.supports.items():
+    for name, support in m.body.supports.items():
         nodes = m.body.mesh.boundary_nodes(name)
         values = np.zeros((len(nodes), 3))
-        for c in ("xyz".index(str(w)) for w in components):
+        for c in ("xyz".index(str(w)) for w in support):
             values[:, c] = held[m.nodes[nodes], c]
         out |= {(m.body, name): values} if values.any() else {}
     if m.conditions is not None:

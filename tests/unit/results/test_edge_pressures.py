@@ -7,7 +7,7 @@ import pytest
 
 import fecontact as fc
 from fecontact.results.contact_outline import Mirror, Outline, ellipse_of_moments
-from fecontact.results.edge_pressure import edge_points
+from fecontact.results.edge_functions import edge_points
 from fecontact.surfaces import Paraboloid
 
 SOFT = fc.Material(E=1.0, nu=0.3)
