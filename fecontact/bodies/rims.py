@@ -81,7 +81,7 @@ class Rim:
 def rim_of_surface(body: Body, name: str) -> Rim | None:
     """The rim of an elastic body's contact surface; None for other bodies, closed surfaces and nodes alone."""
     surface = body.surface(name)
-    if not isinstance(surface, FacetSurface) or surface.alone is not None:
+    if not isinstance(surface, FacetSurface) or surface.of_nodes:
         return None
     if isinstance(surface, CurveSurface):
         assert isinstance(body, ElasticBody)

@@ -111,7 +111,7 @@ class SceneModel:
     @property
     def has_nodes_alone(self) -> bool:
         """Whether a slave is a set of nodes."""
-        return any(given.slave_surface.alone is not None for given, _ in self._seen)
+        return any(given.slave_surface.of_nodes for given, _ in self._seen)
 
     def interfaces(self, loading: Loading) -> tuple[Interface, ...]:
         """The contacts, paired over their whole surfaces as suits a load; kept for the next one that they suit."""

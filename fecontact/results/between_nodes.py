@@ -109,7 +109,7 @@ class GapsBetweenNodes:
     def overlap(self) -> Overlap | None:
         """Overlap on faces that carry no force; None where there is none."""
         facets = self._idle
-        if len(facets) == 0 or self.surface.alone is not None:
+        if len(facets) == 0 or self.surface.of_nodes:
             return None
         sizes = self.surface.mean_facet_size[facets]
         found, local = smallest_gaps(self.at, facets, self.surface.triangle[facets], sizes)

@@ -153,7 +153,7 @@ def readings_of(contact: ContactFields, samples: int | None = None) -> PressureR
 
     Nor have nodes alone any, whose forces are no field.
     """
-    if contact._surface.alone is not None:
+    if contact._surface.of_nodes:
         return None
     field = nodal_pressure(contact)
     if field is None:
@@ -284,7 +284,7 @@ def _reaches_axis(radius: Array) -> bool:
 def error_estimate(contact: ContactFields, readings: PressureReadings | None) -> ErrorEstimate:
     """Errors of a contact estimated from its reconstructed pressures and the kinks between its faces."""
     if readings is None:
-        return ErrorEstimate.none(NO_CONTACT if contact._surface.alone is None else NO_FIELD)
+        return ErrorEstimate.none(NO_FIELD if contact._surface.of_nodes else NO_CONTACT)
     area = float(readings.in_contact.sum())
     counted = float(contact.weights[contact.active].sum())
     # pressures that would pull part instead, so that they are never off by more than all of them

@@ -277,7 +277,7 @@ def single_step(result: ContactResult) -> Iterator[str]:
 def unbounded_pressures(result: ContactResult) -> Iterator[str]:
     """Notes of pressures without bound."""
     for contact in result.contacts:
-        if contact._surface.alone is None and (edge := contact._singular_edge) is not None:
+        if not contact._surface.of_nodes and (edge := contact._singular_edge) is not None:
             yield (
                 f"The pressure between {contact.slave.name!r} and {contact.master.name!r} is {edge.peak}: its largest "
                 f"value, {contact.max_pressure:.3g}, depends on the mesh. Round the edge to get one that does not."
@@ -456,7 +456,7 @@ def _verb(result: ContactResult) -> str:
 def coarse_pressures(result: ContactResult) -> Iterator[str]:
     """Warnings of contacts not resolved, or whose pressure, peak or area may be off by more than `MAX_ERROR`."""
     for contact in result.contacts:
-        if not contact.active.any() or contact._surface.alone is not None:
+        if not contact.active.any() or contact._surface.of_nodes:
             continue
         between = f"{contact.slave.name!r} and {contact.master.name!r}"
         number = int(contact.active.sum())

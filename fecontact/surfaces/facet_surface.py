@@ -121,6 +121,11 @@ class FacetSurface:
     hanging: HangingNodes | None = None
     alone: IntArray | None = None
 
+    @property
+    def of_nodes(self) -> bool:
+        """Whether it is a set of nodes, whose forces are no field of pressure."""
+        return self.alone is not None
+
     @cached_property
     def nodes(self) -> IntArray:
         """Distinct node numbers of the surface."""
@@ -134,7 +139,7 @@ class FacetSurface:
     @cached_property
     def ties(self) -> SurfaceTies | None:
         """The hanging nodes among its own; None where there are none."""
-        return surface_ties(self.facets, self.hanging) if self.alone is None else None
+        return None if self.of_nodes else surface_ties(self.facets, self.hanging)
 
     @property
     def out_of_plane(self) -> Extent | None:
@@ -154,7 +159,7 @@ class FacetSurface:
     @property
     def is_divisible(self) -> bool:
         """Whether the parts near contact can be paired alone."""
-        return not self.mortar_on_quad8 and self.alone is None
+        return not (self.mortar_on_quad8 or self.of_nodes)
 
     def cut(
         self, master: Surface | None, rotation: Array, translation: Array, share: float

@@ -238,7 +238,7 @@ def sides(contact: Contact, search_radius: SearchRadius | None = None) -> Coupli
     if surface.out_of_plane is not None and facets_of(other) is None:
         points = given.slave.pose.to_world(surface.points[surface.nodes])
         check_rigid_surface(given.master, other, points, surface.out_of_plane)
-    if surface.alone is not None:
+    if surface.of_nodes:
         _check_nodes_alone(given, contact.coupling)
         return replace(given, note=ALONE)
     ring, whole = surface.revolved and contact.coupling == "auto", surface.mortar_on_quad8
@@ -253,7 +253,7 @@ def sides(contact: Contact, search_radius: SearchRadius | None = None) -> Coupli
 
 def _nodes_alone(surface: Surface) -> bool:
     facets = facets_of(surface)
-    return facets is not None and facets.alone is not None
+    return facets is not None and facets.of_nodes
 
 
 def _check_nodes_alone(given: CouplingChoice, coupling: str) -> None:
@@ -288,7 +288,7 @@ def choose_coupling(contact: Contact, given: CouplingChoice, seen: SurfacePair, 
         Selects the faces near the contact.
     """
     s, m = given.slave_surface, facets_of(given.master_surface)
-    if contact.coupling == "mortar" or m is None or s.alone is not None:
+    if contact.coupling == "mortar" or m is None or s.of_nodes:
         return given
     cells_ours, cells_theirs = s.cell_area is not None, m.cell_area is not None
     if cells_ours and cells_theirs:

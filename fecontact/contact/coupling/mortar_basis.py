@@ -46,7 +46,7 @@ TRIANGLE_ORDER = 5
 
 def has_mortar_basis(surface: FacetSurface) -> bool:
     """Whether a surface can be the slave of a mortar coupling: all but nodes and plain eight-node quadrilaterals."""
-    if surface.alone is not None:
+    if surface.of_nodes:
         return False
     return surface.facets.shape[1] != 8 or surface.mortar_on_quad8 or bool(surface.triangle.all())
 

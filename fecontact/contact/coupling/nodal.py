@@ -324,7 +324,7 @@ class SurfacePair:
     def rim(self) -> CoveredRim:
         """Slave facets at the master's rim."""
         inside, outside = np.zeros(len(self.slave.points), bool), np.zeros(len(self.slave.points), bool)
-        if self.slave.alone is not None:
+        if self.slave.of_nodes:
             return CoveredRim(np.zeros(0, np.int64), np.zeros(0))
         inside[self.nodes], outside[self.nodes] = ~self.along_lines.outside, self.along_lines.outside
         return rim_of(self.slave, self.master, self.rotation, self.translation, inside, outside, self.share)
@@ -653,7 +653,7 @@ def _covered(slave: FacetSurface, nodes: IntArray) -> IntArray:
     paired = np.zeros(len(slave.points), bool)
     paired[nodes] = True
     on = paired[slave.facets]
-    if slave.alone is not None:
+    if slave.of_nodes:
         return np.flatnonzero(on.any(axis=1))
     corners = on[:, : min(4, on.shape[1])]
     inside = corners.sum(axis=1) >= np.where(slave.triangle, 4, 3)
