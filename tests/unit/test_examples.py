@@ -18,6 +18,14 @@ from fecontact.ancf.slender import line
 FOLDER = Path(__file__).parents[2] / "examples"
 
 
+@pytest.fixture
+def drawn(tmp_path):
+    """Folder in which an example draws pictures, none of them empty."""
+    yield tmp_path
+    pictures = [path for path in tmp_path.rglob("*") if path.suffix in (".png", ".gif")]
+    assert min(path.stat().st_size for path in pictures) > 2000
+
+
 @pytest.mark.full
 def test_two_spheres(tmp_path):
     # level 1 is within 3.5 % of Hertz in pressure
@@ -90,47 +98,42 @@ def test_rolling_bearing_with_clearance(clearance):
 
 
 @pytest.mark.full
-def test_rolling_bearing(tmp_path):
+def test_rolling_bearing(drawn):
     """Rings well held share the load of rigid ones; a ring that bends gives more to the lowest roller."""
-    rings = load("rolling_bearing").main(out=tmp_path)
+    rings = load("rolling_bearing").main(out=drawn)
     rigid, seated, bent = rings.values()
     place = np.cos(2 * np.pi * np.arange(7) / 13) * np.where(np.arange(7) > 0, 2, 1)
     for forces in (seated, bent):
         assert abs(place @ forces / 5000 - 1) < 1e-3  # the load, but for the cage
     assert np.abs(seated - rigid).max() < 0.01 * rigid.max()  # plane strain beside half-spaces
     assert bent[0] > 1.08 * rigid[0]
-    for name in ("rolling_bearing", "rolling_bearing_section"):
-        assert (tmp_path / f"{name}.png").stat().st_size > 10_000
 
 
 @pytest.mark.full
-def test_gear_pair(tmp_path):
+def test_gear_pair(drawn):
     """Statics, one pitch later the same, one pair within and two beyond, and Hertz at the pitch point."""
     example = load("gear_pair")
-    _, forces, error, peak = example.main(n=5, flank=24, out=tmp_path)
+    _, forces, error, peak = example.main(n=5, flank=24, out=drawn)
     line = example.TORQUE / example.PINION.base_radius
     assert np.abs(forces.sum(axis=0) / line - 1).max() < 1e-3  # of meshes, whose flanks are not quite involutes
     assert (forces > 0).sum(axis=0).tolist() == [2, 2, 1, 2, 2]
     assert abs(error[0] / error[-1] - 1) < 0.01
     assert error[2] == error.max()
     assert abs(peak - 1) < 0.01
-    for name in ("gear_pair", "gear_pair_stress"):
-        assert (tmp_path / f"{name}.png").stat().st_size > 10_000
 
 
 @pytest.mark.full
-def test_coated_rough(tmp_path):
-    contact = load("coated_rough").main(n=64, out=tmp_path)
+def test_coated_rough(drawn):
+    contact = load("coated_rough").main(n=64, out=drawn)
     assert abs(contact.force / 100.0 - 1) < 1e-9
     assert contact.pressure.max() > 1.2 * contact.pressure.sum() / contact.active.sum()  # asperities stand out
-    assert (tmp_path / "coated_rough.png").stat().st_size > 10_000
 
 
 @pytest.mark.full
 @pytest.mark.usefixtures("gmsh")
-def test_pin_in_bore(tmp_path):
+def test_pin_in_bore(drawn):
     example = load("pin_in_bore")
-    result = example.main(size=6.0, accuracy=0.2, out=tmp_path)
+    result = example.main(size=6.0, accuracy=0.2, out=drawn)
     (contact,) = result.contacts
     assert np.abs(contact.force - [0, -example.FORCE, 0]).max() < 1e-9 * example.FORCE
     exact = fc.analytic.hertz.line(
@@ -141,19 +144,17 @@ def test_pin_in_bore(tmp_path):
     # the peak alone is worse than asked, and said to be
     assert all("peak" in text for text in result.warnings)
     assert contact.error_estimate.pressure < 0.2
-    assert (tmp_path / "pin_in_bore.png").stat().st_size > 10_000
 
 
-def test_own_model(tmp_path):
+def test_own_model(drawn):
     example = load("own_model")
-    result = example.main(n=6, out=tmp_path)
+    result = example.main(n=6, out=drawn)
     assert result.solution.solver == "projected_gauss_seidel"
     assert result.residuals().worst < 1e-10
     force = 4 * result.contacts[0].total_force
     exact = fc.hertz.spheres((20.0, np.inf), (None, example.RUBBER), force=force)
     # a block four contacts wide is 1 percent stiffer than a half-space at the full size
     assert abs(result.contacts[0].max_pressure / exact.p0 - 1) < 0.03
-    assert (tmp_path / "own_model.png").stat().st_size > 10_000
 
 
 @pytest.mark.full
@@ -226,13 +227,12 @@ def test_jam_knee(tmp_path):
     assert (tmp_path / "jam_knee" / "foundation.gif").stat().st_size > 1000
 
 
-def test_from_files(tmp_path):
-    forces, contact = load("from_files").main(out=tmp_path)
+def test_from_files(drawn):
+    forces, contact = load("from_files").main(out=drawn)
     # the decks hold the same numbers
     assert np.ptp(forces) < 1e-9 * forces[0]
     assert abs(contact.force / 500.0 - 1) < 1e-9
     assert len(contact.regions) > 5  # ridges
-    assert (tmp_path / "from_files.png").stat().st_size > 10_000
 
 
 #: Examples that lead to a first picture.
@@ -250,8 +250,8 @@ def test_first_pictures_take_twenty_lines(name):
 
 
 @pytest.mark.full
-def test_bricks(tmp_path):
-    figures = load("bricks").main(small=True, out=tmp_path)
+def test_bricks(drawn):
+    figures = load("bricks").main(small=True, out=drawn)
     # a slender solid differs from the elastica by 1e-3
     assert abs(figures["bar into a circle"]["error against Euler"]) < 3e-3
     assert abs(figures["ball into a block"]["force"] / 0.4165 - 1) < 0.05  # ten elements a side
@@ -260,98 +260,83 @@ def test_bricks(tmp_path):
     moving = figures["brick on the floor"]
     assert moving["energy drift, energy-momentum"] < 1e-9  # ten steps of 1e-10 each
     assert moving["energy drift, generalised-alpha"] > 1e-3
-    for name in ("circle", "ball", "strip", "bounce"):
-        assert (tmp_path / f"bricks_{name}.png").stat().st_size > 10_000
-    assert (tmp_path / "bricks_bounce.pvd").exists()
+    assert (drawn / "bricks_bounce.pvd").exists()
 
 
 @pytest.mark.full
-def test_inflated_tube(tmp_path):
-    figures = load("inflated_tube").main(n=4, until=0.2, out=tmp_path)
+def test_inflated_tube(drawn):
+    figures = load("inflated_tube").main(n=4, until=0.2, out=drawn)
     assert abs(figures["force"] / 0.0296 - 1) < 0.05  # eight bricks
     assert 1.25 < figures["largest radius"] < 1.4
     assert figures["energy drift"] < 1e-9
-    assert (tmp_path / "inflated_tube.png").stat().st_size > 10_000
 
 
-def test_belt_drive(tmp_path):
-    figures = load("belt_drive").main(n=12, turns=2, out=tmp_path)
+def test_belt_drive(drawn):
+    figures = load("belt_drive").main(n=12, turns=2, out=drawn)
     # twelve elements for half a turn: of first order
     assert abs(figures["tight / slack"] / figures["of Euler and Eytelwein"] - 1) < 5e-3
     assert figures["defect of Coulomb's law"] < 1e-9
-    assert (tmp_path / "belt_drive.png").stat().st_size > 10_000
 
 
-def test_woven_yarns(tmp_path):
-    figures = load("woven_yarns").main(n=1, elements=4, steps=3, out=tmp_path)
+def test_woven_yarns(drawn):
+    figures = load("woven_yarns").main(n=1, elements=4, steps=3, out=drawn)
     # the waves go over from one yarn to the other, whose skins stay in touch
     assert figures["wave, pulled yarn"] < 0.8 < 1.2 < figures["wave, yarn across"]
     assert abs(figures["wave, pulled yarn"] + figures["wave, yarn across"] - 2) < 0.02
     assert figures["stiffness at first"] < figures["stiffness at last"] < figures["of a straight yarn"]
     assert figures["defect of Coulomb's law"] < 1e-9
-    assert (tmp_path / "woven_yarns.png").stat().st_size > 10_000
 
 
 @pytest.mark.full
-def test_rough_block(tmp_path):
-    found = load("rough_block").main(n=128, out=tmp_path)
+def test_rough_block(drawn):
+    found = load("rough_block").main(n=128, out=drawn)
     assert 0.5 < found["approach"] / found["half-space"] < 0.8  # the plate holds the rubber
     assert 3 < found["area"] < 6
     assert found["defect"] < 0.01
-    assert (tmp_path / "rough_block.png").stat().st_size > 10_000
 
 
 @pytest.mark.full
-def test_partial_slip(tmp_path):
-    figures = load("partial_slip").main(level=1, out=tmp_path)
+def test_partial_slip(drawn):
+    figures = load("partial_slip").main(level=1, out=drawn)
     # the edge of stick lies inside faces of a twelfth of the radius
     assert abs(figures["energy of a cycle"] / figures["of Mindlin and Deresiewicz"] - 1) < 0.05
     assert abs(figures["stick radius"] / figures["of Cattaneo and Mindlin"] - 1) < 0.08
     assert figures["largest residual"] < 1e-10
-    for name in ("partial_slip", "partial_slip_loop"):
-        assert (tmp_path / f"{name}.png").stat().st_size > 10_000
 
 
 @pytest.mark.full
-def test_rolling(tmp_path):
-    figures = load("rolling").main(n=8, out=tmp_path)
+def test_rolling(drawn):
+    figures = load("rolling").main(n=8, out=drawn)
     # after two widths the transient is over, on cells of any size
     assert abs(figures["creepage after two widths"] / figures["of steady rolling, one solve"] - 1) < 2e-3
     assert figures["creepage of the first cell"] < 0.7 * figures["creepage after two widths"]
     assert figures["pressure over the bump, most"] > 1.1 * figures["and without it"]
-    for name in ("rolling.png", "rolling.gif"):
-        assert (tmp_path / name).stat().st_size > 10_000
 
 
 @pytest.mark.full
-def test_wheel_on_rail(tmp_path):
-    rows = load("wheel_on_rail").main(n=2, cells=12, out=tmp_path)
+def test_wheel_on_rail(drawn):
+    rows = load("wheel_on_rail").main(n=2, cells=12, out=drawn)
     first, last = rows[0], rows[-1]
     assert first["angle"] < 0.05 < 0.8 < last["angle"]  # on the tread, on the flange
     # the load is borne: normal forces along the normals, tangential ones across
     assert abs(last["force"] * np.cos(last["angle"]) - last["across"] * np.sin(last["angle"]) - 10e3) < 0.2
-    for name in ("wheel_on_rail.png", "wheel_on_rail_patches.png"):
-        assert (tmp_path / name).stat().st_size > 10_000
 
 
-def test_press_fit_torque(tmp_path):
-    figures = load("press_fit_torque").main(n=2, out=tmp_path)
+def test_press_fit_torque(drawn):
+    figures = load("press_fit_torque").main(n=2, out=drawn)
     # two cells through the wall err by 1e-3 in the pressure
     assert abs(figures["torque at slip"] / figures["by Lame's pressure"] - 1) < 2e-3
     assert figures["slip under 0.98 of it, a share of the last turn's"] < 1e-9
     assert figures["largest residual"] < 1e-10
-    assert (tmp_path / "press_fit_torque.png").stat().st_size > 10_000
 
 
 @pytest.mark.full
-def test_patella(tmp_path):
-    figures = load("patella").main(size=6.0, divisions=10, out=tmp_path)
+def test_patella(drawn):
+    figures = load("patella").main(size=6.0, divisions=10, out=drawn)
     assert abs(figures["force"] / 200.0 - 1) < 0.05  # both hollows press at an angle
     assert figures["regions"] == 2
     # a quarter as many faces across as in the picture
     assert 20 < figures["area"] < 50
-    for name in ("patella", "patella_stress"):
-        assert (tmp_path / f"{name}.png").stat().st_size > 10_000
 
 
 @pytest.mark.full
@@ -555,35 +540,32 @@ def lifted_by_steps(ratio, n, example):
     return example.HALF
 
 
-def test_beam_on_half_space(tmp_path):
+def test_beam_on_half_space(drawn):
     """Contact lengths against steps with beam elements; they do not depend on the load."""
     example = load("beam_on_half_space")
-    found = example.main(ratios=(100.0, 1000.0), n=80, out=tmp_path)
+    found = example.main(ratios=(100.0, 1000.0), n=80, out=drawn)
     for ratio, rest in found.items():
         assert abs(2 * rest.forces.sum() / example.FORCE - 1) < 1e-12
         assert rest.contact == pytest.approx(lifted_by_steps(ratio, 80, example), abs=1e-12)
         assert example.press(ratio, 80, force=7 * example.FORCE).contact == rest.contact
     # a strip without end, whose settlement is as wide as it is long, would give the third root of the rigidity
     assert 10 ** (1 / 4) < found[1000.0].contact / found[100.0].contact < 10 ** (1 / 3)
-    assert (tmp_path / "beam_on_half_space.png").stat().st_size > 10_000
 
 
-def test_report_half_space(tmp_path):
-    errors = load("report_half_space").main(cells=(0.015,), out=tmp_path)
+def test_report_half_space(drawn):
+    errors = load("report_half_space").main(cells=(0.015,), out=drawn)
     by_rule = {rule: e["pressure, L2"] for (_, rule), e in errors.items()}
     # the report's rule overrates neighbours; ten cells per radius
     report = by_rule.pop("twice the nearest (report)")
     assert 2 * max(by_rule.values()) < report < 0.15
-    assert (tmp_path / "report_half_space.png").stat().st_size > 10_000
 
 
 @pytest.mark.full
-def test_dent(tmp_path):
-    figures = load("dent").main(n=4, steps=4, out=tmp_path)
+def test_dent(drawn):
+    figures = load("dent").main(n=4, steps=4, out=drawn)
     assert figures["plastic force"] < 0.5 * figures["elastic force"]
     assert figures["elastic dent"] < 1e-9
     assert 0.01 < figures["plastic dent"] < 0.02  # of a depth of 0.02
-    assert (tmp_path / "dent.png").stat().st_size > 10_000
 
 
 @pytest.mark.full
@@ -619,18 +601,17 @@ def lag_by_modes(example):
 
 
 @pytest.mark.full
-def test_spin_up(tmp_path):
+def test_spin_up(drawn):
     example = load("spin_up")
-    figures = example.main(n=4, until=7.5, step=0.05, out=tmp_path)
+    figures = example.main(n=4, until=7.5, step=0.05, out=drawn)
     assert figures["success"]
     assert abs(figures["largest lag"] / lag_by_modes(example) - 1) < 0.025  # of second order in the step
-    assert (tmp_path / "spin_up.png").stat().st_size > 10_000
 
 
 @pytest.mark.full
-def test_leaf_spring(tmp_path):
+def test_leaf_spring(drawn):
     example = load("leaf_spring")
-    figures = example.main(out=tmp_path)
+    figures = example.main(out=drawn)
     # beams that touch at the ends of the shorter ones: their forces P make both sink alike there
     L, b, c = example.LEAVES
     sunk = lambda a, x: min(a, x) ** 2 * (3 * max(a, x) - min(a, x)) / 6  # noqa: E731  by a force at a, times EI
@@ -641,13 +622,11 @@ def test_leaf_spring(tmp_path):
     assert abs(figures["sunk by, friction 0"] / linear - 1) < 0.03  # large displacements
     assert abs(figures["work taken up, friction 0"]) < 1e-3
     assert figures["work taken up, friction 0.3"] > 800.0
-    assert (tmp_path / "leaf_spring.png").stat().st_size > 10_000
 
 
 @pytest.mark.full
-def test_tyre(tmp_path):
-    figures = load("tyre").main(n=8, steps=2, out=tmp_path)
+def test_tyre(drawn):
+    figures = load("tyre").main(n=8, steps=2, out=drawn)
     assert 3e3 < figures["load"] < 7e3
     # the shell bears a part beside the pressure inside
     assert figures["load / patch"] > 0.2
-    assert (tmp_path / "tyre.png").stat().st_size > 10_000
