@@ -33,9 +33,8 @@ import numpy as np
 import fecontact as fc
 
 CONTACT = "smith2019/forceset/Smith2018ArticularContactForce/tf_contact/tibia_cartilage"
-KNEE = {"scale": 1000.0, "units": ("mm", "N", "MPa")}
 AXES = {"lateral": (0, 0, 1), "anterior": (1, 0, 0)}
-BONES = "femur_cartilage", "tibia_cartilage"
+KNEE = {"scale": 1000.0, "units": ("mm", "N", "MPa"), "axes": AXES}
 
 
 def main(folder, every=1, size=2.0, turned=0.0, cartilage="foundation", out="out"):
@@ -48,9 +47,9 @@ def main(folder, every=1, size=2.0, turned=0.0, cartilage="foundation", out="out
     poses = model.poses("femur_distal_r", "tibia_proximal_r", results, scale=1000.0)
     turn = fc.rotation_about((0, 1, 0), np.radians(-turned))
     given = {"size": size, "turned": turn, "foundation": cartilage == "foundation"}
-    joint = model.joint(*BONES, folder, axes=AXES, **given, **KNEE)
-    more = {"parameters": {"force of JAM": theirs}, "keep": "pressure"}
-    table = joint.follow(poses, times=results.times, **more)
+    joint = model.joint("femur_cartilage", "tibia_cartilage", folder, **given, **KNEE)
+    more = {"force of JAM": theirs}
+    table = joint.follow(poses, times=results.times, parameters=more, keep="pressure")
     ours = table.column("force") / theirs
     print(table, f"Force over JAM's: {ours.min():.3f} to {ours.max():.3f}", sep="\n")
     table.save(out / f"{cartilage}.csv")
@@ -63,7 +62,6 @@ def main(folder, every=1, size=2.0, turned=0.0, cartilage="foundation", out="out
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("folder", help="with the files named in this script")
-    options = {"--every": 1, "--turned": 0.0, "--cartilage": "foundation"}
-    for name, default in options.items():
-        parser.add_argument(name, type=type(default), default=default)
+    for name, default in {"every": 1, "turned": 0.0, "cartilage": "foundation"}.items():
+        parser.add_argument(f"--{name}", type=type(default), default=default)
     main(**vars(parser.parse_args()))

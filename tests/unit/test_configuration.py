@@ -47,7 +47,7 @@ def test_a_test_that_hangs_ends_with_the_stacks_of_all_threads(tmp_path):
         "    threading.Thread(target=waits_below, daemon=True).start()\n"
         "    time.sleep(600)\n"
     )
-    done = run(tmp_path, text, "--timeout=3")
+    done = run(tmp_path, text, "--timeout=1")
     assert done.returncode != 0
     said = done.stdout + done.stderr
     assert "Timeout" in said

@@ -167,7 +167,7 @@ def test_thin_asymptotes_within_their_stated_errors():
 @pytest.mark.parametrize("nu", [0.0, 0.4999])
 def test_force_and_approach_are_inverse_of_each_other(base, nu):
     material = Material(E=3.0, nu=nu)
-    for a in (1e-4, 0.5, 20.0):
+    for a in (1e-4, 0.5, 5.0):
         contact = layer.paraboloid(radius=7.0, thickness=0.5, material=material, a=a, base=base)
         by_force = layer.paraboloid(radius=7.0, thickness=0.5, material=material, force=contact.force, base=base)
         by_approach = layer.paraboloid(
