@@ -98,9 +98,10 @@ def solve_scene(
         Acceleration in world axes; bodies need densities. A function of points (n, 3) in the world gives other forces
         per mass (n, 3), such as those of a rotation.
     finite_motion : {'auto', True, False}
-        Whether rigid motions are finite. True: poses are updated until they converge, and prescribed motions are
-        finite (rotation vectors). False: motions are small and linearised. 'auto': poses are updated while
-        linearised motions change gaps or lines of action by more than 1e-3 of the approach (see `linearisation`).
+        Whether rigid motions are finite. True: poses are updated until they change by at most 1e-4 of the elastic
+        displacements, and prescribed motions are finite (rotation vectors). False: motions are small and linearised.
+        'auto': poses are updated while linearised motions change gaps or lines of action by more than 1e-3 of the
+        approach (see `linearisation`).
     accuracy : float or mapping of str to float, optional
         Relative error of the contact pressure (L2), and of the tractions of friction, to reach, such as 0.02: meshes
         of elastic bodies are divided where they need it, until the estimated errors are within it. By name it is that
