@@ -34,7 +34,7 @@ from fecontact.scene.local_search import SearchHistory, solve_local
 from fecontact.scene.turning_steps import newton_step
 
 #: Change of pose, relative to the elastic displacements, at convergence. The last change is included in the linearised
-#: solution, so the remaining error is of its square. Compliances that are products come to rest without Newton's steps, so
+#: solution, so the remaining error is of its square. Compliances that are products come to rest without Newton's steps,
 #: with another last change: figures of one scene by both differ by up to some 3e-6, within this tolerance.
 STEP_TOLERANCE = 1e-4
 #: Change of pose, relative to the motions, at which 'auto' stops: a load that goes along with a body turns it further,

@@ -1,6 +1,7 @@
 """Surfaces tied to each other: nodes of one follow the facets of the other by their functions.
 
-A tied node is moved onto the master, so that rigid motions do not strain. A tie is exact for uniform stress where the
+A tied node is moved onto the master without strain, so that rigid motions do not strain; a gap that this closes is
+warned of (`CLOSED`). A tie is exact for uniform stress where the
 slave's facets lie in those of the master, elsewhere as accurate as ties of nodes to faces in other programs.
 
 Source: Abaqus Analysis User's Guide, "Mesh tie constraints", of the reach by default.
@@ -22,22 +23,31 @@ from fecontact.common.errors import InputError
 from fecontact.mesh.base_mesh import BaseMesh
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.mesh.mesh import Mesh
-from fecontact.mesh.surface_mesh import SurfaceMesh
+from fecontact.mesh.surface_mesh import SurfaceMesh, averaged_normals
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.section_curve import CurveSurface
 
 M = TypeVar("M", bound=BaseMesh)
 #: Distance of a node from the master, relative to the size of its facets, up to which it is tied by default.
 NEAR = 0.05
+#: Distance by which nodes are moved without a word: as a share of the facet's size, and over the rise of a smooth shape
+#: above its facet, which turns by an angle t to the mean of its neighbours: a quarter of t times the size.
+CLOSED, RISES = 1e-3, 2.0
 
 
 @dataclass(frozen=True, eq=False)
 class Followers:
-    """Nodes of a slave (n,), their weights (n, n_points) in the master, and in words how many of them stay loose."""
+    """Nodes of a slave (n,), weights (n, n_points) in the master; how many stay loose or are moved, in words."""
 
     nodes: IntArray
     weights: sp.csr_matrix
     loose: str = ""
+    moved: str = ""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What there is of these words."""
+        return tuple(text for text in (self.loose, self.moved) if text)
 
 
 def tied(mesh: Mesh, ties: Mapping[str, str], reach: float | None = None) -> Mesh:
@@ -51,7 +61,7 @@ def tied(mesh: Mesh, ties: Mapping[str, str], reach: float | None = None) -> Mes
         Names of boundaries; the slave should be the finer one, and may be a set of nodes.
     reach : float, optional
         Distance up to which nodes are tied, by default a twentieth of the size of a facet. Others, and those beside
-        the master, stay free, of which the mesh warns.
+        the master, stay free. The mesh warns of these, and of a gap that is closed.
 
     Returns
     -------
@@ -112,7 +122,17 @@ def followers(mesh: BaseMesh, slave: str, master: str, reach: float | None = Non
             f"{len(nodes) - len(on)} of {len(nodes)} nodes of the tied {slave!r} lie up to {away.max():.3g} from "
             f"{master!r}, beyond the tie's reach of {limit.max():.3g}, and stay loose."
         )
-    return Followers(nodes[on], _normalised(found.weights[on]), loose)
+    faces = surface.spatial
+    turned = np.arccos(np.clip(averaged_normals(faces.points, faces.facets)[1], -1.0, 1.0))[faces.facets].max(axis=1)
+    rise = size * turned[found.facet] / 4
+    far = away[on] > (CLOSED * size + RISES * rise)[on]
+    moved = ""
+    if far.any():
+        moved = (
+            f"{far.sum()} nodes of the tied {slave!r} are moved by up to {away[on].max():.3g} onto {master!r}: a gap "
+            "between them is closed, without strain."
+        )
+    return Followers(nodes[on], _normalised(found.weights[on]), loose, moved)
 
 
 def joined_by(mesh: M, ties: Sequence[Followers]) -> M:
@@ -122,8 +142,8 @@ def joined_by(mesh: M, ties: Sequence[Followers]) -> M:
         return mesh
     every, first = np.unique(np.concatenate([tie.nodes for tie in ties]), return_index=True)
     hanging = HangingNodes.closed(every, sp.vstack([tie.weights for tie in ties]).tocsr()[first])
-    loose = tuple(tie.loose for tie in ties if tie.loose)
-    return replace(mesh, points=hanging.followed(mesh.points), hanging=hanging, warnings=(*mesh.warnings, *loose))
+    told = (text for tie in ties for text in tie.remarks)
+    return replace(mesh, points=hanging.followed(mesh.points), hanging=hanging, warnings=(*mesh.warnings, *told))
 
 
 def _normalised(weights: sp.csr_matrix) -> sp.csr_matrix:

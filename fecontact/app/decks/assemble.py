@@ -60,7 +60,8 @@ def tied(mesh: M, ties: Sequence[DeckPair]) -> M:
             one = followers(mesh, *sides, tie.reach)
         except InputError as error:
             raise InputError(f"{tie.place}: {error}", code=error.code) from None
-        found.append(replace(one, loose=f"{tie.place}: {one.loose}") if one.loose else one)
+        loose, moved = (text and f"{tie.place}: {text}" for text in (one.loose, one.moved))
+        found.append(replace(one, loose=loose, moved=moved))
     return joined_by(mesh, found)
 
 

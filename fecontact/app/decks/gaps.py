@@ -61,16 +61,22 @@ def with_gaps(mesh: M, pairs: Sequence[DeckPair], alone: bool = True) -> M:
         moves = faces if pair.adjust is None else faces & (found.gap <= pair.adjust)
         wanted = found.points if pair.clearance is None else found.points + pair.clearance * found.normals
         points = mesh.points.copy()
-        way = wanted[moves] - points[nodes[moves]]
+        way, size = wanted[moves] - points[nodes[moves]], float(np.linalg.norm(np.ptp(points, axis=0)))
         of_points = parts_of_points(mesh.cells, len(points))
         part = np.flatnonzero(np.isin(of_points, of_points[nodes]))
         others = [name for other in pairs for name in (other.slave, other.master) if name != pair.slave]
         joined = any(np.isin(mesh.boundary_nodes(name), part).any() for name in others)
-        even = moves.all() and (np.ptp(way, axis=0) <= ROUNDING * np.linalg.norm(np.ptp(points, axis=0))).all()
+        even = moves.all() and (np.ptp(way, axis=0) <= ROUNDING * size).all()
         if pair.adjust is None and alone and even and not joined:
             points[part] += way.mean(axis=0)
         else:
             points[nodes[moves]] = wanted[moves]
+            if pair.adjust is None and (far := np.linalg.norm(way, axis=1).max(initial=0.0)) > ROUNDING * size:
+                told = (
+                    f"{pair.place}: *CLEARANCE moves {moves.sum()} nodes of {pair.slave!r} by up to {far:.3g}, without "
+                    "strain: cells there change their shape, as their part is joined to others or its gap is uneven."
+                )
+                mesh = replace(mesh, warnings=(*mesh.warnings, told))
         mesh = replace(mesh, points=points)
     return mesh
 

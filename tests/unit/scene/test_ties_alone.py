@@ -65,13 +65,27 @@ def test_forces_that_do_not_balance_are_refused(monkeypatch):
 def test_what_cannot_be_tied_is_refused_or_told():
     with refused(fc.InputError, "tie-apart", "'slave'", "0.2 away"):
         column(gap=0.2)
-    assert column(gap=0.2, reach=0.25).hanging is not None
-    assert column().warnings == ()
+    (closed,) = column(gap=0.2, reach=0.25).warnings
+    assert "65 nodes of the tied 'slave' are moved by up to 0.2 onto 'master'" in closed
+    # from both sides of a thousandth of a facet of a half
+    assert "up to 0.000505" in column(gap=1.01e-3 / 2).warnings[0]
+    assert column(gap=0.99e-3 / 2).warnings == column().warnings == ()
     with refused(fc.InputError, "unknown-boundary", "'lid'"):
         column(ties={"slave": "lid"})
     plain = fc.ElasticBody(fc.shapes.block((1.0, 1.0, 1.0), (1, 1, 1)), fc.Material(E, 0.0), supports={"bottom": "xyz"})
     with refused(fc.InputError, "no-contact", "fc.tied"):
         fc.Scene([plain], [])
+
+
+@pytest.mark.parametrize(("gap", "told"), [(0.0, 0), (0.025, 1)])
+def test_rings_of_faces_that_do_not_match_close_no_gap(gap, told):
+    """Nodes of the finer ring lie up to 0.03 faces off the chords of the coarser one, and are moved without a word."""
+    one = fc.shapes.thick_ring(0.5, 1.0, 0.2, (6, 2, 1), element="hex8")
+    other = fc.shapes.thick_ring(1.0 + gap, 1.5, 0.2, (11, 2, 1), element="hex8")
+    one = fc.Mesh(one.points, one.cells, {"master": one.faces("outer")})
+    other = fc.Mesh(other.points, other.cells, {"slave": other.faces("inner")})
+    mesh = fc.tied(fc.merge([one, other], 0.0), {"slave": "master"}, 0.05)
+    assert len(mesh.warnings) == told
 
 
 def test_a_slave_that_reaches_beside_its_master_warns():
