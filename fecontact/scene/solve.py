@@ -149,7 +149,7 @@ def solve_scene(
     settings = Settings(solver, tolerance, solver_options(max_iterations, options), search, finite_motion)
     settings.check()
     refuse_with_laws(model, search=search, finite_motion=finite_motion, engine=engine)
-    elsewhere: AbstractContextManager[None] = nullcontext()
+    elsewhere: AbstractContextManager[object] = nullcontext()
     among("engine", engine, ENGINES)
     if engine != "own" or ranks is not None:
         elsewhere = on_processes(model, check_engine(model, engine, ranks, accuracy, solver))
