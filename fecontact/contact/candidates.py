@@ -19,6 +19,7 @@ from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask
 from fecontact.contact.coupling.nodal import SurfacePair
 from fecontact.contact.interface import Interface
 from fecontact.contact.loads import Loading
+from fecontact.contact.search_region import flattened
 from fecontact.surfaces.facet_surface import FacetSurface
 
 #: Share of the estimated rigid overlap within which pairs are candidates; one half for a Hertz contact.
@@ -116,27 +117,27 @@ class KnownContact:
     Attributes
     ----------
     points : (n, 3) array
-        Contact points, in world axes.
-    active : (n,) bool array
-        Mask of points with force.
-    margin : (n,) array
-        Margin around active points.
+        Contact points with force, in world axes.
+    depth, beyond : (n,) arrays
+        Their distances from the edge of that contact, and distances beyond it within which others may touch.
     """
 
     points: Array
-    active: Mask
-    margin: Array
+    depth: Array
+    beyond: Array
 
     def candidates(self, interface: Interface) -> IntArray:
-        """Contact points that may touch: those within the margin of the nearest active one."""
-        tree = cKDTree(self.points[self.active])
-        distance, nearest = tree.query(interface.slave.pose.to_world(interface.pairing.slave_points))
-        return np.flatnonzero(distance <= self.margin[self.active][nearest])
+        """Contact points that may touch."""
+        return self._within(interface, self.depth + self.beyond)
 
     def touching(self, interface: Interface, chosen: IntArray) -> Mask:
-        """Mask of chosen points nearest to an active one: the first active set."""
-        places = interface.slave.pose.to_world(interface.pairing.slave_points[chosen])
-        return self.active[cKDTree(self.points).query(places)[1]]
+        """Mask of chosen points within the edge: the first active set."""
+        return np.isin(chosen, self._within(interface, self.depth))
+
+    def _within(self, interface: Interface, distance: Array) -> IntArray:
+        """Contact points within a distance (n,) from one of the points."""
+        tree = cKDTree(interface.slave.pose.to_world(interface.pairing.slave_points))
+        return np.unique(flattened(tree.query_ball_point(self.points, distance))[1])
 
 
 def first_candidates(interface: Interface, opening: Array, loading: Loading) -> IntArray:

@@ -26,7 +26,7 @@ from fecontact.results.contact_outline import ContactOutline, contact_outline
 from fecontact.results.error_estimate import PressureReadings, energy_errors, error_estimate, readings_of
 from fecontact.results.facet_samples import beside_plane, facet_samples, pressure_shapes
 from fecontact.results.friction_fields import FrictionFields, has_reserve, reserve, traction_misfit
-from fecontact.results.recovery import RecoveredField, recovered_field
+from fecontact.results.recovery import RecoveredField, edge_level, recovered_field
 from fecontact.results.resultants import part_of, region_numbers, resultant, sides_of_plane
 from fecontact.results.singular import SingularEdge, singular_edge
 from fecontact.solvers import ContactProblem
@@ -387,6 +387,11 @@ class ContactFields(FormerNames):
             found = self._readings
             out[self._facet_numbers[found.facets]] = np.sqrt(found.misfit / found.whole)
         return out
+
+    @cached_property
+    def _edge_level(self) -> Array:
+        """Distances (m,) of the nodes from the edge of the contact, see `results.recovery.edge_level`."""
+        return edge_level(self)
 
     @cached_property
     def outline(self) -> ContactOutline:

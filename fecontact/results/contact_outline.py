@@ -42,7 +42,7 @@ from fecontact.contact.coupling.nodal import covered_shares
 from fecontact.mesh.facets import components, facet_integrals, facet_shapes, places_among, sides_of, triangular
 from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.results.facet_samples import facet_samples, past_rim
-from fecontact.results.recovery import edge_level, facet_sizes
+from fecontact.results.recovery import facet_sizes
 from fecontact.surfaces.facet_surface import FacetSurface
 
 if TYPE_CHECKING:
@@ -428,7 +428,7 @@ def contact_outline(contact: ContactFields) -> ContactOutline:
     ----------
     contact : ContactFields
     """
-    level, hanging = edge_level(contact), _hanging(contact)
+    level, hanging = contact._edge_level.copy(), _hanging(contact)
     for _ in range(CHAINS):
         level[hanging[:, 2]] = level[hanging[:, :2]].mean(axis=1)
     beyond = _beyond(contact, level)

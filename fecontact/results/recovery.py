@@ -459,7 +459,7 @@ def recovered_field(contact: ContactFields, across: float) -> RecoveredField:
     if field is None or contact.facets.shape[1] == 3 or not across >= RESOLVED:
         nodal = np.asarray(contact._at_nodes @ contact.pressure)
         return RecoveredField(contact, nodal, np.zeros(n), np.zeros(n), none)
-    facets, level = contact.facets, edge_level(contact)
+    facets, level = contact.facets, contact._edge_level
     facing = (np.diff(contact._at_nodes.indptr) > 0)[facets].all(axis=1)
     smooth = facing & (field.bounded | ~field.loaded)
     crossed = (level > 0)[facets].any(axis=1) & (level <= 0)[facets].any(axis=1)

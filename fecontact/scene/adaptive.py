@@ -190,14 +190,15 @@ SAFETY = 1.1
 MAX_DIVISIONS, PATIENCE = 12, 2
 #: Ratio to the last error below which a division counts as progress.
 PROGRESS = 0.9
-#: Share of a face by which candidates on the divided mesh reach beyond the last active points. The farthest point that
-#: touched was at 0.54 of hexahedra's faces and 0.85 of triangles'; a miss costs another factorisation.
-EDGE = 0.9
-#: Estimate over the target from which meshes are divided twice before the next solution. Nearly all faces of a contact
-#: with an error of some tens of percent are marked, so that the second marks need no solution of their own; with less,
-#: they are the faces at the edge of the contact, which is known better than the faces are wide. Below the smaller one a
-#: single division halves the error enough.
-FAR, NEAR = 4.0, 1.65
+#: Share of a face by which candidates on the divided mesh reach beyond the edge of the last contact. The farthest point
+#: that touched was at 0.22 of 20-node hexahedra's faces, 0.12 of tetrahedra's and 0.27 of 8-node hexahedra's; a miss
+#: costs another factorisation.
+BEYOND = 0.35
+#: Estimate, and estimate over the target, from which meshes are divided twice before the next solution. Nearly all faces
+#: of a contact with an error of some tens of percent are marked, so that the second marks need no solution of their own;
+#: with less, they are the faces at the edge of the contact, which is known better than the faces are wide. Below the
+#: smaller ratio a single division halves the error enough.
+WIDE, FAR, NEAR = 0.1, 4.0, 1.65
 #: Largest growth of a body's unknowns by two divisions at once.
 TWICE = 4.0
 #: Size of faces, relative to the width of an overlap between their nodes, down to which they are divided at once.
@@ -375,11 +376,13 @@ def _reason_to_end(steps: Sequence[Step], target: Target, factors: int, least: f
 
 
 def _known(contact: ContactFields, interface: Interface) -> KnownContact | None:
-    """Known contact for the solution on the next meshes, with a margin of a share of a face."""
-    if not contact.active.any():
+    """Known contact for the solution on the next meshes, with margins beyond its edge by a share of a face."""
+    if not (active := contact.active).any():
         return None
-    largest = contact._sharing.multiply(interface.slave_surface.mean_facet_size).max(axis=1)
-    return KnownContact(contact.points, contact.active, EDGE * largest.toarray().ravel())
+    largest = contact._sharing.multiply(interface.slave_surface.mean_facet_size).max(axis=1).toarray().ravel()
+    shares = contact._at_nodes.T[active]
+    depth = np.maximum(shares @ contact._edge_level / (shares @ np.ones(shares.shape[1])), 0.0)
+    return KnownContact(contact.points[active], depth, BEYOND * largest[active])
 
 
 def _divided(scene: SceneModel, result: ContactResult, target: Target, again: bool) -> SceneModel | None:
@@ -408,7 +411,7 @@ def _divided(scene: SceneModel, result: ContactResult, target: Target, again: bo
         for body, name, facets in zip(both, interface.surfaces, (own, facets_opposite(interface, own)), strict=True):
             of_body = marks.setdefault(number[id(body)], {})
             of_body[name] = np.union1d(of_body.get(name, facets), facets)
-            if again and over <= FAR:
+            if again and (over <= FAR or contact.error_estimate.worst <= WIDE):
                 at_edge = edges.setdefault(number[id(body)], {})
                 at_edge[name] = np.concatenate([at_edge.get(name, np.zeros((0, 3))), edge_points(contact)])
         for body, cells in zip(both, marked_cells(contact, accuracy), strict=True):
