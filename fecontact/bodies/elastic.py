@@ -231,9 +231,12 @@ class ElasticBody(Body):
         """
         assert self._finite_strain is not None
         model = at_state(self._finite_strain, state)
+        return self._copied(mesh=model.mesh, pose=pose, model=model)
+
+    def _copied(self, **changes: Any) -> Self:
+        """A copy with changes that need no check."""
         other = object.__new__(type(self))
-        kept = {f.name: getattr(self, f.name) for f in fields(self)}
-        vars(other).update({**kept, "mesh": model.mesh, "pose": pose, "model": model})
+        vars(other).update({f.name: getattr(self, f.name) for f in fields(self)} | changes)
         return other
 
     def with_modes(self, count: int, kept: Iterable[int] | None = None) -> Modes:
@@ -347,7 +350,7 @@ class ElasticBody(Body):
         return self._surfaces[name]
 
     def _made_surface(self, facets: IntArray, name: str) -> FacetSurface:
-        mesh, planes = self.model.mesh, symmetry_planes(self.mesh, self.supports)
+        mesh, planes = self.mesh, symmetry_planes(self.mesh, self.supports)
         return FacetSurface(mesh.points, facets, name, planes=planes, hanging=mesh.hanging)
 
     def attachment(self, point: Array, direction: Array) -> sp.csr_matrix:
@@ -452,7 +455,7 @@ class ElasticBody(Body):
 
     def _boundary_surface(self, name: str) -> FacetSurface:
         """Facets of a boundary, or those round a set of nodes."""
-        mesh = self.model.mesh
+        mesh = self.mesh
         if name in mesh.boundaries or name not in mesh.node_sets:
             return self._made_surface(mesh.face_nodes(mesh.faces(name)), name)
         alone, facets = mesh.boundary_nodes(name), mesh.face_nodes(mesh.outer)
@@ -562,7 +565,7 @@ class ElasticBody(Body):
         return FacetSurface(points, facets, self.name, hanging=self.mesh.hanging)
 
     def _divided(self, marked: Mapping[str, IntArray], cells: IntArray | None = None) -> Self:
-        """The body on a finer mesh.
+        """The body on a finer mesh, whose cells are checked when its model is made.
 
         Parameters
         ----------
@@ -589,7 +592,9 @@ class ElasticBody(Body):
         chosen = [touching(self.mesh, self.mesh.faces(name)[facets]) for name, facets in marked.items()]
         if cells is not None:
             chosen.append(cells)
-        return replace(self, mesh=refined(self.mesh, np.unique(np.concatenate(chosen))))
+        finer = self._copied(mesh=refined(self.mesh, np.unique(np.concatenate(chosen))))
+        object.__setattr__(finer, "mesh", finer._checked_mesh(tuple(self.contact)))
+        return finer
 
     def _planes_through(self, nodes: IntArray) -> int:
         """Number of boundaries held in one component only (planes of symmetry) with any of these nodes."""

@@ -22,6 +22,7 @@ from fecontact.common.stopwatch import Stopwatch
 from fecontact.common.viscoelastic import Viscoelastic
 from fecontact.fem.amg import AmgFactor, corner_space
 from fecontact.fem.condensation import (
+    FEW_COLUMNS,
     SEPARATED,
     Bordered,
     Condensation,
@@ -508,7 +509,7 @@ class Model:
             return last
         # K is kept where the rows change again, as from pose to pose
         K = self._assembled(timer, kept=isinstance(last, Bordered))
-        if route == "columns" and rows is not None and border:
+        if route == "columns" and rows is not None and border and rows.shape[0] > FEW_COLUMNS:
             with timer("factorise"):
                 self.condensation = last = None  # two factors at once would take twice the memory
                 factor = bordered(K, rows)

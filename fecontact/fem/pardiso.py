@@ -35,6 +35,11 @@ _DEFINITE, _INDEFINITE = 2, -2
 RESIDUAL, ROUNDING, SURELY_SINGULAR = 1e-6, 30 * float(np.finfo(float).eps), 0.1
 
 
+#: Degrees of freedom below which minimum degree orders a plain factor sooner than nested dissection: 1,659 of 20-node
+#: hexahedra in 9 ms of 20, 3,027 in 22 of 24, 5,700 in 73 of 65.
+SMALL = 4000
+
+
 @cache
 def _mkl() -> Any:
     """MKL's runtime library."""
@@ -125,7 +130,8 @@ class PardisoFactor(_Pardiso):
     """Cholesky factor of a whole stiffness."""
 
     def __init__(self, K: sp.csr_matrix) -> None:
-        self._handle = _Handle(K, {}, np.zeros(K.shape[0], dtype=np.int32))
+        order = {1: 0} if K.shape[0] < SMALL else {}
+        self._handle = _Handle(K, order, np.zeros(K.shape[0], dtype=np.int32))
         self._handle.call(12, np.zeros(K.shape[0]), np.zeros(K.shape[0]))
 
     def solve(self, b: Array) -> Array:

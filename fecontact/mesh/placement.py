@@ -122,7 +122,9 @@ def placed(mesh: Mesh, placements: Mapping[str, Placement], kept: IntArray | Seq
     fixed = np.zeros(len(points), bool)
     if mesh.hanging is not None:
         fixed[mesh.hanging.nodes] = True
-    curved = {name: curved_facets(mesh, name, placement) for name, placement in placements.items()}
+    curved = {name: f for name, placement in placements.items() if len(f := curved_facets(mesh, name, placement))}
+    if not curved:
+        return mesh, 0
     for name, facets in curved.items():
         nodes = np.unique(facets[:, :8])
         nodes = nodes[~fixed[nodes]]
