@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from fecontact.bodies.body import Body
 from fecontact.bodies.elastic import elastic_among
@@ -381,9 +382,11 @@ def _known(contact: ContactFields, interface: Interface) -> KnownContact | None:
     if not (active := contact.active).any():
         return None
     largest = contact._sharing.multiply(interface.slave_surface.mean_facet_size).max(axis=1).toarray().ravel()
-    shares = contact._at_nodes.T[active]
+    points, shares = contact.points[active], contact._at_nodes.T[active]
     depth = np.maximum(shares @ contact._edge_level / (shares @ np.ones(shares.shape[1])), 0.0)
-    return KnownContact(contact.points[active], depth, BEYOND * largest[active])
+    if not active.all():
+        depth = np.minimum(depth, cKDTree(contact.points[~active]).query(points)[0])
+    return KnownContact(points, depth, BEYOND * largest[active])
 
 
 def _divided(scene: SceneModel, result: ContactResult, target: Target, again: bool) -> SceneModel | None:
