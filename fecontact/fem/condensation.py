@@ -24,7 +24,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 import scipy.linalg
@@ -107,19 +106,6 @@ def _symmetric(S: Array) -> Array:
         S[strip, :end] = mean
         S[:end, strip] = mean.T
     return S
-
-
-#: Rows and their compliance, for those who ask again.
-Known: TypeAlias = list[tuple[sp.csr_matrix, Array]]
-
-
-def _once(known: Known, C: sp.csr_matrix, form: Callable[[], Array]) -> Array:
-    """Compliance of rows C, formed unless it is known: parts of a load step have the same rows."""
-    if not any(rows.shape == C.shape and (rows != C).nnz == 0 for rows, _ in known):
-        S = form()
-        S.flags.writeable = False
-        known[:] = [(C, S)]
-    return known[0][1]
 
 
 class Compliance(LinearOperator):
@@ -214,7 +200,7 @@ class Schur(Retained):
 
     condensed: Condensed
     _inverse: list[Array] = field(default_factory=list, init=False, repr=False)
-    _known: Known = field(default_factory=list, init=False, repr=False)
+    _known: list[tuple[sp.csr_matrix, Array]] = field(default_factory=list, init=False, repr=False)
 
     def invert(self) -> None:
         """Invert the condensed stiffness; it pays off for many poses."""
@@ -254,7 +240,11 @@ class Schur(Retained):
         if 2 * C.shape[0] >= self.n_retained:
             self.invert()
         if self._inverse:
-            return _once(self._known, C, lambda: self._by_inverse(C, self._inverse[0]))
+            if not any(rows.shape == C.shape and (rows != C).nnz == 0 for rows, _ in self._known):
+                S = self._by_inverse(C, self._inverse[0])
+                S.flags.writeable = False
+                self._known[:] = [(C, S)]  # parts of a load step have the same rows
+            return self._known[0][1]
         right = self._local(C).T.toarray(order="F")
         Y = scipy.linalg.solve_triangular(self.dense, right, lower=True, overwrite_b=True, check_finite=False)
         return np.asarray(Y.T @ Y)
@@ -317,12 +307,11 @@ class Plain(Condensation):
     route: str
     why: str
     n_rows: int | None = None
-    _known: Known = field(default_factory=list, init=False, repr=False)
 
     def compliance(self, C: sp.csr_matrix) -> Array | LinearOperator:
         """S as an array or an operator."""
         S = Compliance(self.factor, C)
-        return _once(self._known, C, S.dense) if self.route == "columns" else S
+        return S.dense() if self.route == "columns" else S
 
 
 @dataclass(frozen=True, eq=False)
@@ -458,8 +447,8 @@ FEW_ROWS = 4
 #: faster than columns: with friction 5,223 rows on as many of 75,228 take 14 s instead of 18 s, 2,706 of 80,760 11 s of
 #: 13 s.
 FULL = 1.25
-#: Rows of a small model whose columns, one by one with a plain factor, are faster for one pose than anything else: 13 of
-#: 3,864 in 33 ms of 45, 161 of 3,222 in 42 of 59 (the Schur complement on their nodes).
+#: Rows of a small model, on at least twice as many degrees of freedom, whose columns are for one pose faster one by one
+#: with a plain factor than by a Schur complement: 13 rows at 3,864 unknowns in 33 ms of 45, 161 at 3,222 in 42 of 59.
 FEW_COLUMNS = 100
 #: The same above which products are faster than solving for columns one by one, without PARDISO.
 MANY_PRODUCTS = 10.0
@@ -515,7 +504,7 @@ def choose_route(
     if columns > budget or (one_by_one and dense > budget and n_rows is None):
         what = f"{nodes} nodes" if n_rows is None else f"{rows} rows"
         return "operator", f"a dense matrix for {what} takes {columns / 1e9:.2g} GB of {budget / 1e9:.2g} GB"
-    if poses == 1 and n_rows is not None and n_rows <= FEW_COLUMNS and n_dofs < SMALL:
+    if poses == 1 and n_rows is not None and n_rows <= min(FEW_COLUMNS, n_retained // 2) and n_dofs < SMALL:
         return "columns", f"{rows} rows of a small model"
     few = one_by_one and n_rows is not None and FEW_ROWS * rows <= n_retained
     if few and rows < MANY_PRODUCTS * root:

@@ -509,7 +509,8 @@ class Model:
             return last
         # K is kept where the rows change again, as from pose to pose
         K = self._assembled(timer, kept=isinstance(last, Bordered))
-        if route == "columns" and rows is not None and border and rows.shape[0] > FEW_COLUMNS:
+        few = self.way == "auto" and rows is not None and rows.shape[0] <= FEW_COLUMNS
+        if route == "columns" and rows is not None and border and not few:
             with timer("factorise"):
                 self.condensation = last = None  # two factors at once would take twice the memory
                 factor = bordered(K, rows)

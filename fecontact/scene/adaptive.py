@@ -307,7 +307,9 @@ def solve_to_accuracy(scene: SceneModel, step: LoadStep, target: Target, solve: 
                 met, reason = False, f"errors of forces and motions are {unknown}"
             steps[-1] = replace(steps[-1], **_response(result))
             told = Convergence(target.accuracy, tuple(steps), met, reason)
-            return replace(result, _unrefined=tuple(scene.bodies), convergence=told)
+            out = replace(result, _unrefined=tuple(scene.bodies), convergence=told)
+            vars(out)["_response_errors"] = result._response_errors
+            return out
         moved = any(b.pose is not before.pose for b, before in zip(result.scene.bodies, now.scene.bodies, strict=True))
         poses = [b.pose for b in result.scene.bodies] if moved else []
         now = CarriedScene(finer, tuple(scene.bodies))

@@ -134,6 +134,11 @@ def test_the_choice_goes_by_nodes_and_memory(monkeypatch):
     assert choose_route(10000, 3 * 8, 1e12, one_by_one=True, n_rows=int(100 * MANY_PRODUCTS))[0] == "schur"
     told = choose_route(10000, 3000, 1e12, one_by_one=True, n_rows=900)
     assert told == ("schur", "900 rows on 1000 candidate nodes, fewer than 1000")
+    # few rows of a small model, once
+    assert choose_route(3000, 180, 1e9, n_rows=60)[0] == "columns"
+    for others in ({"n_rows": 101}, {"n_rows": 60, "poses": 20, "factor": 5e7}, {}):
+        assert choose_route(3000, 300, 1e9, **others)[0] == "schur"
+    assert choose_route(3000, 60, 1e9, n_rows=60)[0] == choose_route(5000, 180, 1e9, n_rows=60)[0] == "schur"
     # several poses: dense once against products, and against columns only where it is quicker in all
     # rows on many nodes, as of a mortar coupling, are solved for themselves, for many poses too
     for poses in (1, 20):
@@ -158,7 +163,7 @@ def test_the_choice_goes_by_nodes_and_memory(monkeypatch):
     assert result.condensation["block"].startswith("operator: a dense matrix for")
     monkeypatch.setattr(model, "memory_budget", lambda: 1e9)
     _, ball, scene = ball_on_block("auto")
-    assert scene.solve(forces={ball: (0.0, 0.0, -0.02)}).condensation["block"].startswith("schur")
+    assert scene.solve(forces={ball: (0.0, 0.0, -0.02)}).condensation["block"] == "columns: 12 rows of a small model"
 
 
 @pytest.mark.parametrize("backend", available_backends())

@@ -62,6 +62,19 @@ def test_the_error_is_within_the_accuracy(solved):
     assert result.residuals().worst < 1e-9
 
 
+def test_what_is_known_of_a_contact_is_its_edge(solved):
+    """Source: Hertz's radius."""
+    _, _, result = solved
+    interface, radius = result._interfaces[0], np.hypot(*result.contacts[0].points.T[:2])
+    known = adaptive._known(result.contacts[0], interface)
+    chosen, inside = known.candidates(interface), known.touching(interface, np.arange(len(radius)))
+    assert inside[radius < 0.98 * CONTACT].all()
+    assert not inside[radius > 1.02 * CONTACT].any()
+    assert set(np.flatnonzero(radius < 1.01 * CONTACT)) <= set(chosen)
+    assert radius[chosen].max() < 1.1 * CONTACT
+    assert known.touching(interface, chosen).sum() == inside.sum()
+
+
 def test_results_are_asked_of_the_given_bodies(solved):
     block, ball, result = solved
     finer = result.solved(block)
