@@ -196,10 +196,10 @@ PROGRESS = 0.9
 #: that touched was at 0.22 of 20-node hexahedra's faces, 0.12 of tetrahedra's and 0.27 of 8-node hexahedra's; a miss
 #: costs another factorisation.
 BEYOND = 0.35
-#: Estimate, and estimate over the target, from which meshes are divided twice before the next solution. Nearly all faces
-#: of a contact with an error of some tens of percent are marked, so that the second marks need no solution of their own;
-#: with less, they are the faces at the edge of the contact, which is known better than the faces are wide. Below the
-#: smaller ratio a single division halves the error enough.
+#: Estimate, and estimate over the target, from which meshes are divided twice before the next solution. Nearly all
+#: faces of a contact with an error of some tens of percent are marked, so that the second marks need no solution of
+#: their own; with less, they are the faces at the edge of the contact, which is known better than the faces are wide.
+#: Below the smaller ratio a single division halves the error enough.
 WIDE, FAR, NEAR = 0.1, 4.0, 1.65
 #: Largest growth of a body's unknowns by two divisions at once.
 TWICE = 4.0
