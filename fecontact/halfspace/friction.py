@@ -13,7 +13,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -48,6 +48,9 @@ FIRST_TOLERANCE, REDUCTION = 1e-3, 0.03
 #: Share of the dissipation residual before above which tractions are solved for to a smaller tolerance, its factor, and
 #: the smallest product of these factors: beyond it lies rounding.
 STALLED, SHARPER, SHARPEST = 0.5, 0.1, 1e-4
+
+#: Pairs of displacements given and found that are mixed.
+MIXED = 4
 
 #: Tolerance of the certificate unless another is given; it costs a quarter more than 1e-8.
 CERTIFIED = 1e-10
@@ -196,6 +199,9 @@ class Friction:
     hardness: Array | None = None
     _made: dict[tuple[int, tuple[int, int]], TangentialCompliance] = field(default_factory=dict, repr=False)
 
+    #: Staggered iterations, of many, whose tractions are those of cells twice as large: they err by less.
+    on_coarser: ClassVar = 2
+
     @cached_property
     def constants(self) -> Elasticity:
         """Elastic constants of the surface."""
@@ -295,7 +301,9 @@ def staggered(
     began = time.perf_counter()
     by_traction, rounds, newton, nit = np.zeros(heights.shape), 0, 0, 0
     several, tolerance = friction.coupled and friction.mu > 0, friction.first_tolerance
+    on_coarser = friction.on_coarser if several else 0
     normal, left, sharper = first, math.inf, 1.0
+    tried: list[tuple[Array, Array]] = []
     while True:
         if normal is None or rounds:
             normal = press(
@@ -304,26 +312,44 @@ def staggered(
             )  # fmt: skip
         tractions = tractions_of(normal)
         _check_holds(friction, normal, tractions.step)
-        at = tractions.solve(heights, load, start, sharper * tolerance)
+        at = tractions.solve(heights, load, start, sharper * tolerance, rounds < on_coarser)
         rounds, newton, nit = rounds + 1, newton + at.newton, nit + at.nit
-        start = tractions.spread(at.q), at.m
+        start = tractions.spread(at.q), at.m if rounds > on_coarser else None
         contact = tractions.contact(heights, load, at.q, at.m)
         if contact.residuals.within(friction.tolerance):
             report = TangentialReport(rounds, newton, nit, time.perf_counter() - began)
             return replace(contact, tangential_solver=report)
-        if not several or rounds == MAX_STAGGERED or (contact.residuals.slip or 0.0) > tolerance:
+        off = rounds > on_coarser and (contact.residuals.slip or 0.0) > tolerance
+        if not several or rounds == MAX_STAGGERED or off:
             raise SolverError(
                 f"No certified answer with friction after {rounds} staggered iterations of pressures and tractions "
                 f"and {newton} Newton steps ({contact.residuals}; tolerance {friction.tolerance:.0e}). Take smaller "
                 f"steps, or prescribe the {tractions.step.slides_by} instead of a force near sliding."
             )
-        by_traction = tractions.lift(at.q)
+        by_traction = mixed(tried, by_traction, contact.displacement - normal.displacement)
         # dissipation is relative to the work of slip, of which there may be hardly any
         dissipation = contact.residuals.dissipation or 0.0
         if dissipation > max(STALLED * left, friction.tolerance) and dissipation == contact.residuals.worst:
             sharper = max(SHARPER * sharper, SHARPEST)
         left = dissipation
         tolerance = max(friction.tolerance, min(tolerance, REDUCTION * contact.residuals.worst))
+
+
+def mixed(tried: list[tuple[Array, Array]], given: Array, found: Array) -> Array:
+    """Next displacements by tractions, from those given and found (nx, ny) so far: Anderson's mixing, of few.
+
+    The mean, with weights of sum 1, of those found, whose mean difference to those given is the least.
+
+    References
+    ----------
+    D. G. Anderson, J. ACM 12 (1965) 547; H. F. Walker, P. Ni, SIAM J. Numer. Anal. 49 (2011) 1715.
+    """
+    tried.append((found, found - given))
+    del tried[:-MIXED]
+    last, difference = tried[-1]
+    changes = np.array([(difference - off).ravel() for _, off in tried[:-1]]).reshape(len(tried) - 1, given.size)
+    share = np.linalg.lstsq(changes @ changes.T, changes @ difference.ravel(), rcond=1e-12)[0]
+    return np.asarray(last - sum(s * (last - other) for s, (other, _) in zip(share, tried, strict=False)))
 
 
 def restored(friction: Friction, kind: Callable[..., C], known: Mapping[str, Any]) -> C:
@@ -475,9 +501,12 @@ class Tractions(Generic[S, C]):
         return np.zeros((2, *self.compliance.shape)), np.zeros(len(self.free))
 
     def solve(
-        self, heights: Array, load: Load, start: tuple[Array, Array | None] | None, tolerance: float
+        self, heights: Array, load: Load, start: tuple[Array, Array | None] | None, tolerance: float, coarse: bool
     ) -> TrescaIterate:
-        """Tractions and motions, from tractions (2, nx, ny) and motions, or by superposition where it applies."""
+        """Tractions and motions, from tractions (2, nx, ny) and motions, or by superposition where it applies.
+
+        If `coarse`, those of cells twice as large, interpolated.
+        """
         friction, m = self.friction, np.zeros(len(self.free))
         q = np.zeros((2, *self.compliance.shape))
         if friction.mu == 0 or not self.normal.active.any():
@@ -491,13 +520,13 @@ class Tractions(Generic[S, C]):
                 if exact.residuals.within(friction.tolerance):
                     return TrescaIterate(q, self.slip(q, m), m)
         # of the iteration before: near, however fine the cells
-        return self.reached(q, m, 0.1 * tolerance, start is not None and start[1] is not None)
+        return self.reached(q, m, 0.1 * tolerance, start is not None and start[1] is not None, int(coarse))
 
-    def reached(self, q: Array, m: Array, tolerance: float, near: bool = False) -> TrescaIterate:
-        """Tractions on the box and motions, from others, by coarser grids unless they are near."""
+    def reached(self, q: Array, m: Array, tolerance: float, near: bool = False, finest: int = 0) -> TrescaIterate:
+        """Tractions on the box and motions, from others, by coarser grids unless they are near, or up to a level."""
         if near:
             return solve_tresca(self.problem, q, m, tolerance)
-        return solve_nested_tresca(self.problem, self.friction.compliance, q, m, tolerance)
+        return solve_nested_tresca(self.problem, self.friction.compliance, q, m, tolerance, finest=finest)
 
     def spread(self, q: Array) -> Array:
         """Values (2, nx, ny) of the grid from values of the box, zero outside."""

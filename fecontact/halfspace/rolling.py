@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy.fft
@@ -387,6 +387,7 @@ class RollingFriction(Friction):
     rule: str = field(default="blended", kw_only=True)
     law: FrictionLaw | None = field(default=None, kw_only=True)
     _others: dict[Grid, RollingFriction] = field(default_factory=dict, repr=False, kw_only=True)
+    on_coarser: ClassVar = 0  # cells twice as large err more, and fewer iterations follow
 
     def on(self, grid: Grid) -> RollingFriction:
         """The same on another grid, made once."""
@@ -512,7 +513,7 @@ class RollingTractions(Tractions[RollingStep, RollingContact]):
         alone, squares = np.asarray(added[self.box] * self.compliance.own), self.friction.ratio**2
         return alone if self.friction.stretch is None else np.multiply.outer(squares / squares.mean(), alone)
 
-    def reached(self, q: Array, m: Array, tolerance: float, near: bool = False) -> TrescaIterate:
+    def reached(self, q: Array, m: Array, tolerance: float, near: bool = False, finest: int = 0) -> TrescaIterate:
         """Tractions on the box and motions; where friction depends on the slip, from those of the first limits."""
         setting, problem, nit = self.friction, self.problem, 0
         q, newton = turned(setting.shrink, q), 0
@@ -520,7 +521,7 @@ class RollingTractions(Tractions[RollingStep, RollingContact]):
             first = replace(problem, law=None)
             at = solve_nested_tresca(first, setting.compliance, q, m, max(tolerance, FIRST_LIMITS))
             q, m, newton, nit, near = at.q, at.m, at.newton, at.nit, True
-        at = super().reached(q, m, tolerance, near)
+        at = super().reached(q, m, tolerance, near, finest)
         return replace(at, q=turned(setting.stretch, at.q), newton=newton + at.newton, nit=nit + at.nit)
 
     def slip(self, q: Array, m: Array) -> Array:

@@ -132,6 +132,7 @@ def solve_nested_tresca(
     m: Array,
     tolerance: float,
     level: int = 0,
+    finest: int = 0,
 ) -> TrescaIterate:
     """Solve a problem, starting from its solution on cells twice as large, and so on.
 
@@ -147,6 +148,8 @@ def solve_nested_tresca(
     tolerance : float
     level : int
         How often the problem has been coarsened.
+    finest : int
+        How often it is to be: on finer cells tractions are interpolated.
 
     Returns
     -------
@@ -167,10 +170,25 @@ def solve_nested_tresca(
     ):
         coarse = coarser_tresca(problem, compliance_of(level + 1, halves))
         start = _means(q, problem.touching)
-        below = solve_nested_tresca(coarse, compliance_of, start, m, max(tolerance, COARSE_TOLERANCE), level + 1)
-        q = np.stack([finer(part, shape, (False, False), problem.compliance.periodic) for part in below.q])
-        m = below.m
+        within = max(tolerance, COARSE_TOLERANCE)
+        below = solve_nested_tresca(coarse, compliance_of, start, m, within, level + 1, finest)
+        q, m = _finer(coarse, below.q, problem), below.m
+        if level < finest:
+            q = projected(q, problem.limit)
+            return replace(below, q=q, s=problem.slip(q, m))
     return solve_tresca(problem, q, m, tolerance)
+
+
+def _finer(coarse: TrescaProblem, q: Array, problem: TrescaProblem) -> Array:
+    """Tractions of a problem on cells half as large: shares of the limits are interpolated, 1 where it slips."""
+    least, periodic = np.where(coarse.touching, coarse.limit, np.inf), problem.compliance.periodic
+    over, most = (np.where(np.isfinite(limit), limit, 1.0) for limit in (least, problem.limit))
+
+    def interpolated(values: Array) -> Array:
+        return finer(values, problem.limit.shape, (False, False), periodic)
+
+    known = np.maximum(interpolated(coarse.touching.astype(float)), 1e-300)
+    return np.stack([interpolated(part / over) / known for part in q]) * most
 
 
 def coarser_tresca(problem: TrescaProblem, compliance: TangentialCompliance) -> TrescaProblem:

@@ -14,9 +14,9 @@ from fecontact.analytic import boussinesq
 from fecontact.halfspace import path as friction_path
 from fecontact.halfspace import tresca
 from fecontact.halfspace.compliance import tangential_compliance
-from fecontact.halfspace.friction import Friction, press_step
+from fecontact.halfspace.friction import Friction, mixed, press_step
 from fecontact.halfspace.kernels import cerruti
-from fecontact.halfspace.tresca import TrescaIterate, TrescaProblem, solve_tresca
+from fecontact.halfspace.tresca import TrescaIterate, TrescaProblem, _finer, coarser_tresca, solve_tresca
 from fecontact.solvers.coulomb import projected
 from fecontact.surfaces import FlatPunch, Paraboloid
 
@@ -509,3 +509,25 @@ def test_two_cells_that_hardly_slip_are_solved(gap):
     assert np.abs(np.array(contact.tangential) - pull).max() < 1e-13
     # two cells have no part within them that slips: both stick or the contact slides as a whole
     assert np.hypot(*contact.slip).max() < 1e-9 * abs(contact.approach)
+
+
+def test_tractions_of_coarser_cells_stay_at_the_limits_where_all_slips():
+    body = fc.HalfSpace(PLAIN, size=(3.0, 3.0), cells=(24, 24))
+    compliances = [tangential_compliance(body.compliance, (slice(0, n), slice(0, n))) for n in (24, 12)]
+    x = np.arange(24) - 11.5
+    limit = np.sqrt(np.maximum(1 - (x[:, None] ** 2 + x**2) / 100, 0.0))
+    c, none = np.zeros((2, 24, 24)), np.zeros((0, 2, 24, 24))
+    for most in (limit, np.where(limit > 0, np.inf, 0.0)):  # sliding, and rough surfaces with tractions of 1
+        problem = TrescaProblem(compliances[0], most, c, none, np.zeros(0))
+        coarse = coarser_tresca(problem, compliances[1])
+        share = np.where(np.isfinite(coarse.limit), coarse.limit, 1.0) * coarse.touching
+        q = _finer(coarse, np.stack([0.6 * share, 0.8 * share]), problem)
+        size = np.where(np.isfinite(most), most, 1.0)
+        assert np.abs(np.hypot(*q) - size)[limit > 0].max() < 1e-14
+
+
+def test_mixing_ends_a_linear_iteration_in_as_many_steps_as_it_has_modes():
+    A, b, x, tried = np.diag([0.5, 0.2, -0.3]), np.array([1.0, 2.0, -1.0]), np.zeros(3), []
+    for _ in range(4):
+        x = mixed(tried, x, A @ x + b)
+    assert np.abs(x - np.linalg.solve(np.eye(3) - A, b)).max() < 1e-12
