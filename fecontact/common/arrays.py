@@ -9,6 +9,8 @@ Mask = NDArray[np.bool_]
 
 #: A number, relative to what it is a part of, that is rounding.
 ROUNDING = 1e-9
+#: Rows of a large matrix that are changed at once, without a second copy of it.
+STRIP = 512
 
 
 def without_rounding(values: Array, size: float = 0.0) -> Array:
@@ -36,3 +38,19 @@ def cross(a: Array, b: Array) -> Array:
     for k, (p, q, r, s) in enumerate(((a2, b3, a3, b2), (a3, b1, a1, b3), (a1, b2, a2, b1))):
         np.subtract(p * q, r * s, out=out[..., k])
     return out
+
+
+def mirrored(S: Array) -> Array:
+    """A symmetric matrix of whose entries those above the diagonal are arbitrary, in place.
+
+    Examples
+    --------
+    >>> mirrored(np.array([[1.0, 0.0], [2.0, 3.0]])).tolist()
+    [[1.0, 2.0], [2.0, 3.0]]
+    """
+    for start in range(0, len(S), STRIP):
+        end = start + STRIP
+        strip = slice(start, end)
+        S[strip, strip] = np.tril(S[strip, strip]) + np.tril(S[strip, strip], -1).T
+        S[strip, end:] = S[end:, strip].T
+    return S

@@ -30,7 +30,7 @@ import scipy.linalg
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator
 
-from fecontact.common.arrays import Array, IntArray
+from fecontact.common.arrays import STRIP, Array, IntArray, mirrored
 from fecontact.common.errors import FecontactError, InputError
 from fecontact.fem.factor import Condensed, Factor
 from fecontact.fem.pardiso import SINGULAR, SMALL, PardisoBordered
@@ -46,8 +46,6 @@ ROUTES = ("auto", "schur", "columns", "operator", SEPARATED)
 
 #: Right-hand sides solved at once.
 BLOCK = 64
-#: Rows of a large matrix that are changed at once, without a second copy of it.
-STRIP = 512
 
 
 class Condensation:
@@ -209,11 +207,7 @@ class Schur(Retained):
         inverse, info = scipy.linalg.lapack.dpotri(self.dense, lower=1)
         if info != 0:
             raise FecontactError(SINGULAR, code="singular")
-        for start in range(0, len(inverse), STRIP):
-            strip = slice(start, start + STRIP)
-            inverse[strip, strip] = np.tril(inverse[strip, strip]) + np.tril(inverse[strip, strip], -1).T
-            inverse[strip, start + STRIP :] = inverse[start + STRIP :, strip].T
-        self._inverse.append(inverse)
+        self._inverse.append(mirrored(inverse))
 
     @property
     def inverted(self) -> bool:

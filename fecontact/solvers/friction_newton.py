@@ -33,9 +33,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import LinAlgError, lstsq
-from scipy.linalg.lapack import dgecon, dgetrf, dgetrs, dlange, sgecon, sgetrf, sgetrs
+from scipy.linalg import LinAlgError, cho_solve, cholesky, lstsq, solve_triangular
+from scipy.linalg.lapack import dgecon, dgetrf, dgetrs, dlange, dpotrf, dpotri
 
+from fecontact.common.arrays import mirrored
 from fecontact.solvers.coulomb import friction_limit
 from fecontact.solvers.problem import Outcome, Status
 from fecontact.solvers.scaling import ROUNDING, ScaledProblem
@@ -70,16 +71,17 @@ SINGULAR = 1e-14
 """Reciprocal condition number below which the smallest step is taken: forces of rigid bodies are not unique."""
 
 MANY = 1000
-"""Unknowns from which a factor is made in single precision, in half the time, and kept for the next steps."""
+"""Unknowns from which steps are solved by the inverse of their points' compliance, which few changes bring up to date.
+"""
 
-SINGULAR_IN_SINGLE = 1e-6
-"""Least reciprocal condition number for that: ten times the rounding of such a factor; refinements prove it."""
+FEW = 10
+"""Rows over those that change up to which an inverse is computed anew."""
+
+SHARP = 1e-10
+"""Share of the right side that the solution of a step may leave: Newton's method goes on from it."""
 
 RATE = 0.1
-"""Share of the residual that a refinement may leave: ten of them take the time of another factor."""
-
-EPS = float(np.finfo(float).eps)
-"""Rounding in double precision."""
+"""Share of the residual that a refinement may leave."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +155,7 @@ def friction_newton(
     trial = _trial(problem, x, p, weight)
     history: list[float] = []
     merits: list[float] = []
-    last: list[_Factor] = []
+    last: list[_Inverse] = []
     best = (np.inf, x, p)
     largest = bound(problem, x, p)
     orientation, eases, thrown, first = 1, not x[problem.tangents].any(), False, (x, p)
@@ -220,139 +222,240 @@ def stick_solution(
 
 
 def _step(
-    problem: ScaledProblem, x: np.ndarray, trial: _Trial, last: list[_Factor]
+    problem: ScaledProblem, x: np.ndarray, trial: _Trial, last: list[_Inverse]
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Newton step of forces (N,) and motion (r,), and the sign of the Jacobian's determinant."""
-    S, B, r = problem.matrix, problem.B, problem.r
     touching = trial.pressed[problem.points]
     slips = touching & (trial.size > trial.limit)
-    holds = problem.tangents[touching & ~slips].ravel()
-    closed = np.concatenate([np.flatnonzero(trial.pressed), holds])
-    slipping = problem.tangents[slips]
-    kept = np.concatenate([closed, slipping.ravel()])
-    a = len(kept)
+    kept = np.union1d(np.flatnonzero(trial.pressed), problem.tangents[touching])
     released = -x
     released[kept] = 0.0
-    y = trial.y + S @ released  # gaps and slips once the open points are released
-    A = np.zeros((a + r, a + r))
-    A[:a, :a] = S[np.ix_(kept, kept)]
-    A[:a, a:] = B[:, kept].T
-    A[a:, :a] = B[:, kept]
-    right = np.concatenate([-y[kept], -trial.balance - B @ released])
-    _slip_rows(A, right, problem, x, (y - trial.y)[slipping], trial, slips, len(closed), kept)
-    solution, orientation = _solved(A, right, r, last)
+    opened = np.flatnonzero(released)
+    change = released[opened] @ problem.matrix[opened]  # of gaps and slips once the open points are released
+    slipping = _slip_rows(problem, x, change, trial, slips, kept)
+    right = np.concatenate([-(trial.y + change)[kept], -trial.balance - problem.B @ released])
+    right[slipping.places] = slipping.right
+    solution, orientation = _System(problem, kept, slipping).solved(right, last)
     step = released
-    step[kept] = solution[:a]
-    return step, solution[a:], orientation
+    step[kept] = solution[: len(kept)]
+    return step, solution[len(kept) :], orientation
+
+
+@dataclass(frozen=True, eq=False)
+class _SlipRows:
+    """Rows of f slipping points, D ds + E_t dx_t + E_n dx_n = right.
+
+    Attributes
+    ----------
+    places : (f, k) array
+        Of their tangents among the kept rows.
+    normals : (f,) array
+        Of their normals.
+    gaps, own : (f, k, k) arrays
+        D and E_t.
+    pressures : (f, k) array
+        E_n.
+    right : (f, k) array
+    """
+
+    places: np.ndarray
+    normals: np.ndarray
+    gaps: np.ndarray
+    own: np.ndarray
+    pressures: np.ndarray
+    right: np.ndarray
+
+    def by_forces(self, forces: np.ndarray) -> np.ndarray:
+        """E_t dx_t + E_n dx_n (f, k, m) of columns (kept rows, m)."""
+        return self.own @ forces[self.places] + self.pressures[:, :, None] * forces[self.normals][:, None]
 
 
 def _slip_rows(
-    A: np.ndarray,
-    right: np.ndarray,
-    problem: ScaledProblem,
-    x: np.ndarray,
-    released: np.ndarray,
-    trial: _Trial,
-    slips: np.ndarray,
-    first: int,
-    kept: np.ndarray,
-) -> None:
-    """Turn the rows of slipping points from s = 0 into the linearised x_t = P(z_t), in place.
+    problem: ScaledProblem, x: np.ndarray, change: np.ndarray, trial: _Trial, slips: np.ndarray, kept: np.ndarray
+) -> _SlipRows:
+    """Rows of slipping points (f,) for the linearised x_t = P(z_t) in place of s = 0.
 
     dx_t - T (dx_t - R ds) - mu e (dx_n - R dy_n) = mu (x_n - R y_n) e - x_t
     T = mu z_n / |z_t| (I - u e^T),   e = z_t / |z_t|
 
     u is the mean of e and of x_t / max(mu z_n, |x_t|), which stands there in the Newton step of Hueeber, Stadler &
     Wohlmuth (SIAM J. Sci. Comput. 30 (2008) 572): the same in the solution; away from it neither alone takes as few
-    steps. In a section there is no direction to turn: u = e. The gap closes, dy_n = -y_n. `released` (f, k) is the
-    share of ds from open points that lose their force. Where
-    it is given to slide, the row along e is divided by mu: e dx_t / mu - dx_n = x_n - e x_t / mu.
+    steps. In a section there is no direction to turn: u = e. The gap closes, dy_n = -y_n. `change` (N,) of gaps and
+    slips is the share of ds from open points that lose their force. Where it is given to slide, the row along e is
+    divided by mu: e dx_t / mu - dx_n = x_n - e x_t / mu.
     """
     f, k = int(slips.sum()), problem.tangents.shape[1]
-    if f == 0:
-        return
-    e, mu = trial.direction[slips], problem.mu[slips]
-    t, n, limit = x[problem.tangents[slips]], x[problem.points[slips]], trial.limit[slips]
+    e, mu, tangents, points = trial.direction[slips], problem.mu[slips], problem.tangents[slips], problem.points[slips]
+    t, n, limit = x[tangents], x[points], trial.limit[slips]
     u, R = e, trial.weight
     if k > 1 or R > GAP_WEIGHT:  # where all is judged by gaps, it damps changes of sign, too
         most = np.maximum(limit, np.linalg.norm(t, axis=1))[:, None]
         u = (e + np.divide(t, most, out=np.zeros_like(t), where=most > 0)) / 2
     T = (limit / trial.size[slips])[:, None, None] * (np.eye(k) - u[:, :, None] * e[:, None, :])
-    place = first + np.arange(f * k).reshape(f, k)
-    normal = np.searchsorted(kept[: int(trial.pressed.sum())], problem.points[slips])
     given, along = problem.slides[slips], e[:, :, None] * e[:, None, :]
     across = np.eye(k) - given[:, None, None] * along
     share = np.divide(given, mu, out=np.zeros(f), where=given)[:, None, None] * along
-    A[place] = R * np.einsum("fij,fjn->fin", across @ T, A[place])
-    A[place[:, :, None], place[:, None, :]] += across @ (np.eye(k) - T) + share
     mu = np.where(given, 1.0, mu)
-    A[place, normal[:, None]] -= mu[:, None] * e
-    right[place] = (mu * n)[:, None] * e - np.einsum("fij,fj->fi", across + share, t)
-    right[place] -= R * np.einsum("fij,fj->fi", across @ T, released)
+    gaps = R * across @ T
+    right = (mu * n)[:, None] * e - np.einsum("fij,fj->fi", across + share, t)
+    right -= np.einsum("fij,fj->fi", gaps, change[tangents])
+    places, normals = np.searchsorted(kept, tangents), np.searchsorted(kept, points)
+    return _SlipRows(places, normals, gaps, across @ (np.eye(k) - T) + share, -mu[:, None] * e, right)
 
 
 @dataclass(frozen=True, eq=False)
-class _Factor:
-    """Triangular factors of a large matrix in single precision, which serve those near it, too."""
+class _System:
+    """Linear system of a step: forces of the kept rows (a,) and motion (r,)."""
 
-    factor: np.ndarray
-    pivots: np.ndarray
+    problem: ScaledProblem
+    kept: np.ndarray
+    slipping: _SlipRows
+
+    def solved(self, right: np.ndarray, last: list[_Inverse]) -> tuple[np.ndarray, int]:
+        """Solution, of least norm where it is singular, and the sign of its determinant times (-1)^r.
+
+        `last` has the inverse of an earlier step, and gets that of this one.
+        """
+        if len(right) == 0:
+            return right, 1
+        if len(right) >= MANY:
+            try:
+                last[:] = [_Inverse.of(self.problem.matrix, self.kept, last)]
+            except LinAlgError:
+                last.clear()
+            if last and (found := self._by_inverse(last[0], right)) is not None:
+                return found
+        A, r = self._array(), self.problem.r
+        # by its transpose, whose columns lie one after the other
+        factor, pivots, info = dgetrf(A.T)
+        if info == 0 and dgecon(factor, dlange("1", A.T))[0] > SINGULAR:
+            solution, _ = dgetrs(factor, pivots, right, trans=1)
+            # one refinement: the bordered matrix is badly scaled where contact is stiff
+            solution += dgetrs(factor, pivots, right - A @ solution, trans=1)[0]
+            return np.asarray(solution), _sign(factor, pivots, r)
+        try:
+            return np.asarray(lstsq(A, right, cond=SINGULAR, lapack_driver="gelsy")[0]), 0
+        except LinAlgError:
+            return np.zeros_like(right), 0
+
+    def _array(self) -> np.ndarray:
+        """The matrix."""
+        (place, normal), r, a = (self.slipping.places, self.slipping.normals), self.problem.r, len(self.kept)
+        A = np.zeros((a + r, a + r))
+        A[:a, :a] = self.problem.matrix[np.ix_(self.kept, self.kept)]
+        A[a:, :a] = self.problem.B[:, self.kept]
+        A[:a, a:] = A[a:, :a].T
+        A[place] = self.slipping.gaps @ A[place]
+        A[place[:, :, None], place[:, None, :]] += self.slipping.own
+        A[place, normal[:, None]] += self.slipping.pressures
+        return A
+
+    def _product(self, v: np.ndarray) -> np.ndarray:
+        """The matrix times (a + r,)."""
+        x, rows, a = np.zeros(self.problem.n), self.slipping, len(self.kept)
+        x[self.kept] = v[:a]
+        y = (self.problem.matrix @ x + self.problem.B.T @ v[a:])[self.kept]
+        at = (rows.gaps @ y[rows.places][:, :, None] + rows.by_forces(v[:a, None]))[:, :, 0]
+        y[rows.places] = at
+        return np.concatenate([y, self.problem.B @ x])
+
+    def _by_inverse(self, inverse: _Inverse, right: np.ndarray) -> tuple[np.ndarray, int] | None:
+        """The same by N = S^-1 of the kept rows; None where that, or what is left, is nearly singular.
+
+        Gaps and slips z = S dx + B^T dp tell the forces, dx = N (z - B^T dp). They are known but for the slips of
+        slipping points, whose rows and those of equilibrium are a small system. Its determinant is that of the whole
+        over det S > 0.
+        """
+        N, B, rows, r = inverse.array, self.problem.B[:, self.kept], self.slipping, self.problem.r
+        a, V, slips = len(N), N @ B.T, rows.places.ravel()
+        m = len(slips)
+        Q = np.empty((m + r, m + r))
+        Q[:m, :m] = rows.by_forces(N[:, slips]).reshape(m, m)
+        own = np.arange(m).reshape(rows.places.shape)
+        Q[own[:, :, None], own[:, None, :]] += rows.gaps
+        Q[:m, m:], Q[m:, :m], Q[m:, m:] = -rows.by_forces(V).reshape(m, r), V[slips].T, -B @ V
+        factor, pivots = Q, np.arange(0)
+        if len(Q):
+            factor, pivots, info = dgetrf(Q.T)
+            if info != 0 or dgecon(factor, dlange("1", Q.T))[0] <= SINGULAR:
+                return None
+        solution, left, size = np.zeros_like(right), right, float(np.abs(right).max())
+        enough = SHARP * size
+        while size > enough:
+            z, motion = left[:a].copy(), left[a:]
+            z[slips] = 0.0
+            x = N @ z
+            if len(Q):
+                small = np.concatenate([left[slips] - rows.by_forces(x[:, None]).ravel(), motion - B @ x])
+                small = dgetrs(factor, pivots, small, trans=1)[0]
+                z[slips] = small[:m]
+                x, motion = N @ z - V @ small[m:], small[m:]
+            solution += np.concatenate([x, motion])
+            left, before = right - self._product(solution), size
+            size = float(np.abs(left).max())
+            if not size <= max(RATE * before, enough):
+                return None
+        return solution, _sign(factor, pivots, r)
+
+
+@dataclass(frozen=True, eq=False)
+class _Inverse:
+    """Inverse (a, a) of the compliance of some rows (a,), which the next steps need again with few rows changed."""
+
+    rows: np.ndarray
+    array: np.ndarray
 
     @classmethod
-    def of(cls, A: np.ndarray, norm: float) -> list[_Factor]:
-        """Of a matrix of this norm; none where it is nearly singular."""
-        factor, pivots, info = sgetrf(A.T)
-        return [cls(factor, pivots)] if info == 0 and sgecon(factor, norm)[0] > SINGULAR_IN_SINGLE else []
+    def of(cls, S: np.ndarray, rows: np.ndarray, last: list[_Inverse]) -> _Inverse:
+        """From S (N, N), or from the last one where few rows differ.
 
-    def solution(self, A: np.ndarray, right: np.ndarray, norm: float) -> np.ndarray | None:
-        """Solution by refinements, to rounding in double precision; None where A is too far from the factorised M.
-
-        A random right side is refined beside it. With a sign of det A other than that of det M, M^-1 A has an
-        eigenvalue of at most zero, and I - M^-1 A one of at least one, along which no residual falls: that one would
-        stay above rounding, unless it had less than rounding along it (symmetric data may have none).
+        Raises
+        ------
+        LinAlgError
+            If they are not positive definite.
         """
-        both = np.column_stack([right, np.random.default_rng(0).standard_normal(len(right))])
-        solution, residual, size = np.zeros_like(both), both, np.abs(both).max(axis=0)
-        rounding, largest = np.full(2, EPS), size
-        while (size > rounding).any():
-            unit = np.where(size > 0, size, 1.0)
-            solution += unit * sgetrs(self.factor, self.pivots, residual / unit, trans=1)[0]
-            residual, before = both - A @ solution, size
-            size, rounding = np.abs(residual).max(axis=0), EPS * (norm * np.abs(solution).max(axis=0) + largest)
-            if (size > np.maximum(RATE * before, rounding)).any():
-                return None
-        return solution[:, 0]
+        for known in last:
+            out, new = np.isin(known.rows, rows, invert=True), np.setdiff1d(rows, known.rows)
+            if FEW * (out.sum() + len(new)) <= len(rows):
+                return known._without(out)._with(new, S)
+        factor, info = dpotrf(S[np.ix_(rows, rows)].T, lower=1, clean=0, overwrite_a=1)
+        if info != 0:
+            raise LinAlgError
+        return cls(rows, mirrored(dpotri(factor, lower=1, overwrite_c=1)[0]))
+
+    def _without(self, out: np.ndarray) -> _Inverse:
+        """Without some rows, by a mask."""
+        if not out.any():
+            return self
+        kept = ~out
+        half = solve_triangular(
+            cholesky(self.array[np.ix_(out, out)], lower=True), self.array[np.ix_(out, kept)], lower=True
+        )
+        return _Inverse(self.rows[kept], self.array[np.ix_(kept, kept)] - half.T @ half)
+
+    def _with(self, new: np.ndarray, S: np.ndarray) -> _Inverse:
+        """With other rows of S (N, N)."""
+        if not len(new):
+            return self
+        rows = np.union1d(self.rows, new)
+        old, own = np.searchsorted(rows, self.rows), np.searchsorted(rows, new)
+        C = S[np.ix_(self.rows, new)]
+        W = self.array @ C
+        L = cholesky(S[np.ix_(new, new)] - C.T @ W, lower=True)
+        half = solve_triangular(L, W.T, lower=True)
+        array = np.empty((len(rows), len(rows)))
+        array[np.ix_(old, old)] = self.array + half.T @ half
+        array[np.ix_(own, old)] = -solve_triangular(L, half, lower=True, trans=1)
+        array[np.ix_(old, own)] = array[np.ix_(own, old)].T
+        array[np.ix_(own, own)] = cho_solve((L, True), np.eye(len(new)))
+        return _Inverse(rows, array)
 
 
 def _sign(factor: np.ndarray, pivots: np.ndarray, r: int) -> int:
-    """Sign of the determinant times (-1)^r; also that of matrices which refinements by these factors converge for."""
+    """Sign of the determinant times (-1)^r."""
     swaps = int((pivots != np.arange(len(pivots))).sum())
     negative = int((factor.diagonal() < 0).sum())
     return -1 if (swaps + negative + r) % 2 else 1
-
-
-def _solved(A: np.ndarray, right: np.ndarray, r: int, last: list[_Factor]) -> tuple[np.ndarray, int]:
-    """Solution, of least norm where A is singular, and the sign of det A times (-1)^r; `last` has a factor to try."""
-    if len(right) == 0:
-        return right, 1
-    norm = float(dlange("1", A.T))
-    if len(right) >= MANY:
-        for make in (lambda: [f for f in last if len(f.pivots) == len(right)], lambda: _Factor.of(A, norm)):
-            for each in make():
-                if (found := each.solution(A, right, norm)) is not None:
-                    last[:] = [each]
-                    return found, _sign(each.factor, each.pivots, r)
-    # by its transpose, whose columns lie one after the other
-    factor, pivots, info = dgetrf(A.T)
-    if info == 0 and dgecon(factor, norm)[0] > SINGULAR:
-        solution, _ = dgetrs(factor, pivots, right, trans=1)
-        # one refinement: the bordered matrix is badly scaled where contact is stiff
-        solution += dgetrs(factor, pivots, right - A @ solution, trans=1)[0]
-        return np.asarray(solution), _sign(factor, pivots, r)
-    try:
-        return np.asarray(lstsq(A, right, cond=SINGULAR, lapack_driver="gelsy")[0]), 0
-    except LinAlgError:
-        return np.zeros_like(right), 0
 
 
 SWEEPS = 5

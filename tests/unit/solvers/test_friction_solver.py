@@ -21,7 +21,8 @@ from fecontact.solvers import (
     solve,
     solve_friction,
 )
-from fecontact.solvers.friction_newton import DIVERGED, MANY, _Factor, _solved, friction_newton, friction_sweeps
+from fecontact.solvers import friction_newton as newton
+from fecontact.solvers.friction_newton import DIVERGED, _Inverse, _System, friction_newton, friction_sweeps
 from fecontact.solvers.friction_slide import least_friction, unbalanced_motion
 
 
@@ -433,49 +434,58 @@ def test_rows_that_do_not_fit_are_refused() -> None:
             replace(rows, points=np.array(points), tangents=np.array(tangents), mu=np.full(len(points), 0.1))
 
 
-@pytest.mark.parametrize("flip", [1.0, -1.0], ids=["positive", "negative"])
-def test_a_large_step_is_solved_in_single_precision_to_rounding_in_double(flip: float) -> None:
-    """Refinement: an error of cond A times 2e-16, and the sign of the determinant, against LAPACK's in double."""
+@pytest.mark.parametrize("few", [1, 10**6], ids=["brought up to date", "anew"])
+def test_steps_by_the_inverse_are_those_of_the_whole_system(few: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against LAPACK's solution and determinant of the whole matrix: errors of cond times 2e-16, 1e-10 with its check.
+
+    Sections and surfaces, with equilibrium and without, bare points that are given to slide, and signs of both kinds.
+    """
+    signs, by_inverse = [], _System._by_inverse
+
+    def checked(self: _System, inverse: _Inverse, right: np.ndarray) -> tuple[np.ndarray, int] | None:
+        found, A = by_inverse(self, inverse, right), self._array()
+        assert found is not None
+        exact = np.linalg.solve(A, right)
+        assert np.abs(found[0] - exact).max() <= 1e-9 * np.abs(exact).max()
+        assert found[1] == np.linalg.slogdet(A)[0] * (-1) ** self.problem.r
+        signs.append(found[1])
+        return found
+
+    monkeypatch.setattr(newton, "MANY", 1)
+    monkeypatch.setattr(newton, "FEW", few)
+    monkeypatch.setattr(_System, "_by_inverse", checked)
+    for k, mu, loaded in ((1, 0.4, False), (2, 0.4, True), (2, 3.0, False), (2, np.inf, False)):
+        for seed in range(3):
+            problem = random_problem(np.random.default_rng(seed), 20, k, mu, loaded)
+            found = solve_friction(problem)
+            assert found.residuals.worst < 1e-11
+    assert set(signs) == {1, -1}
+
+
+def test_an_inverse_brought_up_to_date_is_that_of_its_rows() -> None:
+    """Rows left out, added and both, against NumPy's inverse: errors of cond 1e2 times 2e-16."""
     rng = np.random.default_rng(0)
-    A = np.eye(MANY) + 0.3 * rng.standard_normal((MANY, MANY)) / MANY**0.5
-    A[0] *= flip
-    right, last = rng.standard_normal(MANY), []
-    x, sign = _solved(A, right, 0, last)
-    assert len(last) == 1
-    assert last[0].factor.dtype == np.float32
-    np.testing.assert_allclose(x, np.linalg.solve(A, right), rtol=0, atol=1e-13)
-    assert sign == np.linalg.slogdet(A)[0]
-    near, kept = A + 1e-3 * rng.standard_normal((MANY, MANY)) / MANY**0.5, list(last)
-    x, _ = _solved(near, right, 0, last)
-    assert last == kept  # the factor serves a matrix nearby
-    np.testing.assert_allclose(x, np.linalg.solve(near, right), rtol=0, atol=1e-13)
-    x, sign = _solved(A.T, right, 0, last)
-    assert last != kept  # and is renewed for another
-    np.testing.assert_allclose(x, np.linalg.solve(A.T, right), rtol=0, atol=1e-13)
+    A = rng.standard_normal((40, 80))
+    S, first = A @ A.T / 80, np.arange(5, 35)
+    known = [_Inverse.of(S, first, [])]
+    for rows in (first, first[:-2], np.arange(5, 37), np.delete(np.arange(3, 35), [4, 9])):
+        found = _Inverse.of(S, rows, known)
+        np.testing.assert_allclose(found.array, np.linalg.inv(S[np.ix_(rows, rows)]), rtol=0, atol=1e-12)
+        assert (found is known[0]) == np.array_equal(rows, first)
 
 
-def test_a_kept_factor_serves_no_matrix_of_another_sign_that_its_right_side_does_not_see() -> None:
-    """By hand: I - 1.05 v v^T has the eigenvalue -0.05 along v; of a right side across v, x is that side."""
-    rng = np.random.default_rng(0)
-    right, v = rng.standard_normal((2, MANY))
-    v -= right * (v @ right) / (right @ right)
-    v /= np.linalg.norm(v)
-    for share, sign, kept in ((1e-3, 1, True), (1.05, -1, False)):
-        first = _solved(np.eye(MANY), right, 0, last := [])[1]
-        assert first == 1
-        before = list(last)
-        x, found = _solved(np.eye(MANY) - share * np.outer(v, v), right, 0, last)
-        assert (found, last == before) == (sign, kept)
-        np.testing.assert_allclose(x, right, rtol=0, atol=1e-12)
-
-
-def test_a_large_step_that_is_nearly_singular_is_solved_in_double_precision() -> None:
-    """Reciprocal condition 1e-8: a factor in single precision knows nothing of it; error 1e8 times 2e-16."""
-    rng = np.random.default_rng(0)
-    Q = np.linalg.qr(rng.standard_normal((MANY, MANY)))[0]
-    exact = rng.standard_normal(MANY)
-    A = (Q * np.geomspace(1.0, 1e-8, MANY)) @ Q.T
-    assert _Factor.of(A, float(np.abs(A).sum(axis=1).max())) == []
-    x, _ = _solved(A, A @ exact, 0, last := [])
-    assert last == []
-    assert np.abs(x - exact).max() < 1e-7
+def test_steps_of_rows_that_depend_on_each_other_are_those_of_the_whole_system(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every point twice: its compliance has no inverse, and the forces of both together are those of one."""
+    single = random_problem(np.random.default_rng(3), 6, 2, 0.3, False)
+    points = np.arange(12)
+    rows = np.concatenate([np.repeat(np.arange(6), 2), np.repeat(single.tangents, 2, axis=0).T.ravel()])
+    tangents = 12 + np.arange(24).reshape(2, 12).T
+    double = ContactProblem(single.S[np.ix_(rows, rows)], single.g[rows])
+    double = replace(double, points=points, tangents=tangents, mu=np.full(12, 0.3))
+    with pytest.raises(np.linalg.LinAlgError):
+        _Inverse.of(double.S - 1e-12 * np.eye(36), np.arange(36), [])
+    monkeypatch.setattr(newton, "MANY", 1)
+    found, exact = solve_friction(double).forces, solve_friction(single).forces
+    together = np.zeros(18)
+    np.add.at(together, rows, found)
+    assert np.abs(together - exact).max() < 1e-9 * np.abs(exact).max()
