@@ -182,7 +182,12 @@ class Retained(Condensation):
         used = np.unique(own.indices)
         if len(used) < len(inverse):
             own, inverse = own[:, used], inverse[np.ix_(used, used)]
-        return _symmetric(np.asarray(own @ (own @ inverse.T).T))  # its transpose is in the order of C
+        S = np.empty((len(own.indptr) - 1,) * 2)
+        for start in range(0, len(S), STRIP):
+            end = start + STRIP
+            half = np.ascontiguousarray((own[start:end] @ inverse.T).T)  # its transpose is in the order of C
+            S[start:end, :end] = (own[:end] @ half).T
+        return mirrored(S)
 
 
 @dataclass(frozen=True, eq=False)
