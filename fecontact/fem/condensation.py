@@ -239,11 +239,14 @@ class Schur(Retained):
         if 2 * C.shape[0] >= self.n_retained:
             self.invert()
         if self._inverse:
-            if not any(rows.shape == C.shape and (rows != C).nnz == 0 for rows, _ in self._known):
-                S = self._by_inverse(C, self._inverse[0])
-                S.flags.writeable = False
-                self._known[:] = [(C, S)]  # parts of a load step have the same rows
-            return self._known[0][1]
+            for rows, S in self._known:
+                if rows.shape == C.shape and (rows != C).nnz == 0:
+                    return S
+            S = self._by_inverse(C, self._inverse[0])
+            S.flags.writeable = False
+            # parts of a load step have the same rows; so have the two bodies of a contact that share a model
+            self._known[:] = [*self._known[-1:], (C, S)]
+            return S
         right = self._local(C).T.toarray(order="F")
         Y = scipy.linalg.solve_triangular(self.dense, right, lower=True, overwrite_b=True, check_finite=False)
         return np.asarray(Y.T @ Y)

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fecontact.bodies.body import Body
-from fecontact.bodies.elastic import elastic_among
+from fecontact.bodies.elastic import elastic_among, of_one_model
 from fecontact.bodies.pose import Pose
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import positive
@@ -441,6 +441,7 @@ def _divided(scene: SceneModel, result: ContactResult, target: Target, again: bo
         bodies[k] = divided_to(bodies[k], name, there, SEEN * overlap.width)
     if all(new is old for new, old in zip(bodies, scene.bodies, strict=True)):
         return None
+    of_one_model(bodies, scene.bodies)
     for body in elastic_among(bodies):
         body.model  # noqa: B018 - checks the mesh, and is shared by the body in other poses
     return with_bodies(scene, bodies).scene

@@ -237,7 +237,8 @@ def prepared(
         paired = tuple(past.worn_shapes(paired))
     conditions: list[UnilateralConstraints] = list(paired)
     opening = [interface.opening_by(loading.frames) for interface in paired]
-    chosen = [first_candidates(i, o, loading) for i, o in zip(paired, opening, strict=True)]
+    each = zip(paired, opening, model.contacts, strict=True)
+    chosen = [first_candidates(interface, o, loading, contact.mu > 0) for interface, o, contact in each]
     if not (model.springs or model.has_friction) and all(matrix_free(i) for i in paired):
         chosen = [np.arange(len(gap)) for gap in opening]
     if model.springs:

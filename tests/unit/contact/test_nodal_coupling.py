@@ -172,6 +172,8 @@ def test_choose_and_grow():
     gap = np.linspace(0, 1, 101)
     chosen = candidates.choose(gap, 0.5)
     assert np.array_equal(chosen, np.arange(int(0.5 * candidates.MARGIN * 100) + 1))
+    rubbing = candidates.choose(gap, 0.5, rubs=True)
+    assert np.array_equal(rubbing, np.arange(int(0.5 * candidates.RUBBING_MARGIN * 100) + 1))
     assert len(candidates.choose(gap, 0.0)) == candidates.MIN_CANDIDATES
     assert len(candidates.choose(gap[:5], 0.0)) == 5
     # of gaps that rounding alone tells apart, all or none are chosen: their order is that of the numbering

@@ -13,6 +13,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 import fecontact as fc
 from fecontact import read_scene
 from fecontact.app.cli import main
+from fecontact.bodies.elastic import of_one_model
 from fecontact.scene import adaptive, finite_rotation
 from fecontact.scene.adaptive import SAFETY, edge_points, facets_at, marked_cells
 from fecontact.scene.cost import explain
@@ -335,3 +336,36 @@ def test_wrong_names_of_figures_are_refused(accuracy, found):
     block, _, both = scene("hex8")
     with refused(fc.InputError, *found):
         both.solve(forces={block: (0, 0, -FORCE)}, accuracy=accuracy)
+
+
+def test_equal_balls_stay_of_one_model(monkeypatch):
+    """Two balls that press on each other are divided alike: one factor, and the forces of two models."""
+    level = fc.shapes.Level(core=2, rings=2, edge=0.2, layer=0.3)
+    mesh = fc.shapes.half_sphere(RADIUS, contact_radius=CONTACT, level=level, sector="half")
+    lower = fc.ElasticBody(mesh, STEEL, "cap", {"base": "xyz", "sym_y": "y"}, name="lower")
+    upper = lower.placed(rotation=np.diag([-1.0, 1.0, -1.0]), name="upper")
+    both, found = fc.Scene([lower, upper], [fc.Contact(lower, upper)]), []
+    for shared in (True, False):
+        if not shared:
+            monkeypatch.setattr(adaptive, "of_one_model", lambda *_: None)
+        result = both.solve(forces={upper: (0, 0, FORCE)}, accuracy=0.05, finite_motion=False)
+        assert len(result.convergence.steps) > 1
+        one, other = (result.solved(body) for body in (lower, upper))
+        assert (one.model is other.model) == shared
+        assert ("factorised once for both" in str(result)) == shared
+        found.append(result.contacts[0].forces)
+    # one linear problem: rounding times the condition of the compliance
+    assert np.abs(found[0] - found[1]).max() <= 1e-10 * found[1].max()
+
+
+def test_bodies_that_are_divided_otherwise_or_were_of_two_models_share_none():
+    block, _, _ = scene()
+    twin, other = block.placed(name="twin"), fc.ElasticBody(block.mesh, STEEL, "bottom", block.supports)
+    before = [block, twin, twin, other]
+    marks = [np.array([0]), np.array([0]), np.array([5]), np.array([0])]
+    finer = [body._divided({"bottom": mark}) for body, mark in zip(before, marks, strict=True)]
+    of_one_model(finer, before)
+    assert finer[1].model is finer[0].model
+    assert finer[1].mesh is finer[0].mesh
+    assert finer[2].model is not finer[0].model
+    assert finer[3].model is not finer[0].model
