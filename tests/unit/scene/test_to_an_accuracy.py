@@ -338,6 +338,7 @@ def test_wrong_names_of_figures_are_refused(accuracy, found):
         both.solve(forces={block: (0, 0, -FORCE)}, accuracy=accuracy)
 
 
+@pytest.mark.full
 def test_equal_balls_stay_of_one_model(monkeypatch):
     """Two balls that press on each other are divided alike: one factor, and the forces of two models."""
     level = fc.shapes.Level(core=2, rings=2, edge=0.2, layer=0.3)
