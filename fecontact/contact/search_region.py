@@ -222,24 +222,26 @@ def _to_quarters(n_columns: int) -> Array:
     return np.asarray(to_bernstein @ N)
 
 
-def part_displacements(surface: FacetSurface, displacement: Array) -> Array:
-    """Upper bound (n_parts,) of the displacement of any point of a part, from those of the nodes (n_points, 3).
+def mean_displacements(surface: FacetSurface, displacement: Array, whole: bool = False) -> tuple[Array, Array]:
+    """Means (n, 3) of the displacements of parts or whole facets, and bounds (n,) of what is added to them anywhere.
 
-    On a quarter of a quadratic facet it is no larger than the largest Bernstein coefficient. Elsewhere |u| <= |m| + L
-    max |u_a - m| with the mean m of the nodes: shape functions sum to one, and only the rest is enlarged by the
-    Lebesgue constant L.
+    On a quarter of a quadratic facet the rest is no larger than the largest difference of a Bernstein coefficient from
+    their mean. Elsewhere it is bounded by L max |u_a - m| with the mean m of the nodes: shape functions sum to one, and
+    only the rest is enlarged by the Lebesgue constant L.
+
+    Parameters
+    ----------
+    surface : FacetSurface
+    displacement : (n_points, 3) array
+        Of the nodes.
+    whole : bool
+        Whole facets instead of parts.
     """
-    u = displacement[surface.facets]
+    u, enlarged = displacement[surface.facets], lebesgue(surface.facets.shape[1])
     if len(parts_of(surface).owner) > len(u):
-        return np.linalg.norm(_to_quarters(u.shape[1]) @ u[:, None], axis=3).max(axis=2).ravel()
+        u, enlarged = (_to_quarters(u.shape[1]) @ u[:, None]).reshape(-1, 36 if whole else 9, 3), 1.0
     mean = u.mean(axis=1)
-    rest = np.linalg.norm(u - mean[:, None], axis=2).max(axis=1)
-    return np.asarray(np.linalg.norm(mean, axis=1) + lebesgue(surface.facets.shape[1]) * rest)
-
-
-def facet_displacements(surface: FacetSurface, displacement: Array) -> Array:
-    """The same for whole facets (n_facets,)."""
-    return part_displacements(surface, displacement).reshape(len(surface.facets), -1).max(axis=1)
+    return mean, enlarged * np.linalg.norm(u - mean[:, None], axis=2).max(axis=1)
 
 
 #: Rings of facets paired round those within the search radius, so that multipliers there are complete and a sliver at a
@@ -363,7 +365,7 @@ def find_missed(
     rotation: Array,
     translation: Array,
     increment: RigidIncrement,
-    elastic: tuple[Array, Array],
+    elastic: Sequence[tuple[Array, Array]],
 ) -> tuple[bool, float]:
     """Whether an omitted part can have touched, and the radius needed for these displacements.
 
@@ -374,18 +376,23 @@ def find_missed(
         As in `search_region`.
     increment : RigidIncrement
         Rigid motion of the slave relative to the master.
-    elastic : (n_slave_parts,) and (n_master_facets,) arrays
-        Upper bounds of the elastic displacements, see `part_displacements`.
+    elastic : pair of ((n, 3), (n,)) arrays
+        Elastic displacements of the slave's parts and of the master's facets in their own axes, see
+        `mean_displacements`.
     """
     parts = parts_of(slave)
     own, other = bounds_of(parts.surface), bounds_of(master)
     place = _Place(own, other, rotation, translation, increment)
-    ours, theirs = elastic
-    needed = place.motion + ours + theirs.max()
+    (ours, our_rest), (theirs, their_rest) = elastic
+    ours = ours @ rotation.T
+    most = float((np.linalg.norm(theirs, axis=1) + their_rest).max())
+    needed = place.motion + np.linalg.norm(ours, axis=1) + our_rest + most
     close = place.to_centre - own.radius - other.radius.max() <= needed
     doubtful = np.flatnonzero((~place.inside | ~near.within) & close)
-    part, _, left = place.pairs(doubtful, needed[doubtful], _cones_between(slave, master, rotation), elastic)
-    return bool((~near.within[part]).any()), float(left.max(initial=0.0))
+    cones = _cones_between(slave, master, rotation)
+    part, facet, apart = place.pairs(doubtful, needed[doubtful], cones, (our_rest, their_rest), (ours, theirs))
+    left = apart + place.closing(part, facet, cones)
+    return bool((~near.within[part]).any()), float(left[apart > 0].max(initial=0.0))
 
 
 def _cones_between(slave: FacetSurface, master: FacetSurface, rotation: Array) -> tuple[Cones, Cones]:
@@ -430,15 +437,31 @@ class _Place:
         self.spread = float(np.linalg.norm(increment.turn)) * own.radius
         self.motion = np.linalg.norm(self.increment, axis=1) + self.spread
 
-    def pairs(
-        self, chosen: IntArray, radius: Array, cones: tuple[Cones, Cones], most: float | tuple[Array, Array]
-    ) -> tuple[IntArray, IntArray, Array]:
-        """Pairs of chosen parts and master facets within `radius` (n_chosen,) that may close, and what is left.
+    def closing(
+        self, s: IntArray, m: IntArray, cones: tuple[Cones, Cones], elastic: tuple[Array, Array] | None = None
+    ) -> Array:
+        """Lower bounds (n,) of what the motion adds to the distance of parts s (n,) and facets m (n,).
 
-        What is left is a lower bound of their distance after the predicted motion; pairs that have more left than
-        `most`, or than the sum of values of all parts and of all facets, are left out. The distance of two facets is at
-        least that of their balls, and that of their hulls along either normal or the line of their centres. It is minus
-        infinity where a part may be inside at the start. `cones` are those of all parts and of all facets.
+        With `elastic`, mean displacements of all parts and facets, these too. `cones` are those of all parts and of all
+        facets.
+        """
+        motion = self.increment[s] if elastic is None else self.increment[s] + elastic[0][s] - elastic[1][m]
+        return np.asarray(least_along_lines(motion, cones[0].chosen(s), cones[1].chosen(m)) - self.spread[s])
+
+    def pairs(
+        self,
+        chosen: IntArray,
+        radius: Array,
+        cones: tuple[Cones, Cones],
+        most: float | tuple[Array, Array],
+        elastic: tuple[Array, Array] | None = None,
+    ) -> tuple[IntArray, IntArray, Array]:
+        """Pairs of chosen parts and master facets within `radius` (n_chosen,) that may close, and their distances.
+
+        Pairs whose lower bound of the distance is more than `most` after the predicted motion, or than the sum of
+        values of all parts and of all facets, are left out. The distance of two facets is at least that of their balls,
+        and that of their hulls along either normal or the line of their centres. It is not positive where a part may be
+        inside at the start. See `closing` for `cones` and `elastic`.
         """
         own, other, centre = self.own, self.other, self.centre
         found = []
@@ -446,7 +469,7 @@ class _Place:
             which, hit = flattened(tree.query_ball_point(centre[chosen], radius + own.radius[chosen] + largest))
             found.append((chosen[which], members[hit]))
         s, m = (np.concatenate(f) for f in zip(*found, strict=True))
-        closing = least_along_lines(self.increment[s], cones[0].chosen(s), cones[1].chosen(m)) - self.spread[s]
+        closing = self.closing(s, m, cones, elastic)
         allowed = most[0][s] + most[1][m] if isinstance(most, tuple) else np.full(len(s), most)
         apart = np.linalg.norm(centre[s] - other.centre[m], axis=1) - own.radius[s] - other.radius[m]
         # the balls' distance decides most pairs, the hulls' along the facet's normal most of the others
@@ -455,7 +478,7 @@ class _Place:
                 apart = np.maximum(apart, bound(s, m) - own.bulge[s] - other.bulge[m])
             kept = np.flatnonzero((apart <= 0) | (apart + closing <= allowed))
             s, m, closing, allowed, apart = (a[kept] for a in (s, m, closing, allowed, apart))
-        return s, m, np.where(apart > 0, apart + closing, -np.inf)
+        return s, m, apart
 
     def opposite(self, chosen: Mask) -> Mask:
         """Mask of master facets (n_facets,) that may contain the closest point of points of chosen parts."""
@@ -525,7 +548,7 @@ class LocalReach:
     Attributes
     ----------
     sides : pair of (n_facets,) arrays
-        Upper bounds, see `part_displacements`.
+        Upper bounds, see `mean_displacements`.
     poses : (Pose, Pose)
         Of both bodies in that case.
     """

@@ -37,8 +37,8 @@ from fecontact.scene.turning_steps import newton_step
 #: solution, so the remaining error is of its square. Compliances that are products come to rest without Newton's steps,
 #: with another last change: figures of one scene by both differ by up to some 3e-6, within this tolerance.
 STEP_TOLERANCE = 1e-4
-#: Change of pose, relative to the motions, at which 'auto' stops: a load that goes along with a body turns it further,
-#: which the errors of gaps do not show.
+#: What further poses would change of the motions, relative to them, at which 'auto' stops: a load that goes along with a
+#: body turns it further, which the errors of gaps do not show.
 CARRIED = 1e-3
 #: Largest rotation (radians) of one step, and largest translation or error of a linearised gap (relative to a body's
 #: size), so that a distant contact is not overshot.
@@ -174,7 +174,7 @@ def _followed(path: _Path, best: ContactResult, least: float) -> ContactResult:
             set_part(f"pose {k + 2}")
             now, error = _judged(path.solved())
             change = path.carried(now)
-            if error <= BEARABLE and (change is None or change.rest <= CARRIED):
+            if error <= BEARABLE and (change is None or min(change.rest, path.left(now, change)) <= CARRIED):
                 return path.finished(replace(now, _carried=change))
             # of bearable ones the one whose motions have changed least
             nearer = carried is None or change is None or change.rest < carried.rest
@@ -301,6 +301,8 @@ class _Path:
         self._place = np.zeros(self._scale.shape)
         self._places: list[Array] = []
         self._steps: list[Array] = []
+        #: Length of the last step, zero where it was cut.
+        self._last = 0.0
         #: Motions and forces of contacts of the first result.
         self._linear: tuple[Array, Array] | None = None
 
@@ -336,7 +338,8 @@ class _Path:
         steps = driven_motions(result) - prescribed * _taken_up(self._scene)
         self._first = self.size_of(steps)
         ahead = newton_step(result, steps)
-        self._place = ahead * self._share(ahead, result)
+        share = self._share(ahead, result)
+        self._place, self._last = ahead * share, self._first if share == 1 else 0.0
         self._linear = steps, _forces(result)
 
     def begin_at(self, poses: Sequence[Pose]) -> None:
@@ -357,6 +360,20 @@ class _Path:
         largest = float(max(forces.max(initial=0.0), pressed.max(initial=0.0))) or 1.0
         force = float(np.abs(forces - pressed).max(initial=0.0)) / largest
         return CarriedMotion(self.size_of(motions - first) / size, force, self.size_of(steps) / size)
+
+    def left(self, result: ContactResult, change: CarriedMotion) -> float:
+        """Estimate of what further poses would change of the motions of a result, relative to the largest.
+
+        The last step is among those motions. Steps that become shorter by a factor q add q / (1 - q) of the last one
+        (Hairer & Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996, section IV.8), and Newton's step
+        what it adds, if that is more.
+        """
+        steps = self.steps(result)
+        size = self.size_of(steps)
+        if size >= self._last:
+            return change.rest
+        more = self.size_of(newton_step(result, steps) - steps)
+        return change.rest * max(size / (self._last - size), more / size if size else 0.0)
 
     def at_rest(self, result: ContactResult) -> bool:
         """Whether the poses have converged."""
@@ -395,6 +412,7 @@ class _Path:
         steps, places = newton_step(result, self.steps(result)), self._place
         self._guide.settle()
         share = self._share(steps, result)
+        self._last = self.size_of(self.steps(result)) if share == 1 else 0.0
         if share < 1:
             self._places, self._steps = [], []
             self._place = places + share * steps

@@ -28,10 +28,9 @@ from fecontact.contact.search_region import (
     RigidIncrement,
     SearchRadius,
     bounds_of,
-    facet_displacements,
     find_missed,
     in_axes,
-    part_displacements,
+    mean_displacements,
     plain_facets,
     with_rings,
 )
@@ -51,8 +50,9 @@ APPROACHES = 2.0
 SPARE = 1.25
 
 
-#: Elastic displacements allowed in the next pose, relative to those of this one.
-FOLLOWING = 1.5
+#: Elastic displacements allowed beyond the predicted motion in the next pose, relative to those of this one, which open gaps
+#: where bodies are pressed together.
+FOLLOWING = 0.5
 
 
 def centroid_gaps(one: FacetSurface, other: FacetSurface, rotation: Array, translation: Array) -> Array:
@@ -161,13 +161,14 @@ def check_search_region(result: ContactResult) -> tuple[bool, list[SearchRadius 
         increment, elastic = _movement(result, interface)
         slave = interface.slave_surface
         master = with_nodes(interface.master.surface(interface.surfaces[1]))
-        bounds = (part_displacements(slave, elastic[0]), facet_displacements(master, elastic[1]))
+        fields = mean_displacements(slave, elastic[0]), mean_displacements(master, elastic[1], whole=True)
         relative = interface.slave.pose.relative_to(interface.master.pose)
         own = in_axes(increment, interface.master.pose)
         missed, bridge = find_missed(
-            interface.region, slave, master, relative.rotation, relative.translation, own, bounds
+            interface.region, slave, master, relative.rotation, relative.translation, own, fields
         )
         enough = enough and not missed
+        bounds = [np.linalg.norm(mean, axis=1) + rest for mean, rest in fields]
         points = interface.slave.pose.to_world(slave.points[slave.nodes])
         motion = float(np.linalg.norm(increment.at(points), axis=1).max() + bounds[0].max() + bounds[1].max())
         distance = max(SPARE * search_radius.distance, motion) if missed else search_radius.distance
