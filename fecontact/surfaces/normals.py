@@ -30,7 +30,15 @@ import numpy as np
 from fecontact.common.arrays import ROUNDING, Array, IntArray, Mask
 from fecontact.mesh.facets import facet_nodes, unit_vectors
 from fecontact.mesh.surface_mesh import averaged_normals
-from fecontact.surfaces.closest_point import BLOCK, FacetPolynomials, cross, dot, facet_polynomials, first_derivatives
+from fecontact.surfaces.closest_point import (
+    BLOCK,
+    FacetPolynomials,
+    chosen,
+    cross,
+    dot,
+    facet_polynomials,
+    first_derivatives,
+)
 from fecontact.surfaces.facet_surface import BESIDE, FacetSurface, Projection, Surface
 
 #: Largest angle (degrees) between the average at a node and the normal of a facet there, so that a polygon of eight
@@ -153,7 +161,7 @@ SLACK = 0.5
 #: Largest number of Newton steps; three or four suffice for small gaps.
 MAX_ITERATIONS = 15
 #: Step in a facet's coordinates at convergence: the remaining error is of the order of its square.
-STEP_TOLERANCE = 1e-8
+STEP_TOLERANCE = 1e-7
 #: Largest number of facets tried in turn.
 MAX_FACETS = 4
 
@@ -286,13 +294,14 @@ def _met(
         r, m = value[:3], value[3:]
         d = d if k else -dot(r, m) / dot(m, m)
         F, a, b = r + d * m, along_s[:3] + d * along_s[3:], along_t[:3] + d * along_t[3:]
-        b_m = cross(b, m)
+        b_m, a_F = cross(b, m), cross(a, F)
         det = dot(a, b_m)
         # beyond a centre of curvature the lines have crossed
         forward = det > 0
-        det = np.where(forward & going, det, np.inf)
-        step = -np.stack([dot(F, b_m), dot(F, cross(m, a))]) / det
-        d = d - dot(F, cross(a, b)) / det
+        inverse = np.divide(-1.0, det, out=np.zeros_like(det), where=forward & going)
+        step = np.stack([dot(F, b_m), dot(m, a_F)])
+        step *= inverse
+        d = d + dot(a_F, b) * inverse
         after = np.clip(before + np.clip(step, -1.0, 1.0), -slack, 1 + slack)
         local[:, active] = after
         small = forward & (np.abs(step).max(axis=0) <= STEP_TOLERANCE)
@@ -316,10 +325,11 @@ def _lines_from(surface: FacetSurface, facet: IntArray, points: Array, normals: 
     out = np.empty((m, m, 6, len(facet)))
     for i in range(m):
         for j in range(m - i if place.only_triangles else m):
-            out[i, j, :3], out[i, j, 3:] = place.coefficients[i, j][:, facet], field.coefficients[i, j][:, facet]
+            chosen(place.coefficients[i, j], facet, out[i, j, :3])
+            chosen(field.coefficients[i, j], facet, out[i, j, 3:])
             out[i, j, 3:] *= 1 - share
-    out[0, 0, :3] += place.origin[:, facet] - points.T
-    out[0, 0, 3:] += share * normals.T + (1 - share) * field.origin[:, facet]
+    out[0, 0, :3] += chosen(place.origin, facet) - points.T
+    out[0, 0, 3:] += share * normals.T + (1 - share) * chosen(field.origin, facet)
     return out
 
 

@@ -121,7 +121,7 @@ def test_scenes_are_the_same_in_every_frame_and_unit(name, row):
     """Scenes turned, moved and in other units, by poses and in the coordinates of their meshes.
 
     Source: the same scene at home. 1e-9: two factorisations. Coordinates of a mesh that stands 1e4 of its sizes away
-    have lost four digits: an approach of 1e-3 of the size is left with 10 eps 1e4 / 1e-3 = 2.2e-8.
+    have lost four digits: an approach of 1e-3 of the size is left with 10 eps 1e4 / 1e-3 = 2.2e-8 of either body.
     """
     at_home = forces_over_load(SCENES[name], Setup())
     rng = np.random.default_rng(7)
@@ -142,7 +142,7 @@ def test_scenes_are_the_same_in_every_frame_and_unit(name, row):
     for by_pose, change in worst.items():
         case = f"14 {name}: other units, {'posed elsewhere' if by_pose else 'mesh turned'}"
         row(case, "largest change of a force / largest", 0.0, change, SAME)
-    row(f"14 {name}: mesh 1e4 sizes away", "largest change of a force / largest", 0.0, lost, 2.2e-8)
+    row(f"14 {name}: mesh 1e4 sizes away", "largest change of a force / largest", 0.0, lost, 4.4e-8)
 
 
 def test_a_floating_block_in_any_rotation(row):

@@ -468,7 +468,8 @@ def _multiplier_areas(slave: FacetSurface) -> Array:
 def _projected_on(master: FacetSurface, facet: IntArray, points: Array, normals: Array, share: float) -> Projection:
     """Projection of points (n, 3) with given `normals` on given facets, extended slightly beyond their sides."""
     plane_map = tangent_plane_maps(master)
-    local, _ = plane_map.from_plane(facet, plane_map.projected(facet, points))
+    lines = share * normals + (1 - share) * plane_map.normal[facet]
+    local, _ = plane_map.from_plane(facet, plane_map.along(facet, points, lines))
     local, met = meet(master, facet, local, points, normals, share)
     # where the line of a point misses the extended facet, the closest point on the whole surface is taken
     lost = np.flatnonzero(~met)

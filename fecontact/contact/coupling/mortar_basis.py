@@ -29,14 +29,16 @@ from skfem.refdom import RefQuad, RefTri
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.mesh.element import QUAD_CORNERS, TRIANGLE_NODES, quad_nodes
-from fecontact.mesh.facets import triangular
+from fecontact.mesh.facets import facet_shapes, triangular
 from fecontact.mesh.hanging_nodes import HangingNodes
 from fecontact.surfaces.facet_surface import FacetSurface
 
 #: Multipliers times biquadratic functions on parallelograms: polynomials of degree six on the triangles of a segment.
 ORDER = 6
-#: Twice the area of a triangle, in a facet's coordinates, that is rounding.
+#: Twice the area of a piece, in a facet's coordinates, that is rounding.
 SLIVER = 1e-11
+#: Distance of vertices, and relative difference of areas, that is rounding.
+SAME = 1e-10
 #: Direction that distinguishes the vertices of a polygon; no side of a facet in its own coordinates is across it.
 LOWEST = np.array([1.0, (np.sqrt(5.0) - 1) / 2])
 #: The same for two triangles: linear multipliers times functions of degree three are of degree four, and the rule of
@@ -140,62 +142,90 @@ def triangle_rule(order: int) -> tuple[Array, Array]:
     return np.concatenate([*corners, 0.5 - half], axis=1), np.tile(W / 4, 4)
 
 
-def fans(polygon: Array, count: IntArray, about_centre: Mask) -> tuple[Array, Array, IntArray]:
-    """Fans of triangles of polygons; signed areas, so that reflex parts cancel.
+def cut(polygon: Array, count: IntArray) -> tuple[Array, IntArray]:
+    """Triangles and quadrilaterals that polygons consist of.
 
-    Fans begin at the centre of area, which is the same in a mirror image, or, where quadrature is exact on any triangle
-    and fewer are quicker, at the vertex that is lowest along one direction: wherever a polygon's list begins and
-    whether rounding made two vertices of one.
+    The smallest triangle of three vertices in turn is cut off until four vertices are left; of equal ones that whose
+    middle vertex is the lowest along one direction. Reflex vertices have triangles that are subtracted. So nothing
+    depends on where a polygon's list begins, or on whether rounding made two vertices of one.
 
     Parameters
     ----------
     polygon : (n, most, 2) array
-        Vertices, of which the first `count` (n,) of each row are valid.
-    about_centre : (n,) bool array
-        Polygons whose fans begin at the centre.
+        Vertices, of which the first `count` (n,) of each row are valid, in either sense of rotation.
 
     Returns
     -------
-    triangle : (n_triangles, 3, 2) array
-        Corners of triangles whose area is more than rounding.
-    double : (n_triangles,) array
-        Twice their areas; their sum is positive for each polygon.
-    piece : (n_triangles,) int array
-        Polygon of each triangle.
+    corners : (n_pieces, 4, 2) array
+        Of pieces whose area is more than rounding, counter-clockwise where that is positive; triangles repeat the last.
+    of : (n_pieces,) int array
+        Polygon of each.
+
+    Examples
+    --------
+    >>> house = np.array([[[0.0, 0.0], [1, 0], [1, 1], [0.5, 1.5], [0, 1]]])
+    >>> corners, of = cut(house, np.array([5]))
+    >>> _doubles(corners).tolist()
+    [0.5, 2.0]
     """
     column = np.arange(polygon.shape[1])
-    valid = column < count[:, None]
     following = np.where(column + 1 < count[:, None], column + 1, 0)
-    after = np.take_along_axis(polygon, following[:, :, None], axis=1)
-    lowest = np.where(valid, polygon @ LOWEST, np.inf).argmin(axis=1)
-    apex = np.take_along_axis(polygon, lowest[:, None, None], axis=1)
-    double = _doubles(apex, polygon, after) * valid
-    central = about_centre & (np.abs(double.sum(axis=1)) > SLIVER)
-    if central.any():
-        b, c, share = polygon[central], after[central], double[central] / double[central].sum(axis=1, keepdims=True)
-        # of the apex, b and c; the sum of shares is one
-        apex[central] = (apex[central] + np.einsum("nk,nkj->nj", share, b + c)[:, None]) / 3
-        double[central] = _doubles(apex[central], b, c) * valid[central]
-    double *= np.where(double.sum(axis=1) < 0, -1.0, 1.0)[:, None]
-    piece, fan = np.nonzero(np.abs(double) > SLIVER)
-    triangle = np.stack([apex[piece, 0], polygon[piece, fan], after[piece, fan]], axis=1)
-    return triangle, double[piece, fan], piece
+    after = _taken(polygon, following)
+    distinct = (column < count[:, None]) & (np.abs(after - polygon).max(axis=2) > SAME)
+    turns = (_crossed(polygon - polygon[:, :1], after - polygon[:, :1]) * distinct).sum(axis=1) < 0
+    # distinct vertices first, in reverse order where they are clockwise
+    order = np.argsort(np.where(distinct, np.where(turns[:, None], -column, column), len(column)), axis=1)
+    count = distinct.sum(axis=1)
+    of = np.flatnonzero(count > 2)
+    polygon, count = _taken(polygon[of], order[of]), count[of]
+    pieces, owners = [], []
+    while len(many := np.flatnonzero(count > 4)):
+        vertices, most = polygon[many], count[many, None]
+        before = _taken(vertices, np.where(column > 0, column - 1, most - 1))
+        after = _taken(vertices, np.where(column + 1 < most, column + 1, 0))
+        area = np.where(column < most, np.abs(_crossed(vertices - before, after - before)), np.inf)
+        small = area <= (1 + SAME) * area.min(axis=1, keepdims=True) + SLIVER
+        ear = np.where(small, vertices @ LOWEST, np.inf).argmin(axis=1)
+        row = np.arange(len(many))
+        ends = vertices[row, ear], after[row, ear]
+        pieces.append(np.stack([before[row, ear], *ends, ends[1]], axis=1))
+        owners.append(of[many])
+        left = np.minimum(column + (column >= ear[:, None]), len(column) - 1)
+        polygon[many] = _taken(vertices, left)
+        count[many] -= 1
+    pieces.append(_taken(polygon, np.minimum(np.arange(4), count[:, None] - 1)))
+    owners.append(of)
+    corners, of = np.concatenate(pieces), np.concatenate(owners)
+    real = np.abs(_doubles(corners)) > SLIVER
+    return corners[real], of[real]
 
 
-def _doubles(a: Array, b: Array, c: Array) -> Array:
-    """Twice the signed areas (n, k) of triangles of vertices (n, 1 | k, 2)."""
-    return np.asarray((b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0])
+def _taken(vertices: Array, which: IntArray) -> Array:
+    """Chosen vertices (n, k, 2) of rows of vertices (n, m, 2) by their numbers (n, k)."""
+    return vertices[np.arange(len(vertices))[:, None], which]
 
 
-def triangle_samples(triangle: Array, double: Array, order: int = ORDER) -> tuple[Array, Array, IntArray]:
-    """Quadrature over triangles.
+def _crossed(u: Array, v: Array) -> Array:
+    """Cross products of vectors (..., 2) of the plane."""
+    return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
+
+
+def _doubles(corners: Array) -> Array:
+    """Twice the signed areas (n,) of quadrilaterals (n, 4, 2)."""
+    return _crossed(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+
+
+def piece_samples(corners: Array, order: int = ORDER) -> tuple[Array, Array, IntArray]:
+    """Quadrature over triangles and quadrilaterals.
+
+    On quadrilaterals by Gauss's rule along both sides of the square that is mapped on them bilinearly. It has one point
+    more than polynomials of the degree need, and its error on curved facets is then below that of the rule of this
+    degree on triangles about the centre, with half as many points.
 
     Parameters
     ----------
-    triangle : (n, 3, 2) array
-        Corners.
-    double : (n,) array
-        Twice their areas.
+    corners : (n, 4, 2) array
+        See `cut`.
     order : int
         Degree of exactness of the rule.
 
@@ -204,21 +234,27 @@ def triangle_samples(triangle: Array, double: Array, order: int = ORDER) -> tupl
     local : (n_samples, 2) array
     weight : (n_samples,) array
     own : (n_samples,) int array
-        Triangle of each sample.
+        Piece of each sample.
 
     Examples
     --------
     >>> square = np.array([[[0.0, 0], [1, 0], [1, 1], [0, 1]]])
-    >>> triangle, double, piece = fans(square, np.array([4]), np.array([True]))
-    >>> local, weight, own = triangle_samples(triangle, double)
+    >>> local, weight, own = piece_samples(square)
     >>> round(float((weight * local[:, 0] ** 2 * local[:, 1] ** 3).sum()) * 12, 12)
     1.0
     """
+    three = (corners[:, 3] == corners[:, 2]).all(axis=1)
+    triangles, quads = np.flatnonzero(three), np.flatnonzero(~three)
     X, W = triangle_rule(order)
-    corner = triangle[:, :1]
-    local = corner + np.einsum("jq,njk->nqk", X, triangle[:, 1:] - corner)
-    weight = double[:, None] * W[None, :]
-    return local.reshape(-1, 2), weight.ravel(), np.repeat(np.arange(len(triangle)), len(W))
+    corner = corners[triangles, :1]
+    local = corner + np.einsum("jq,njk->nqk", X, corners[triangles, 1:3] - corner)
+    weight = _doubles(corners[triangles])[:, None] * W
+    U, squared = get_quadrature(RefQuad, 2 * (order // 2) + 3)
+    N, slopes = facet_shapes(4, np.zeros(len(squared), bool), U.T)
+    x, along_u, along_v = (rows @ corners[quads] for rows in (N, slopes[..., 0], slopes[..., 1]))
+    places = np.concatenate([local.reshape(-1, 2), x.reshape(-1, 2)])
+    weights = np.concatenate([weight.ravel(), (_crossed(along_u, along_v) * squared).ravel()])
+    return places, weights, np.concatenate([np.repeat(triangles, len(W)), np.repeat(quads, len(squared))])
 
 
 def own_samples(facets: IntArray) -> tuple[IntArray, Array, Array]:
@@ -233,10 +269,7 @@ def own_samples(facets: IntArray) -> tuple[IntArray, Array, Array]:
         if len(members):
             outlines = sub_faces(facets.shape[1], kind)
             if kind:
-                triangle_of, double, _ = fans(
-                    outlines, np.full(len(outlines), outlines.shape[1]), np.zeros(len(outlines), bool)
-                )
-                local, weight, _ = triangle_samples(triangle_of, double)
+                local, weight, _ = piece_samples(outlines[:, [0, 1, 2, 2]])
             else:
                 X, W = get_quadrature(RefQuad, ORDER)
                 sides = outlines[0, 2] - outlines[0, 0]

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fecontact.common.arrays import Array, IntArray, Mask
-from fecontact.contact.coupling.mortar_basis import ORDER, TRIANGLE_ORDER, fans, sub_faces, triangle_samples
-from fecontact.mesh.facets import facet_centres, facet_nodes, facet_shapes
+from fecontact.contact.coupling.mortar_basis import ORDER, TRIANGLE_ORDER, cut, piece_samples, sub_faces
+from fecontact.mesh.facets import facet_centres, facet_nodes, facet_shapes, unit_vectors
 from fecontact.surfaces.facet_surface import FacetSurface
 from fecontact.surfaces.normals import FACING, SLACK, meet, normals_of
 
@@ -37,8 +37,6 @@ EXACT = 1e-13
 AFFINE = 1e-12
 #: Deviation of a facet from a flat one with straight sides that counts as rounding.
 FLAT = 1e-13
-#: The same, and the difference of unit normals, up to which the choice of triangles changes integrals by rounding only.
-LIKE_FLAT = 1e-8
 #: Least Jacobian of a map relative to that at the centre: below it the map is near its fold.
 FOLD = 0.05
 
@@ -51,8 +49,8 @@ class TangentPlaneMap:
     ----------
     middle : (n_facets, 2) array
         Coordinates of the facet's centre in the facet and in the plane.
-    origin : (n_facets, 3) array
-        The facet's centre.
+    origin, normal : (n_facets, 3) arrays
+        The facet's centre, and its unit normal there.
     inverse : (n_facets, 2, 3) array
         Matrices from directions to the plane's coordinates.
     centre, along_s, along_t, twist : (n_facets, 2) arrays
@@ -66,6 +64,7 @@ class TangentPlaneMap:
 
     middle: Array
     origin: Array
+    normal: Array
     inverse: Array
     centre: Array
     along_s: Array
@@ -78,6 +77,14 @@ class TangentPlaneMap:
     def projected(self, facet: IntArray, points: Array) -> Array:
         """Images (n, 2) of points (n, 3) on the tangent planes at the centres of facets (n,)."""
         return self.middle[facet] + np.einsum("nij,nj->ni", self.inverse[facet], points - self.origin[facet])
+
+    def along(self, facet: IntArray, points: Array, lines: Array) -> Array:
+        """The same of points moved along `lines` (n, 3) onto the planes, but where these hardly meet them."""
+        normal = self.normal[facet]
+        cosine = np.einsum("ni,ni->n", lines, normal)
+        height = np.einsum("ni,ni->n", points - self.origin[facet], normal)
+        way = np.divide(height, cosine, out=np.zeros_like(height), where=cosine > FACING)
+        return self.projected(facet, points - way[:, None] * lines)
 
     def to_plane(self, facet: IntArray, local: Array) -> Array:
         """Images (n, ..., 2) of points (n, ..., 2) of facets (n,), given in their coordinates."""
@@ -144,7 +151,8 @@ def _tangent_plane_maps(surface: FacetSurface) -> TangentPlaneMap:
     departure = _departure(surface, tangents)
     plane = np.asarray(inverse, dtype=np.float64)
     flat = (departure <= FLAT) & (surface.triangle | (change < 1 - FOLD))
-    return TangentPlaneMap(middle, x, plane, image.mean(axis=1), a, b, d, taper, departure, flat)
+    normal = unit_vectors(np.cross(tangents[:, :, 0], tangents[:, :, 1]))
+    return TangentPlaneMap(middle, x, normal, plane, image.mean(axis=1), a, b, d, taper, departure, flat)
 
 
 def _departure(surface: FacetSurface, tangents: Array) -> Array:
@@ -159,18 +167,19 @@ def _departure(surface: FacetSurface, tangents: Array) -> Array:
     return np.asarray(np.maximum(off, warp) / surface.mean_facet_size)
 
 
-def degrees(plane_map: TangentPlaneMap, facet: IntArray, triangle: Array, departure: Array) -> IntArray:
-    """Degrees of quadrature (n,) for triangles (n, 3, 2) in the planes of facets (n,).
+def degrees(plane_map: TangentPlaneMap, facet: IntArray, pieces: Array, departure: Array) -> IntArray:
+    """Degrees of quadrature (n,) for pieces with corners (n, k, 2) in the planes of facets (n,).
 
-    The error of a rule of degree n is `LEADS` tau^n times the triangle's area (`_nearness`). It is kept below `EXACT`
+    The error of a rule of degree n is `LEADS` tau^n times the area (`_nearness`). It is kept below `EXACT`
     times the facet's area on flat facets, and below the `departure` (n,) from flatness, which is an error anyway, on
     others.
     """
     degree = np.full(len(facet), ORDER)
     bent = np.flatnonzero(plane_map.taper[facet] > 0)
     if len(bent):
-        corners = triangle[bent]
-        share = np.abs(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])) / 2
+        corners = pieces[bent]
+        arms = corners - corners[:, :1]
+        share = np.abs(cross(arms[:, 1:-1], arms[:, 2:]).sum(axis=1)) / 2
         error = (
             np.array(LEADS) * _nearness(plane_map, facet[bent], corners)[:, None] ** np.array(DEGREES) * share[:, None]
         )
@@ -180,17 +189,18 @@ def degrees(plane_map: TangentPlaneMap, facet: IntArray, triangle: Array, depart
     return degree
 
 
-def _nearness(plane_map: TangentPlaneMap, facet: IntArray, triangle: Array) -> Array:
-    """Nearness of the fold to triangles (n, 3, 2) in the planes of facets (n,): 0 infinitely far, 1 on them.
+def _nearness(plane_map: TangentPlaneMap, facet: IntArray, corners: Array) -> Array:
+    """Nearness of the fold to pieces with corners (n, k, 2) in the planes of facets (n,): 0 infinitely far, 1 on them.
 
     Polynomials in the facet's coordinates have a branch point where the Jacobian J is zero. J^2 is a quadratic
     polynomial of the plane's coordinates. With its roots z along a side -1 <= z <= 1, a rule's error falls as rho^-n,
     where rho = |z +- sqrt(z^2 - 1)| > 1 is the sum of the half axes of the ellipse through z with foci at the side's
-    ends (L. N. Trefethen, SIAM Review 50, 2008, p. 67, theorem 4.5); the largest 1 / rho of the three sides is taken.
+    ends (L. N. Trefethen, SIAM Review 50, 2008, p. 67, theorem 4.5); the largest 1 / rho of the sides is taken.
     """
-    places = np.concatenate([triangle, (triangle + np.roll(triangle, -1, axis=1)) / 2], axis=1)
-    squared = plane_map.from_plane(np.repeat(facet, 6), places.reshape(-1, 2))[1].reshape(-1, 6) ** 2
-    start, end, middle = squared[:, :3], np.roll(squared[:, :3], -1, axis=1), squared[:, 3:]
+    k = corners.shape[1]
+    places = np.concatenate([corners, (corners + np.roll(corners, -1, axis=1)) / 2], axis=1)
+    squared = plane_map.from_plane(np.repeat(facet, 2 * k), places.reshape(-1, 2))[1].reshape(-1, 2 * k) ** 2
+    start, end, middle = squared[:, :k], np.roll(squared[:, :k], -1, axis=1), squared[:, k:]
     slope, bend = (end - start) / 2, (end + start) / 2 - middle
     # one over the root nearest to the middle; stable where J^2 is nearly linear or constant
     root = np.abs(slope) + np.sqrt((slope**2 - 4 * middle * bend).astype(complex))
@@ -234,8 +244,7 @@ def segment_samples(
     """
     plane_map, below = tangent_plane_maps(slave), tangent_plane_maps(master)
     outline = _outlines(slave, master, f, m, plane_map, share)
-    inexact = ~_parallel(slave, master, f, m, np.maximum(plane_map.departure[f], below.departure[m]))
-    pairs, corners, doubles = [], [], []
+    pairs, pieces = [], []
     for kind in (False, True):
         members = np.flatnonzero(slave.triangle[f] == kind)
         if len(members):
@@ -245,16 +254,15 @@ def segment_samples(
             kept = _near(outline[members], window.reshape(len(members), len(windows), -1, 2))
             pair = pair[kept]
             polygon, count = clip(outline[pair], window[kept])
-            triangle, double, piece = fans(polygon, count, inexact[pair])
-            pairs.append(pair[piece])
-            corners.append(triangle)
-            doubles.append(double)
-    pair, triangle, double = np.concatenate(pairs), np.concatenate(corners), np.concatenate(doubles)
-    degree = _degrees(slave, master, plane_map, f[pair], below, m[pair], triangle)
+            corners, of = cut(polygon, count)
+            pairs.append(pair[of])
+            pieces.append(corners)
+    pair, corners = np.concatenate(pairs), np.concatenate(pieces)
+    degree = _degrees(slave, master, plane_map, f[pair], below, m[pair], corners)
     parts = []
     for order in np.unique(degree):
         of = np.flatnonzero(degree == order)
-        local, weight, own = triangle_samples(triangle[of], double[of], int(order))
+        local, weight, own = piece_samples(corners[of], int(order))
         sampled = pair[of][own]
         local, jacobian = plane_map.from_plane(f[sampled], local)
         parts.append((f[sampled], local, weight / jacobian, m[sampled]))
@@ -262,17 +270,6 @@ def segment_samples(
         return np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0), np.zeros(0, np.int64)
     facet, local, weight, on_master = (np.concatenate(p) for p in zip(*parts, strict=True))
     return facet, local, weight, on_master
-
-
-def _parallel(slave: FacetSurface, master: FacetSurface, f: IntArray, m: IntArray, departure: Array) -> Mask:
-    """Pairs of flat facets (n,) on parallel planes, whose integrals are of polynomials."""
-    towards = np.zeros((len(f), 3))
-    even = departure <= LIKE_FLAT
-    for surface, facet in ((slave, f), (master, m)):
-        corners = normals_of(surface).nodal[surface.facets]
-        towards += corners[facet, 0]
-        even &= (np.ptp(corners, axis=1).max(axis=1) <= LIKE_FLAT)[facet]
-    return np.asarray(even & (np.abs(towards).max(axis=1) <= LIKE_FLAT))
 
 
 def _near(outline: Array, windows: Array) -> IntArray:
@@ -289,17 +286,17 @@ def _degrees(
     f: IntArray,
     below: TangentPlaneMap,
     m: IntArray,
-    triangle: Array,
+    pieces: Array,
 ) -> IntArray:
-    """Degrees of quadrature (n,) for both sides on triangles (n, 3, 2) in the planes of slave facets f (n,)."""
+    """Degrees of quadrature (n,) for both sides on pieces (n, 4, 2) in the planes of slave facets f (n,)."""
     departure = np.maximum(plane_map.departure[f], below.departure[m])
-    degree = degrees(plane_map, f, triangle, departure)
+    degree = degrees(plane_map, f, pieces, departure)
     degree[slave.triangle[f] & master.triangle[m]] = TRIANGLE_ORDER
     bent = np.flatnonzero(below.taper[m] > 0)
     if len(bent):
-        local, _ = plane_map.from_plane(np.repeat(f[bent], 3), triangle[bent].reshape(-1, 2))
-        x, _, _ = slave.evaluate(np.repeat(f[bent], 3), local)
-        seen = below.projected(np.repeat(m[bent], 3), x).reshape(-1, 3, 2)
+        facet, opposite = np.repeat(f[bent], 4), np.repeat(m[bent], 4)
+        local, _ = plane_map.from_plane(facet, pieces[bent].reshape(-1, 2))
+        seen = below.projected(opposite, slave.polynomials.values(facet, local)).reshape(-1, 4, 2)
         degree[bent] = np.maximum(degree[bent], degrees(below, m[bent], seen, departure[bent]))
     return degree
 
@@ -332,14 +329,10 @@ def _images(
     """Images (n, 2) of nodes (n,) of the master in the planes of slave facets (n,), see `_outlines`."""
     vertices = master.points[node]
     own, theirs = normals_of(slave), normals_of(master).nodal[node]
-    normal = slave.normals(np.arange(len(slave.facets)), plane_map.middle)[facet]
+    normal = plane_map.normal[facet]
     parallel = plane_map.flat[facet] & own.even[facet] & (np.abs(normal + theirs).max(axis=1) <= PARALLEL)
-    lines = share * normal - (1 - share) * theirs
-    cosine = np.einsum("ni,ni->n", lines, normal)
-    height = np.einsum("ni,ni->n", vertices - plane_map.origin[facet], normal)
-    seen = ~parallel & (cosine > FACING)
-    vertices_seen = vertices - np.divide(height, cosine, out=np.zeros_like(height), where=seen)[:, None] * lines
-    plane = plane_map.projected(facet, vertices_seen)
+    lines = np.where(parallel[:, None], 0.0, share * normal - (1 - share) * theirs)
+    plane = plane_map.along(facet, vertices, lines)
     rows = np.flatnonzero(~parallel & _within(plane, slave.triangle[facet], SLACK))
     start, _ = plane_map.from_plane(facet[rows], plane[rows])
     local, met = meet(slave, facet[rows], start, vertices[rows], -theirs[rows], 1 - share, 2 * SLACK)

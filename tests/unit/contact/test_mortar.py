@@ -6,7 +6,7 @@ import refusals
 
 import fecontact as fc
 from fecontact.contact.coupling.mortar import multiplier_areas, pair_mortar
-from fecontact.contact.coupling.mortar_basis import multiplier_shapes, own_samples, sub_faces
+from fecontact.contact.coupling.mortar_basis import cut, multiplier_shapes, own_samples, piece_samples, sub_faces
 from fecontact.contact.coupling.nodal import SurfacePair
 from fecontact.contact.coupling.segments import clip
 from fecontact.mesh.element import TRIANGLE_NODES, quad_nodes
@@ -377,3 +377,41 @@ def test_a_mirror_image_has_the_same_gaps_and_areas(kind, divisions, shift):
     # measured 2e-16, of numbers of order .1
     assert np.abs(found[0].weights - found[1].weights).max() < 1e-13
     assert np.abs(found[0].gap - found[1].gap).max() < 1e-13
+
+
+def moments(polygon, highest):
+    """Integrals of s^i t^j over a polygon (k, 2), i + j <= highest, by Green's formula along its sides."""
+    x, w = np.polynomial.legendre.leggauss(highest + 2)
+    start, along = polygon[:, None], (np.roll(polygon, -1, axis=0) - polygon)[:, None]
+    s, t = np.moveaxis(start + (x[:, None] + 1) / 2 * along, -1, 0)
+    powers = [(i, j) for i in range(highest + 1) for j in range(highest + 1 - i)]
+    return powers, np.array([((s ** (i + 1) / (i + 1) * t**j) * along[..., 1] * w / 2).sum() for i, j in powers])
+
+
+@pytest.mark.parametrize("order", [5, 6, 8, 12])
+def test_pieces_of_polygons_have_their_moments_wherever_their_lists_begin(order):
+    rng = np.random.default_rng(order)
+    polygons = []
+    for k in (3, 4, 5, 6, 9):
+        angle = np.sort(rng.uniform(0, 2 * np.pi / k, k) + 2 * np.pi * np.arange(k) / k)
+        radius = np.full(k, 0.5)
+        polygons.append(0.5 + radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    # a reflex vertex, equal triangles all round, and one vertex twice
+    polygons.append(np.array([[0.0, 0], [1, 0], [0.5, 0.2], [1, 1], [0.3, 1], [0, 0.5]]))
+    polygons.append(0.5 + np.stack([np.cos(np.arange(6) * np.pi / 3), np.sin(np.arange(6) * np.pi / 3)], axis=1) / 3)
+    polygons.append(np.array([[0.0, 0], [1, 0], [1, 0], [1, 1], [0.4, 1.0]]))
+    for polygon in polygons:
+        powers, known = moments(polygon, order)
+        places = []
+        for given in (polygon, polygon[::-1], np.roll(polygon, 2, axis=0)):
+            # padded by vertices that do not count
+            padded = np.concatenate([given, rng.uniform(size=(2, 2))])[None]
+            corners, of = cut(padded, np.array([len(given)]))
+            assert not of.any()
+            local, weight, own = piece_samples(corners, order)
+            assert set(own) == set(range(len(corners)))
+            found = [(weight * local[:, 0] ** i * local[:, 1] ** j).sum() for i, j in powers]
+            # rounding of sums of numbers of at most one
+            assert np.abs(found - known).max() < 1e-13
+            places.append(np.sort(local @ [1.0, np.sqrt(2.0)]))
+        assert all(np.abs(others - places[0]).max() < 1e-12 for others in places)

@@ -114,6 +114,25 @@ def test_corrections_run_away_beyond_three_times_the_motion_and_a_step(path, fir
     assert path.runs_away(moving(x=then)) is away
 
 
+@pytest.mark.parametrize(
+    ("before", "step", "newton", "left"),
+    [
+        # a step that is a tenth of the last one is followed by a tenth and a hundredth and so on of its own length
+        (0.3, 0.03, 1.0, 0.01 / 9),
+        # unless Newton's step adds more
+        (0.3, 0.03, 1.5, 0.01 * 0.5),
+        # steps that do not become shorter promise nothing, nor do those after one that was cut
+        (0.3, 0.3, 1.0, 0.01),
+        (0.5, 0.03, 1.0, 0.01),
+    ],
+)
+def test_what_is_left_goes_by_how_steps_become_shorter(path, monkeypatch, before, step, newton, left):
+    path.begin(moving(x=before, error=1e9))
+    monkeypatch.setattr(finite, "newton_step", lambda r, steps: newton * steps)
+    change = CarriedMotion(0.0, 0.0, 0.01)
+    assert path.left(moving(x=step), change) == pytest.approx(left, rel=1e-12)
+
+
 def test_rest_is_measured_by_elastic_displacements_but_not_by_less_than_1e_9_of_a_body(monkeypatch):
     monkeypatch.setattr(finite, "driven_motions", lambda r: r._motions)
     frame = SimpleNamespace(modes=lambda motions: np.full((3, 1), 0.25), body=SimpleNamespace(size=SIZE))
@@ -151,6 +170,9 @@ def followed(monkeypatch, first, errors, away=(), rest=(), goes_on=(0.0,)):
 
         def carried(self, result):
             return CarriedMotion(0.0, 0.0, goes_on[min(len(asked), len(goes_on)) - 1])
+
+        def left(self, result, change):
+            return change.rest
 
         def finished(self, result):
             return ("finished", result)
