@@ -52,7 +52,7 @@ SPARE = 1.25
 
 #: Elastic displacements allowed beyond the predicted motion in the next pose, relative to those of this one, which open gaps
 #: where bodies are pressed together.
-FOLLOWING = 0.5
+FOLLOWING = 1.0
 
 
 def centroid_gaps(one: FacetSurface, other: FacetSurface, rotation: Array, translation: Array) -> Array:

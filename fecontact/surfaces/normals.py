@@ -301,7 +301,7 @@ def _met(
         inverse = np.divide(-1.0, det, out=np.zeros_like(det), where=forward & going)
         step = np.stack([dot(F, b_m), dot(m, a_F)])
         step *= inverse
-        d = d + dot(a_F, b) * inverse
+        d = d - dot(a_F, b) * inverse
         after = np.clip(before + np.clip(step, -1.0, 1.0), -slack, 1 + slack)
         local[:, active] = after
         small = forward & (np.abs(step).max(axis=0) <= STEP_TOLERANCE)

@@ -255,7 +255,12 @@ def test_displacements_that_open_gaps_miss_nothing_and_those_that_close_them_do(
     assert not part.within.any()
     closing = search.RigidIncrement(np.array([0.0, 0.0, -0.12]), np.zeros(3))
     up, n = np.array([0.0, 0.0, 0.01]), len(part.within)
-    for own, other, missed in ((3 * up, 0 * up, False), (0 * up, -3 * up, False), (up, 0 * up, True), (up, 2 * up, True)):
+    for own, other, missed in (
+        (3 * up, 0 * up, False),
+        (0 * up, -3 * up, False),
+        (up, 0 * up, True),
+        (up, 2 * up, True),
+    ):
         fields = (np.tile(own @ turn, (n, 1)), np.full(n, 0.004)), (np.tile(other, (169, 1)), np.full(169, 0.005))
         assert search.find_missed(part, slave, master, turn, np.zeros(3), closing, fields)[0] is missed
 
