@@ -37,8 +37,8 @@ from fecontact.scene.turning_steps import newton_step
 #: solution, so the remaining error is of its square. Compliances that are products come to rest without Newton's steps,
 #: with another last change: figures of one scene by both differ by up to some 3e-6, within this tolerance.
 STEP_TOLERANCE = 1e-4
-#: What further poses would change of the motions, relative to them, at which 'auto' stops: a load that goes along with a
-#: body turns it further, which the errors of gaps do not show.
+#: What further poses would change of the motions, relative to them, at which 'auto' stops: a load that goes along with
+#: a body turns it further, which the errors of gaps do not show.
 CARRIED = 1e-3
 #: Largest rotation (radians) of one step, and largest translation or error of a linearised gap (relative to a body's
 #: size), so that a distant contact is not overshot.

@@ -50,8 +50,8 @@ APPROACHES = 2.0
 SPARE = 1.25
 
 
-#: Elastic displacements allowed beyond the predicted motion in the next pose, relative to those of this one, which open gaps
-#: where bodies are pressed together.
+#: Elastic displacements allowed beyond the predicted motion in the next pose, relative to those of this one, which open
+#: gaps where bodies are pressed together.
 FOLLOWING = 1.0
 
 

@@ -2,8 +2,8 @@
 
 Segments are found in the plane of the slave facet: the master facet's outline is
 mapped there and clipped to the convex outlines of the sub-faces on which the slave's multipliers are smooth (Sutherland
-& Hodgman 1974), so that segments tile the common area of both surfaces. They are divided into triangles, each with a
-rule whose degree follows the taper of both facets over it.
+& Hodgman 1974), so that segments tile the common area of both surfaces. They are cut into quadrilaterals and
+triangles (`mortar_basis.cut`), each with a rule whose degree follows the taper of both facets over it.
 
 Maps of quadrilateral facets to a plane in which straight sides are straight.
 
