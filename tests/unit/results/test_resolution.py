@@ -112,7 +112,7 @@ def test_any_of_the_three_figures_is_warned_of(part):
     estimate = replace(ErrorEstimate(0.05, 0.0, 0.0, 0.05, 0.05, 5.0), **{part: 0.2})
     body, active = SimpleNamespace(name="body"), np.array([True, False, True, True, True])
     contact = SimpleNamespace(slave=body, master=body, active=active, error_estimate=estimate, _unseen=0.0)
-    contact._surface = SimpleNamespace(alone=None)
+    contact._surface = SimpleNamespace(of_nodes=False)
     result = SimpleNamespace(contacts=[contact], _elastic_bodies=(), finite_strain=None)
     (text,) = coarse_pressures(result)
     assert "20 %" in text
