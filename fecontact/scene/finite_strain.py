@@ -55,7 +55,7 @@ from fecontact.surfaces.normals import normals_of
 #: at convergence.
 TOLERANCE = 1e-8
 #: Residual up to which the change alone decides: near nu = 1/2 a change by rounding has large forces. No residual of
-#: contact and friction may be above it, penetration ten times.
+#: contact and friction may be above it, penetration ten times: across a row of single cells friction is rounding.
 BALANCED = 1e-6
 #: Ratio of residuals above the tolerance, each to the last one, up to which iterations go on: rounding falls less.
 FALLS = 0.5
@@ -557,9 +557,9 @@ class _Newton:
             try:
                 result = solved(scene, loading, None, settings, self._timer, (), past, hold)
             except SolverError as error:
-                if error.code != "not-certified" or settings.tolerance >= TOLERANCE:
+                if error.code != "not-certified" or settings.tolerance >= BALANCED:
                     raise
-                settings = replace(settings, tolerance=TOLERANCE)
+                settings = replace(settings, tolerance=TOLERANCE if settings.tolerance < TOLERANCE else BALANCED)
                 continue
             found = _touching(result)
             needed = result._condensed.held_motions is not None
