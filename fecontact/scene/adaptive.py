@@ -72,7 +72,7 @@ def marked_facets(contact: ContactFields, tolerance: float) -> Mask:
     sideways = _share(contact.error_estimate.traction or 0.0, tolerance)
     if contact._traction_misfit is not None and sideways > 0:
         out[read.facets[_most(contact._traction_misfit[0], sideways)]] = True
-    if contact.error_estimate.peak <= AIM * tolerance:
+    if read.peak_offset <= AIM * tolerance * read.peak:
         return out
     off = np.abs(read.smooth - read.interpolated).max(axis=1) > tolerance * contact.max_pressure
     out[read.facets[off & active[read.facets].all(axis=1)]] = True
