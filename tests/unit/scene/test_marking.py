@@ -34,15 +34,16 @@ def row(error, misfit, peak=0.0, off=(), unseen=(), traction=None, sideways=()):
     smooth, beside = np.zeros((6, 1)), np.zeros(6)
     smooth[list(off)], beside[list(unseen)] = 0.5, 10.0
     readings = SimpleNamespace(
-        facets=np.arange(6), misfit=np.array(misfit, dtype=float), smooth=smooth, interpolated=np.zeros((6, 1))
-    )
+        facets=np.arange(6), misfit=np.array(misfit, dtype=float), smooth=smooth, interpolated=np.zeros((6, 1)),
+        peak=2.0, peak_offset=2.0 * peak,
+    )  # fmt: skip
     tractions = np.zeros(6)
     tractions[list(sideways)] = 1.0
     return SimpleNamespace(
         _readings=readings, _at_nodes=sp.identity(7, format="csr"), pressure=PRESSURE, weights=np.ones(7),
         point_area=3.0, max_pressure=1.0, facets=np.stack([np.arange(6), np.arange(1, 7)], axis=1),
         _facet_numbers=np.arange(6), _between_nodes=SimpleNamespace(unseen=beside),
-        error_estimate=SimpleNamespace(pressure=error, peak=peak, traction=traction),
+        error_estimate=SimpleNamespace(pressure=error, traction=traction),
         _traction_misfit=None if traction is None else (tractions, None),
     )  # fmt: skip
 
