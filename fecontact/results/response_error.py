@@ -83,8 +83,8 @@ class ResponseErrors:
     solution : Solution
     state : DisplacementState
     contacts : sequence of ContactFields
-    frictional : bool
-        Whether any contact has friction.
+    friction : Solution, optional
+        With friction, as in `ContactResult`.
     rotation : callable
         Rotation vector (3,) of a body.
     at_rest : AtRest, optional
@@ -95,7 +95,7 @@ class ResponseErrors:
     solution: Solution
     state: DisplacementState
     contacts: Sequence[ContactFields]
-    frictional: bool
+    friction: Solution | None
     rotation: Callable[[Body], Array]
     at_rest: AtRest | None = None
 
@@ -103,7 +103,7 @@ class ResponseErrors:
     def primal(self) -> tuple[EnergyError, ...]:
         """Errors in all cells of each body; none in bodies without."""
         pairs = zip(self.condensed.parts, self.state.displacements, strict=True)
-        return tuple(_errors(part, u) for part, u in pairs)
+        return tuple(_errors(part, self._forces, u) for part, u in pairs)
 
     @cached_property
     def reason(self) -> str:
@@ -146,8 +146,8 @@ class ResponseErrors:
         if not len(closed):
             return
         touching = [k for k, c in enumerate(self.contacts) if c.active.any()]
-        only_pressed = not self.frictional and all(part.loads is None for part in parts)
-        known = problem.is_dense and not self.frictional and len(closed) <= MAX_POINTS and self.at_rest is None
+        only_pressed = self.friction is None and all(part.loads is None for part in parts)
+        known = problem.is_dense and self.friction is None and len(closed) <= MAX_POINTS and self.at_rest is None
         alone = len(touching) == 1 and only_pressed and self._start[-1] == problem.n
         elastic = sum(map(self._twice_stored, range(len(parts))))
         if only_pressed or elastic == 0:
@@ -216,9 +216,17 @@ class ResponseErrors:
         changes[closed] = y
         out = []
         for part, own, u in zip(self.condensed.parts, self.primal, self.state.displacements, strict=True):
-            product = _errors(part, u, part.answer(changes[part.index])).error if len(own.cells) else own.error
+            if len(own.cells):
+                product = _errors(part, self._forces, u, part.answer(changes[part.index])).error
+            else:
+                product = own.error
             out.append(_amplified(own, product) / size)
         return self._with_faces(tuple(out), changes, size)
+
+    @property
+    def _forces(self) -> Array:
+        """Forces of all rows, those of friction included."""
+        return (self.friction or self.solution).forces
 
     @cached_property
     def _start(self) -> IntArray:
@@ -313,11 +321,14 @@ class _Change:
         return np.asarray(x - scipy.linalg.cho_solve(self.factor, self.B.T @ z))
 
 
-def _errors(part: BodyBlock, u: Array, other: Array | None = None) -> EnergyError:
-    """Errors in all cells of an elastic body; none in other bodies."""
+def _errors(part: BodyBlock, forces: Array, u: Array, other: Array | None = None) -> EnergyError:
+    """Errors in all cells of an elastic body; none in other bodies.
+
+    Its skin is free where neither loads nor forces of contacts (n,) act, wherever else points were looked at.
+    """
     for body in elastic_among([part.body]):
         loaded = np.zeros(body.n_dofs, bool) if part.loads is None else part.external != 0
-        loaded[part.rows.indices] = True
+        loaded[part.rows[np.flatnonzero(forces[part.index])].indices] = True
         plain = body.n_dofs == 3 * len(body.mesh.points)
         free = np.asarray(~loaded.reshape(-1, 3).any(axis=1)) if plain else None
         strain = body.model.stressing(u, part.frame.heated)

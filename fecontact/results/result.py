@@ -435,13 +435,12 @@ class ContactResult(FormerNames):
     @cached_property
     def _response_errors(self) -> ResponseErrors:
         """Parts of the bodies' cells in the errors of forces and motions."""
-        frictional = self.friction is not None
         return ResponseErrors(
             self._condensed,
             self.solution,
             self._state,
             self.contacts,
-            frictional,
+            self.friction,
             lambda b: self.rigid_motion(b).rotation,
             self._at_rest if self.finite_strain else None,
         )

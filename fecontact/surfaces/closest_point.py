@@ -171,9 +171,9 @@ def shapes_at(n_columns: int, triangle: Mask, degree: int, local: Array) -> Arra
     s, t = local.T
     rank = range(degree + 1)
     powers = np.stack([s**i * t**j for i in rank for j in rank], axis=1)
-    N = powers @ _coefficients(n_columns, False, degree)
     rows = np.flatnonzero(triangle)
-    if len(rows):
+    N = powers @ _coefficients(n_columns, len(rows) == len(triangle) > 0, degree)
+    if 0 < len(rows) < len(triangle):
         N[rows] = powers[rows] @ _coefficients(n_columns, True, degree)
     return N
 

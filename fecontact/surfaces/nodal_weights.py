@@ -14,10 +14,13 @@ from fecontact.surfaces.section_curve import CurveSurface
 
 def components_along(weights: sp.csr_matrix, directions: Array) -> sp.csr_matrix:
     """Rows for the component along `directions` (n, 3) of points interpolated by `weights` (n, n_nodes)."""
-    row = np.repeat(np.arange(weights.shape[0]), np.diff(weights.indptr))
-    data = (weights.data[:, None] * directions[row]).ravel()
-    columns = (3 * weights.indices[:, None] + np.arange(3, dtype=weights.indices.dtype)).ravel()
-    return sp.csr_matrix((data, columns, 3 * weights.indptr), shape=(weights.shape[0], 3 * weights.shape[1]))
+    count, data = np.diff(weights.indptr), np.empty((weights.nnz, 3))
+    columns = np.empty(data.shape, weights.indices.dtype)
+    for k in range(3):
+        np.multiply(weights.data, np.repeat(directions[:, k], count), out=data[:, k])
+        np.add(3 * weights.indices, k, out=columns[:, k])
+    shape = (weights.shape[0], 3 * weights.shape[1])
+    return sp.csr_matrix((data.ravel(), columns.ravel(), 3 * weights.indptr), shape=shape)
 
 
 def contact_weights(surface: FacetSurface) -> Array:
