@@ -178,15 +178,14 @@ class Retained(Condensation):
 
     def _by_inverse(self, C: sp.csr_matrix, inverse: Array) -> Array:
         """Compliance C K_hat^-1 C^T from the inverse of the condensed stiffness."""
-        own = self._local(C)
+        own, rows = self._local(C), inverse.T  # symmetric, and in the order of C
         used = np.unique(own.indices)
         if len(used) < len(inverse):
-            own, inverse = own[:, used], inverse[np.ix_(used, used)]
-        S = np.empty((len(own.indptr) - 1,) * 2)
+            own, rows = own[:, used], rows[np.ix_(used, used)]
+        S = np.empty((C.shape[0], C.shape[0]))
         for start in range(0, len(S), STRIP):
             end = start + STRIP
-            half = np.ascontiguousarray((own[start:end] @ inverse.T).T)  # its transpose is in the order of C
-            S[start:end, :end] = (own[:end] @ half).T
+            S[start:end, :end] = (own[:end] @ np.ascontiguousarray((own[start:end] @ rows).T)).T
         return mirrored(S)
 
 

@@ -439,12 +439,13 @@ class _Inverse:
             return self
         rows = np.union1d(self.rows, new)
         old, own = np.searchsorted(rows, self.rows), np.searchsorted(rows, new)
-        C = S[np.ix_(self.rows, new)]
+        C = S[np.ix_(new, self.rows)].T
         W = self.array @ C
         L = cholesky(S[np.ix_(new, new)] - C.T @ W, lower=True)
         half = solve_triangular(L, W.T, lower=True)
-        array = np.empty((len(rows), len(rows)))
-        array[np.ix_(old, old)] = self.array + half.T @ half
+        array, grown = np.empty((len(rows), len(rows))), half.T @ half
+        grown += self.array
+        array[np.ix_(old, old)] = grown
         array[np.ix_(own, old)] = -solve_triangular(L, half, lower=True, trans=1)
         array[np.ix_(old, own)] = array[np.ix_(own, old)].T
         array[np.ix_(own, own)] = cho_solve((L, True), np.eye(len(new)))
