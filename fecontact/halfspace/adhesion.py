@@ -32,8 +32,8 @@ from fecontact.halfspace.grid_error import EdgeCells, edge_cells
 from fecontact.halfspace.nested import GridLevel, coarser, compliance, preconditioner
 from fecontact.halfspace.pressing import Load, check_box, checked_heights, grid_level, press
 
-#: Steps towards one state.
-MAX_STEPS = 300
+#: Steps towards one state: just beyond the approach of coming off they grow as the inverse root of the distance to it.
+MAX_STEPS = 1000
 #: Largest residual of the law, a share of the traction, over the tolerance of the contact.
 OF_LAW = 100
 #: Steps of Lanczos' method, and the residual at which they end; for the eigenvalue, its change.

@@ -384,8 +384,10 @@ def first_start(level: GridLevel) -> tuple[Array, Mask]:
     if not len(level.F):
         return none, allowed & (level.g < 0)
     rows = level.B[0][allowed]
+    if rows.min() * rows.max() <= 0:
+        return none, allowed
     total = float(level.F[0] / rows[np.abs(rows).argmax()])
-    if total <= 0 or rows.min() * rows.max() <= 0:
+    if total <= 0:
         return none, allowed
     g, images = np.sort(level.g[allowed]), 2 ** sum(level.symmetric)
     count, own = np.arange(1, len(g) + 1), float(level.kernel.mean() if level.periodic else level.kernel[0, 0])

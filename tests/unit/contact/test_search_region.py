@@ -337,7 +337,13 @@ def blocks():
     return fc.Scene([lower, upper], [contact]), {"forces": {upper: (0, 0, -5.0)}}
 
 
-SCENES = [half_spheres, knee, blocks]
+def pressed_knee():
+    """The knee, turned, pressed and free to tilt."""
+    now, bone = knee(turn=0.3)
+    return now, {"forces": {bone: (0, 0, -500.0)}, "free": {bone: "ry"}}
+
+
+SCENES = [half_spheres, pressed_knee, blocks]
 
 
 def same_forces(whole, part):
@@ -391,8 +397,7 @@ def test_too_short_a_reach_is_found_and_widened(scene, monkeypatch):
 
 @pytest.mark.full
 def test_loads_that_near_parts_cannot_balance_are_met_by_the_whole_surfaces(monkeypatch):
-    now, bone = knee(turn=0.3)
-    loads = {"forces": {bone: (0, 0, -500.0)}, "free": {bone: "ry"}}
+    now, loads = pressed_knee()
     # with no reach one condyle alone may be in reach and the free tilt unbalanced; the answer is the whole's anyway
     monkeypatch.setattr(
         "fecontact.scene.local_search.first_radius", lambda contact, loading: search.SearchRadius(0.0, 0.0)
