@@ -496,8 +496,8 @@ class Tractions(Generic[S, C]):
         lift = self.friction.lift
         return np.zeros(self.normal.grid.shape) if lift is None else lift.apply(self.spread(q))[0]
 
-    def _first(self, heights: Array, load: Load) -> tuple[Array, Array]:
-        """Tractions on the box and motions to start from."""
+    def _superposed(self, heights: Array, load: Load) -> tuple[Array, Array]:
+        """Tractions on the box and motions from contacts without friction; zero where none are known."""
         return np.zeros((2, *self.compliance.shape)), np.zeros(len(self.free))
 
     def solve(
@@ -513,12 +513,10 @@ class Tractions(Generic[S, C]):
             return TrescaIterate(q, q, m)
         if start is not None:
             q, m = start[0][:, *self.box], m if start[1] is None else start[1]
-        else:
-            q, m = self._first(heights, load)
-            if friction.constants.poisson == 0 and not friction.coupled and q.any():
-                exact = self.contact(heights, load, q, m)
-                if exact.residuals.within(friction.tolerance):
-                    return TrescaIterate(q, self.slip(q, m), m)
+        elif friction.constants.poisson == 0 and not friction.coupled:
+            q, m = self._superposed(heights, load)
+            if q.any() and self.contact(heights, load, q, m).residuals.within(friction.tolerance):
+                return TrescaIterate(q, self.slip(q, m), m)
         # of the iteration before: near, however fine the cells
         return self.reached(q, m, 0.1 * tolerance, start is not None and start[1] is not None, int(coarse))
 
@@ -602,11 +600,11 @@ class DraggedTractions(Tractions[PressStep, FrictionContact]):
             c -= self.compliance.apply(self.last.traction[:, *self.box])
         return c
 
-    def _first(self, heights: Array, load: Load) -> tuple[Array, Array]:
+    def _superposed(self, heights: Array, load: Load) -> tuple[Array, Array]:
         """Tractions mu (p - p') by the pressures p' of a smaller load, and motions.
 
-        Exact for one step from the unloaded state if nu = 0 and nothing is coupled, for then tractions displace the
-        surface along themselves as pressures do along the normal; a start otherwise.
+        For one step from the unloaded state if nu = 0 and nothing is coupled: tractions displace the surface along
+        themselves as pressures do along the normal.
 
         References
         ----------
@@ -614,25 +612,22 @@ class DraggedTractions(Tractions[PressStep, FrictionContact]):
         """
         mu, p = self.friction.mu, self.normal.pressure[self.box]
         if self.step.torque or self.step.twist or not math.isfinite(mu):
-            return super()._first(heights, load)
+            return super()._superposed(heights, load)
         driven = self.step.shift is None
         along = np.array(self.step.tangential or (0.0, 0.0)) if driven else np.array(self.step.shift)
         size = float(np.hypot(*along))
         m = np.zeros(len(self.free))
         if size == 0:
             return np.zeros((2, *p.shape)), m
-        constants = self.friction.constants
-        softer = 1 + constants.poisson / (2 * constants.direct)
         if driven:
             inner = Load(self.normal.force - size / mu, None, None)
         else:
-            rest = self.normal.approach - size / (mu * softer)
-            inner = Load(None, rest, None)
+            inner = Load(None, self.normal.approach - size / mu, None)
         z = dented(heights, self.normal)
         less = press(self.friction.body, z, inner, self.friction.tolerance, True, self.friction.workers)
         q = mu * (p - less.pressure[self.box])
         if driven:
-            m[:2] = mu * softer * (self.normal.approach - less.approach) * along / size
+            m[:2] = mu * (self.normal.approach - less.approach) * along / size
         return q * (along / size)[:, None, None], m
 
     def _made(self, motion: Array, **fields: Any) -> FrictionContact:
