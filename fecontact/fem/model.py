@@ -301,11 +301,6 @@ class Model:
         """Coordinates (n_coordinates, 6) of the rigid modes."""
         return self.coordinates.of_displacements(self.rigid_modes)
 
-    @property
-    def held_nodes(self) -> IntArray:
-        """Nodes (n,) of which a support holds a component."""
-        return np.unique(self.coordinates.of_functions(np.arange(self.n_dofs // 3))[self.held // 3])
-
     def null_space_of(self, held: IntArray) -> Array:
         """Rigid motions (6, k) that held coordinates do not resist."""
         return null_space(self.nodal_modes[held], self.size)

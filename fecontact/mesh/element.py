@@ -202,18 +202,14 @@ def coalesced_edges(pattern: Pattern) -> Mask:
     return p[EDGES[:, 0]] == p[EDGES[:, 1]]
 
 
-def _face_edges(face: int) -> list[int]:
-    """Edges 0 ... 11 round one face, between its consecutive corners."""
-    return [int(mid) - 8 for mid in FACES[face, 4:8]]
-
-
 @cache
 def triangular_faces(pattern: Pattern) -> tuple[tuple[int, int], ...]:
     """Faces with exactly one coalesced edge, each with the position 0 ... 3 of that edge on the face."""
     coalesced = coalesced_edges(pattern)
     triangles = []
     for face in range(6):
-        gone = [k for k, edge in enumerate(_face_edges(face)) if coalesced[edge]]
+        # edges 0 ... 11 round the face, between its consecutive corners
+        gone = [k for k, mid in enumerate(FACES[face, 4:8]) if coalesced[mid - 8]]
         if len(gone) == 1:
             triangles.append((face, gone[0]))
     return tuple(triangles)

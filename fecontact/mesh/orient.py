@@ -72,7 +72,8 @@ def oriented(points: Array, facets: IntArray) -> tuple[IntArray, tuple[str, ...]
     # first the orientation of most of the area
     turn = against_first ^ (turn_area > total / 2)[sheet]
     minority = np.minimum(turn_area, total - turn_area) / total
-    closed = 2 * np.bincount(sheet[pairs[:, 0]], minlength=count) == np.bincount(sheet, _side_number(facets), count)
+    sides = np.where(triangular(facets), 3.0, 4.0)
+    closed = 2 * np.bincount(sheet[pairs[:, 0]], minlength=count) == np.bincount(sheet, sides, count)
     unclear = ~closed & (minority > MISTAKE)
     if unclear.any():
         k = int(np.argmax(unclear))
@@ -91,10 +92,6 @@ def oriented(points: Array, facets: IntArray) -> tuple[IntArray, tuple[str, ...]
     if not closed.all():
         notes.append("the surface is open: its outside is where the corners of most facets run counter-clockwise.")
     return facets, tuple(notes)
-
-
-def _side_number(facets: IntArray) -> Array:
-    return np.where(triangular(facets), 3.0, 4.0)
 
 
 def _sides_of_sheets(facets: IntArray, pairs: IntArray, against: Mask) -> tuple[IntArray, Mask]:

@@ -181,7 +181,7 @@ def unfolded(mesh: Mesh, points: Array, moved: Mask) -> tuple[Mesh, int]:
     int
         Number of nodes that were drawn back.
     """
-    touched = _cells_at(mesh, moved)
+    touched = np.flatnonzero(moved[_all_nodes(mesh)].any(axis=1))
     step, share = points - mesh.points, np.ones(len(points))
     before = least_jacobians(_part(mesh, mesh.points, touched))
     for k in range(HALVINGS + 1):
@@ -205,10 +205,6 @@ def _all_nodes(mesh: Mesh) -> IntArray:
     if mesh.midface is None:
         return mesh.cells
     return np.concatenate([mesh.cells, np.where(mesh.midface < 0, mesh.cells[:, :1], mesh.midface)], axis=1)
-
-
-def _cells_at(mesh: Mesh, moved: Mask) -> IntArray:
-    return np.flatnonzero(moved[_all_nodes(mesh)].any(axis=1))
 
 
 def _part(mesh: Mesh, points: Array, cells: IntArray) -> Mesh:

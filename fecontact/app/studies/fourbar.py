@@ -261,7 +261,8 @@ def solve(n: int, step: float) -> Study:
         "coupler's middle off its chord, mm": _at(times, found, 1e3 * found.sag),
         "the same, corotational": _at(times, other, 1e3 * other.sag),
     }
-    off = _turned_back(np.degrees(LINKAGE.angles(np.radians(crank))[1]) - follower)
+    off = np.degrees(LINKAGE.angles(np.radians(crank))[1]) - follower
+    off = (off + 180) % 360 - 180
     remarks = {
         "largest error of the crank before the linkage folds, degrees": max(
             abs(c - r) for c, r in list(cases.values())[:UNFOLDED]
@@ -276,11 +277,6 @@ def solve(n: int, step: float) -> Study:
 
 def _at(times: Array, course: Course, values: Array) -> Array:
     return np.interp(times, course.motion.time, values)
-
-
-def _turned_back(angle: Array) -> Array:
-    """The same angles in degrees, between -180 and 180."""
-    return (angle + 180) % 360 - 180
 
 
 def _shapes(course: Course) -> dict[str, Array]:
