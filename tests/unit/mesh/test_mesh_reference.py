@@ -43,6 +43,12 @@ def test_functions_of_hexahedra_and_quadrilaterals(shapes, nodes, n):
     assert np.abs(dN.sum(axis=1)).max() < 10 * ROUNDING
     assert np.abs(shapes(n, nodes(n))[0] - np.eye(n)).max() < ROUNDING
     assert np.abs(differences(lambda x: shapes(n, x), X) - dN).max() < DIFFERENCES
+    # one point many times, alone and beside another
+    many = np.repeat(X[:1], 200, axis=0)
+    for there in (many, np.concatenate([many, X[1:2]])):
+        for found, one in zip(shapes(n, there), (N, dN), strict=True):
+            assert found.shape == (len(there), *one.shape[1:])
+            assert np.abs(found[:200] - one[0]).max() < ROUNDING
 
 
 @pytest.mark.parametrize("face", range(6))
