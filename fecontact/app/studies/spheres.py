@@ -183,9 +183,9 @@ def radius_by_sections(spheres: Spheres, start: float, backend: str = "auto") ->
     >>> abs(radius_by_sections(equal, equal.scale_radius) / equal.hertz.a - 1) < 5e-4
     True
     """
+    how = {"element": "hex20", "pressure": "auto", "model": "axisymmetric", "backend": backend}
     for cut in FIRST_PASSES:
-        found = _press_sections(spheres, start, cut, "auto", "quad8", backend, "auto")[0].contacts[0]
-        start = moment_radius(found)
+        start = moment_radius(press(spheres, start, cut, "auto", **how)[0].contacts[0])
     return start
 
 
@@ -235,17 +235,19 @@ def press(
     backend: str,
     coupling: str = "auto",
 ) -> tuple[ContactResult, float]:
-    """Press quarters of both spheres, which touch at the origin; returns the result and the seconds of meshing."""
-    if model == "axisymmetric":
-        return _press_sections(spheres, ring, level, solver, SECTIONS[element], backend, coupling)
+    """Press quarters or sections of both spheres, which touch at the origin; the result and the seconds of meshing."""
     began = time.perf_counter()
+    sectioned = model == "axisymmetric"
+    supports = {"base": "xz"} if sectioned else {"base": "xyz", "sym_x": "x", "sym_y": "y"}
     # a rotation by pi about the line x = y maps a quarter with its body above to the same quarter with its body below
-    downwards = rotation_about((1.0, 1.0, 0.0), math.pi)
+    downwards = rotation_about((1.0, 0.0 if sectioned else 1.0, 0.0), math.pi)
 
     def body(radius: float, name: str) -> ElasticBody:
+        if sectioned:
+            section = sections.half_disc(radius, contact_radius=ring, level=level, element=SECTIONS[element])
+            return AxisymmetricBody(section, spheres.material, "cap", supports, name=name, backend=backend)
         geometry = "hex20" if element == "ancf" else element
         mesh = shapes.quarter_sphere(radius, contact_radius=ring, level=level, element=geometry)
-        supports = {"base": "xyz", "sym_x": "x", "sym_y": "y"}
         if element == "ancf":
             return AncfBody(mesh, spheres.material, "cap", supports, name=name, backend=backend)
         return ElasticBody(mesh, spheres.material, "cap", supports, pressure=pressure, name=name, backend=backend)
@@ -260,26 +262,8 @@ def press(
         lower = body(spheres.radii[0], "lower").placed(rotation=downwards)
     meshing = time.perf_counter() - began
     scene = Scene([upper, lower], [Contact(upper, lower, coupling=coupling)])
-    return scene.solve(forces={upper: (0.0, 0.0, -spheres.force / 4)}, solver=solver), meshing
-
-
-def _press_sections(
-    spheres: Spheres, ring: float, level: Level, solver: str, element: str, backend: str, coupling: str
-) -> tuple[ContactResult, float]:
-    """The same for the spheres' sections, with the force on the whole spheres."""
-    began = time.perf_counter()
-    downwards = rotation_about((1.0, 0.0, 0.0), math.pi)
-
-    def body(radius: float, name: str) -> AxisymmetricBody:
-        mesh = sections.half_disc(radius, contact_radius=ring, level=level, element=element)
-        return AxisymmetricBody(mesh, spheres.material, "cap", {"base": "xz"}, name=name, backend=backend)
-
-    upper = body(spheres.radii[1], "upper")
-    same = spheres.radii[0] == spheres.radii[1]
-    lower = (upper if same else body(spheres.radii[0], "lower")).placed(rotation=downwards, name="lower")
-    meshing = time.perf_counter() - began
-    scene = Scene([upper, lower], [Contact(upper, lower, coupling=coupling)])
-    return scene.solve(forces={upper: (0.0, 0.0, -spheres.force)}, solver=solver), meshing
+    force = spheres.force if sectioned else spheres.force / 4
+    return scene.solve(forces={upper: (0.0, 0.0, -force)}, solver=solver), meshing
 
 
 def moment_radius(contact: ContactFields) -> float:
