@@ -385,14 +385,16 @@ def find_missed(
     place = _Place(own, other, rotation, translation, increment)
     (ours, our_rest), (theirs, their_rest) = elastic
     ours = ours @ rotation.T
-    most = float((np.linalg.norm(theirs, axis=1) + their_rest).max())
-    needed = place.motion + np.linalg.norm(ours, axis=1) + our_rest + most
+    most = np.linalg.norm(ours, axis=1) + our_rest, np.linalg.norm(theirs, axis=1) + their_rest
+    needed = place.motion + most[0] + most[1].max()
     close = place.to_centre - own.radius - other.radius.max() <= needed
     doubtful = np.flatnonzero((~place.inside | ~near.within) & close)
     cones = _cones_between(slave, master, rotation)
-    part, facet, apart = place.pairs(doubtful, needed[doubtful], cones, (our_rest, their_rest), (ours, theirs))
+    part, facet, apart = place.pairs(doubtful, needed[doubtful], cones, most)
     left = apart + place.closing(part, facet, cones)
-    return bool((~near.within[part]).any()), float(left[apart > 0].max(initial=0.0))
+    rest = our_rest[part] + their_rest[facet]
+    met = (apart <= 0) | (apart + place.closing(part, facet, cones, (ours, theirs)) <= rest)
+    return bool((~near.within[part[met]]).any()), float(left[apart > 0].max(initial=0.0))
 
 
 def _cones_between(slave: FacetSurface, master: FacetSurface, rotation: Array) -> tuple[Cones, Cones]:
@@ -454,14 +456,13 @@ class _Place:
         radius: Array,
         cones: tuple[Cones, Cones],
         most: float | tuple[Array, Array],
-        elastic: tuple[Array, Array] | None = None,
     ) -> tuple[IntArray, IntArray, Array]:
         """Pairs of chosen parts and master facets within `radius` (n_chosen,) that may close, and their distances.
 
         Pairs whose lower bound of the distance is more than `most` after the predicted motion, or than the sum of
         values of all parts and of all facets, are left out. The distance of two facets is at least that of their balls,
         and that of their hulls along either normal or the line of their centres. It is not positive where a part may be
-        inside at the start. See `closing` for `cones` and `elastic`.
+        inside at the start. See `closing` for `cones`.
         """
         own, other, centre = self.own, self.other, self.centre
         found = []
@@ -469,7 +470,7 @@ class _Place:
             which, hit = flattened(tree.query_ball_point(centre[chosen], radius + own.radius[chosen] + largest))
             found.append((chosen[which], members[hit]))
         s, m = (np.concatenate(f) for f in zip(*found, strict=True))
-        closing = self.closing(s, m, cones, elastic)
+        closing = self.closing(s, m, cones)
         allowed = most[0][s] + most[1][m] if isinstance(most, tuple) else np.full(len(s), most)
         apart = np.linalg.norm(centre[s] - other.centre[m], axis=1) - own.radius[s] - other.radius[m]
         # the balls' distance decides most pairs, the hulls' along the facet's normal most of the others
