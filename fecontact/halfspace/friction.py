@@ -254,11 +254,7 @@ class Friction:
 
 
 def press_step(
-    friction: Friction,
-    heights: Array,
-    step: PressStep,
-    last: FrictionContact | None,
-    symmetry: bool = True,
+    friction: Friction, heights: Array, step: PressStep, last: FrictionContact | None, symmetry: bool = True
 ) -> FrictionContact:
     """Press and drag a surface of heights (nx, ny), from the state at the end of the last step or unloaded.
 

@@ -14,17 +14,19 @@ from itertools import product as pairs
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from fecontact.common.arrays import Array, IntArray, Mask
 from fecontact.common.checks import among, number_array
 from fecontact.common.compact_repr import compact_repr
 from fecontact.common.errors import InputError
-from fecontact.halfspace.compliance import SurfaceCompliance, tangential_compliance
+from fecontact.halfspace.compliance import SurfaceCompliance
 from fecontact.halfspace.contact import HalfSpaceContact
 from fecontact.halfspace.fft import Tally
 from fecontact.halfspace.grid_error import edge_cells
 from fecontact.halfspace.nested import compliance
+from fecontact.halfspace.operator import CellModel
 from fecontact.halfspace.pressing import Load, grid_level
 from fecontact.halfspace.traction_contact import FrictionContact
 from fecontact.solvers import ContactProblem
@@ -173,15 +175,8 @@ def friction_gradient(
     S = _matrix(body, contact, flat)
     place = np.arange(n)
     g = np.concatenate([_heights(contact)[active], np.zeros(2 * n)]) - motion[~loose] @ rows[~loose]
-    problem = ContactProblem(
-        S,
-        g,
-        rows[loose],
-        rows[loose] @ x,
-        place,
-        np.stack([n + place, 2 * n + place], axis=1),
-        np.full(n, contact.friction),
-    )
+    tangents, mu = np.stack([n + place, 2 * n + place], axis=1), np.full(n, contact.friction)
+    problem = ContactProblem(S, g, rows[loose], rows[loose] @ x, place, tangents, mu)
     value, by_forces, by_motion = _figure_of_friction(contact, what)
     found = adjoint(problem, x, -motion[loose], by_forces[:, active].ravel(), -by_motion[loose])
     heights = np.zeros(contact.grid.shape)
@@ -195,19 +190,10 @@ def friction_gradient(
 
 def _matrix(body: SurfaceCompliance, contact: FrictionContact, flat: IntArray) -> Array:
     """Displacements (3 n, 3 n) of the cells in contact, normal and tangential, by pressures and tractions on them."""
-    shape = contact.grid.shape
-    whole = (slice(0, shape[0]), slice(0, shape[1]))
-    normal, along = body.product(), tangential_compliance(body, whole)
-    S = np.zeros((3, len(flat), 3, len(flat)))
-    for j, cell in enumerate(flat):
-        for k in range(3):
-            unit = np.zeros((3, *shape))
-            unit[k].flat[cell] = 1.0
-            moved = [normal.apply(unit[0])] if k == 0 else [along.normal_displacement(unit[1:])]
-            moved += list(along.of_pressure(unit[0]) if k == 0 else along.apply(unit[1:]))
-            S[:, :, k, j] = [u.flat[flat] for u in moved]
-    matrix = S.reshape(3 * len(flat), -1)
-    return np.asarray((matrix + matrix.T) / 2)
+    n, place = len(flat), np.concatenate([3 * flat + 2, 3 * flat, 3 * flat + 1])
+    sign = np.repeat([-1.0, 1.0, 1.0], n)  # pressures are inwards
+    rows = sp.csr_matrix((sign, (np.arange(3 * n), place)), (3 * n, 3 * contact.grid.n_cells))
+    return contact.grid.area * CellModel(body).dense_in_space(rows)
 
 
 def _heights(contact: FrictionContact) -> Array:

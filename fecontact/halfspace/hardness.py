@@ -60,8 +60,7 @@ def hardness_field(hardness: ArrayLike | None, body: SurfaceCompliance) -> Array
     values, shape = number_array("the hardness", hardness), body.grid.shape
     if values.shape not in ((), shape):
         raise InputError(
-            f"The hardness must be a number or have the grid's shape {shape}; found {values.shape}.",
-            code="wrong-shape",
+            f"The hardness must be a number or have the grid's shape {shape}; found {values.shape}.", code="wrong-shape"
         )
     least, modulus = float(values.min()), body.modulus
     if not least >= LEAST_HARDNESS * modulus:
@@ -87,10 +86,8 @@ def check_bearing(level: GridLevel, grid: Grid) -> None:
             f"{most:g}. Take a smaller force, or a larger counter-surface.",
             code="force-above-hardness",
         )
-    if (
-        len(level.F) > 1
-        and (share := borne_share(level.B, level.F, np.where(level.allowed, level.bound, 0.0))) < 1 - BALANCE
-    ):
+    bound = np.where(level.allowed, level.bound, 0.0)
+    if len(level.F) > 1 and (share := borne_share(level.B, level.F, bound)) < 1 - BALANCE:
         raise InputError(
             f"The force, {force:g}, is above what the counter-surface bears at this load point: pressures up to the "
             f"hardness balance at most {share * force:g} there, and {most:g} in all. Take a smaller force, or a load "

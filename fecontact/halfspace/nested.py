@@ -276,12 +276,7 @@ def _share(part: tuple[slice, slice], level: GridLevel) -> float:
 
 
 def _spread(
-    at: GridIterate,
-    level: GridLevel,
-    part: tuple[slice, slice],
-    tolerance: float,
-    tally: Tally,
-    workers: int | None,
+    at: GridIterate, level: GridLevel, part: tuple[slice, slice], tolerance: float, tally: Tally, workers: int | None
 ) -> GridIterate:
     """Solution on a part as arrays over the whole grid."""
     p, active = np.zeros(level.g.shape), np.zeros(level.g.shape, bool)

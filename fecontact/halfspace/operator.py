@@ -12,13 +12,7 @@ from scipy.sparse.linalg import LinearOperator
 from fecontact.common.arrays import Array, IntArray
 from fecontact.common.errors import InputError
 from fecontact.halfspace.cg import GridIterate
-from fecontact.halfspace.compliance import (
-    JointCompliance,
-    SurfaceCompliance,
-    TangentialCompliance,
-    check_thickness,
-    tangential_compliance,
-)
+from fecontact.halfspace.compliance import JointCompliance, SurfaceCompliance, TangentialCompliance, check_thickness
 from fecontact.halfspace.fft import Convolution, Corrected, Product, Tally, Term
 from fecontact.halfspace.friction import FIRST_TOLERANCE, MAX_STAGGERED, REDUCTION, SLIDING, Friction
 from fecontact.halfspace.grid import Even, at_offsets, even_axes, part_of, unfold
@@ -85,9 +79,7 @@ class CellModel:
     @cached_property
     def tangential(self) -> TangentialCompliance:
         """Displacements along the surface by tractions, and their coupling with pressures."""
-        assert isinstance(self.body, SurfaceCompliance)
-        check_thickness(self.body)
-        return tangential_compliance(self.body, self.part)
+        return self.friction.compliance(0, self.shape)
 
     def displaced(self, forces: Array) -> Array:
         """Displacements (n_cells, 3) of all cells by forces (n_cells, 3), z outwards."""

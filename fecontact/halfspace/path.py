@@ -134,9 +134,7 @@ class FrictionPath(Path[FrictionContact]):
         worn = ("worn_volume", "worn_depth") if self.last.worn is not None else ()
         more = (*(OF_HARDNESS if self.last.hardness is not None else ()), *worn)
         return [
-            RenamedKeys(
-                {**{name: read(c) for name, read in OF_STEPS.items()}, **{name: c.figures[name] for name in more}}
-            )
+            RenamedKeys({name: read(c) for name, read in OF_STEPS.items()}, **{name: c.figures[name] for name in more})
             for c in self.steps
         ]
 
@@ -252,11 +250,8 @@ class FrictionSteps(Steps[FrictionContact]):
 
     def __post_init__(self) -> None:
         check_thickness(self.friction.body)
-        if (
-            self.accuracy is not None
-            and checks.positive("the accuracy", self.accuracy)
-            and not self.friction.body.memory
-        ):
+        timed = self.accuracy is not None and checks.positive("the accuracy", self.accuracy)
+        if timed and not self.friction.body.memory:
             raise InputError(
                 "An elastic half-space has no error in time: leave out accuracy=.", code="accuracy-elastic"
             )
@@ -264,9 +259,8 @@ class FrictionSteps(Steps[FrictionContact]):
             instance("the start of the path", self.start, FrictionContact)
             body, mu = self.friction.body, self.friction.mu
             then = (self.start.grid, self.start.material, tuple(self.start.layers), self.start.friction)
-            if then != (body.grid, body.material, tuple(body.layers), mu) or (
-                body.memory and self.start.retarded is None
-            ):
+            forgot = body.memory and self.start.retarded is None
+            if forgot or then != (body.grid, body.material, tuple(body.layers), mu):
                 raise InputError(
                     f"The start of the path is of another half-space, grid or friction ({self.start.friction:g}; found "
                     f"{mu:g}). Make it on the half-space of the path, with its friction.",

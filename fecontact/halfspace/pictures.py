@@ -224,13 +224,7 @@ def top(values: Array) -> float | None:
 
 
 def draw_map(
-    axes: Any,
-    grid: Grid,
-    values: Array,
-    colours: str,
-    label: str,
-    names: Units,
-    limit: float | None = None,
+    axes: Any, grid: Grid, values: Array, colours: str, label: str, names: Units, limit: float | None = None
 ) -> None:
     """Draw values (nx, ny) on the cells."""
     drawn = _draw_cells(axes, grid, values, names, cmap=colours, vmax=limit)

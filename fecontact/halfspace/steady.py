@@ -212,9 +212,8 @@ class Motion:
             u = gap[0] - level.g + np.tensordot(m, level.B, 1)
             scale = float(np.abs(u).max(where=level.allowed, initial=1e-300))
             lack = np.abs(level.F - np.tensordot(level.B, p[0], 2)).max(initial=0.0) / (float(p.sum()) or 1.0)
-            left = (
-                np.abs(np.where(active, gap[0], np.minimum(gap[0], 0.0))).max(where=level.allowed, initial=0.0) / scale
-            )
+            off = np.abs(np.where(active, gap[0], np.minimum(gap[0], 0.0)))
+            left = off.max(where=level.allowed, initial=0.0) / scale
             history.append(float(left))
             pulls, enters = active & (p[0] < 0), level.allowed & ~active & (gap[0] < -tolerance * scale)
             done = not (pulls.any() or enters.any()) and max(left, lack) <= tolerance
@@ -240,9 +239,8 @@ def _tables(shape: tuple[int, int], cell: tuple[float, float], lengths: Array) -
     memories = []
     for length in lengths:
         x = cell[0] / length
-        moments = (scipy.special.gammainc(powers + 1, x / 2) * scipy.special.factorial(powers) / (x / 2) ** powers)[
-            :, 0
-        ]
+        gamma = scipy.special.gammainc(powers + 1, x / 2) * scipy.special.factorial(powers)
+        moments = (gamma / (x / 2) ** powers)[:, 0]
         on, back = (np.linalg.solve((2 * PLACES + by) ** powers, moments) for by in (0, 1))
         between = sum(w * f[:-1] for w, f in zip(on, fields, strict=True))
         between += sum(math.exp(-x / 2) * w * f[1:] for w, f in zip(back, fields, strict=True))

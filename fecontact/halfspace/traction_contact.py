@@ -365,9 +365,8 @@ class FrictionContact(TractionContact):
         if self.time_change is None:
             return None
         change, size = self.time_change[0], float(np.linalg.norm(self.pressure)) or 1.0
-        return TimeError(
-            float(np.linalg.norm(change)) / size, abs(float(change.sum())) * self.grid.area / (self.force or 1.0)
-        )
+        force = abs(float(change.sum())) * self.grid.area
+        return TimeError(float(np.linalg.norm(change)) / size, force / (self.force or 1.0))
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -396,9 +395,6 @@ class FrictionContact(TractionContact):
     @property
     def _printed(self) -> dict[str, float]:
         turned = {"torque": self.torque, "twist": self.twist} if self.twist or self.torque else {}
-        wear = {
-            name.replace("_", " "): self.figures[name]
-            for name in ("worn_volume", "worn_depth")
-            if self.worn is not None
-        }
+        names = () if self.worn is None else ("worn_volume", "worn_depth")
+        wear = {name.replace("_", " "): self.figures[name] for name in names}
         return {**super()._printed, **turned, **wear}

@@ -163,11 +163,8 @@ def solve_nested_tresca(
         return near
     shape = problem.limit.shape
     halves = ((shape[0] + 1) // 2, (shape[1] + 1) // 2)
-    if (
-        max(shape) > COARSEST
-        and min(shape) >= 4
-        and not (problem.compliance.periodic and (halves[0] % 2 or halves[1] % 2))
-    ):
+    odd = problem.compliance.periodic and (halves[0] % 2 or halves[1] % 2)
+    if max(shape) > COARSEST and min(shape) >= 4 and not odd:
         coarse = coarser_tresca(problem, compliance_of(level + 1, halves))
         start = _means(q, problem.touching)
         within = max(tolerance, COARSE_TOLERANCE)
