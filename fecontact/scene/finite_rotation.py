@@ -37,9 +37,10 @@ from fecontact.scene.turning_steps import newton_step
 #: solution, so the remaining error is of its square. Compliances that are products come to rest without Newton's steps,
 #: with another last change: figures of one scene by both differ by up to some 3e-6, within this tolerance.
 STEP_TOLERANCE = 1e-4
-#: What further poses would change of the motions, relative to them, at which 'auto' stops: a load that goes along with
-#: a body turns it further, which the errors of gaps do not show.
-CARRIED = 1e-3
+#: Change of pose, relative to the motions, at which 'auto' stops: a load that goes along with a body turns it further,
+#: which the errors of gaps do not show. And the estimate of what further poses would change at which it stops, too: as
+#: much as the square of the former.
+CARRIED, FURTHER = 1e-3, 1e-5
 #: Largest rotation (radians) of one step, and largest translation or error of a linearised gap (relative to a body's
 #: size), so that a distant contact is not overshot.
 MAX_STEP = 0.2
@@ -174,7 +175,7 @@ def _followed(path: _Path, best: ContactResult, least: float) -> ContactResult:
             set_part(f"pose {k + 2}")
             now, error = _judged(path.solved())
             change = path.carried(now)
-            if error <= BEARABLE and (change is None or min(change.rest, path.left(now, change)) <= CARRIED):
+            if error <= BEARABLE and (change is None or change.rest <= CARRIED or path.left(now, change) <= FURTHER):
                 return path.finished(replace(now, _carried=change))
             # of bearable ones the one whose motions have changed least
             nearer = carried is None or change is None or change.rest < carried.rest
