@@ -159,8 +159,8 @@ class TractionContact(HalfSpaceContact):
 
     @cached_property
     def work_density(self) -> Array:
-        """Work of friction in the step, per area (nx, ny), not negative."""
-        own = np.asarray(-(self.traction * self.slip).sum(axis=0))
+        """Work of friction in the step, per area (nx, ny), not negative: what sticks slips by rounding either way."""
+        own = np.maximum(-(self.traction * self.slip).sum(axis=0), 0.0)
         return sum((part.work_density for part in self._parts), start=own)
 
     @property
