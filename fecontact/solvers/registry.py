@@ -42,7 +42,7 @@ from scipy.sparse.linalg import LinearOperator
 
 from fecontact.common.arguments import known_names
 from fecontact.common.errors import InputError, SolverError, SolverNotFoundError
-from fecontact.solvers.active_set import active_set
+from fecontact.solvers.active_set import active_set, rows_on
 from fecontact.solvers.nnls import nnls
 from fecontact.solvers.problem import ContactProblem, InfeasibleLoadError, Outcome, Solution, Status
 from fecontact.solvers.projected_cg import projected_cg
@@ -567,14 +567,28 @@ def _found(
     else:
         outcome = NATIVE.get(solver, partial(backend, name=solver))(scaled, start, **options)
     claimed = _claimed(problem, _unscaled(problem, scaled, outcome), name)
-    if outcome.status is not Status.SOLVED or not isinstance(scaled.S, np.ndarray) or solver == "active-set":
+    if outcome.status is not Status.SOLVED or not isinstance(scaled.S, np.ndarray):
         return claimed
+    if solver == "active-set":
+        return _least_motion(scaled, claimed, outcome.p, tolerance)
     solves = FEW_SOLVES if isinstance(solver, str) and solver not in NATIVE else 1
     sharper = [_unscaled(problem, scaled, each) for each in polish(scaled, outcome.x, outcome.p, solves=solves)]
     # the polished one first: where the active points leave a motion free, it has the smallest
     every = [*(replace(claimed, forces=each.x, q=each.p) for each in sharper), claimed]
     passing = (each for each in every if each.residuals.within(tolerance))
     return next(passing, None) or min(every, key=lambda each: each.residuals.worst)
+
+
+def _least_motion(scaled: ScaledProblem, claimed: Solution, p: np.ndarray, tolerance: float) -> Solution:
+    """The solution without the part of its motion p (r,) that points with forces leave free.
+
+    An active point without force holds that part, and rounding decides whether there is one.
+    """
+    resisted = rows_on(scaled, np.flatnonzero(claimed.forces > 0))[0]
+    if resisted.shape[1] in (0, scaled.r):
+        return claimed
+    least = replace(claimed, q=scaled.motion(resisted @ (resisted.T @ p)))
+    return least if least.residuals.within(tolerance) else claimed
 
 
 def _unscaled(problem: ContactProblem, scaled: ScaledProblem, outcome: Outcome) -> Outcome:

@@ -152,3 +152,20 @@ def test_plain_active_set_steps_cycle_and_the_solver_does_not() -> None:
     for k in range(8):
         start = np.array([k & 1, k & 2, k & 4], dtype=bool)
         assert solve(p, "active-set", start=start).success
+
+
+@pytest.mark.parametrize("solver", ["active-set", "wolfe", "nnls"])
+@pytest.mark.parametrize("held", [0.0, 1.0])
+def test_a_point_without_force_does_not_hold_a_free_motion(solver, held):
+    """Two points under the load and one aside: the tilt about the two is free, whatever the solver begins with.
+
+    Source: by hand. Of all motions that lower the two by their deflection of 1 the least leaves the third where it is.
+    """
+    problem = ContactProblem(
+        np.eye(3), np.array([0.0, 0.0, 5.0]), np.array([[1.0, 1.0, 1.0], [0.0, 0.0, 1.0]]), np.array([2.0, 0.0])
+    )
+    begin = {"start": np.array([1.0, 1.0, held])} if solver == "active-set" else {}
+    found = solve(problem, solver, **begin)
+    # exact but for rounding
+    assert np.abs(found.forces - [1.0, 1.0, 0.0]).max() < 1e-14
+    assert np.abs(found.q - [-1.0, 1.0]).max() < 1e-14
