@@ -207,7 +207,8 @@ def averaged_normals(points: Array, facets: IntArray) -> tuple[Array, Array]:
     # the angle between the sides at a corner; pi at a mid-side node
     angle = np.arctan2(length, np.einsum("ni,ni->n", *_sides_at(t1, t2, column, triangle)))
     weight = np.where(column < 4, angle, np.pi)
-    normal /= length[:, None]
+    full = length > 0  # facets drawn out to a line, as tools may leave them, have no normal
+    node, normal, weight = node[full], normal[full] / length[full, None], weight[full]
     total = np.zeros_like(points)
     np.add.at(total, node, normal * weight[:, None])
     normals = unit_vectors(total)

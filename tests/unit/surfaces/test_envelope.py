@@ -8,6 +8,7 @@ from refusals import refused
 import fecontact as fc
 from fecontact.fem.stiffness import moments_of_volume
 from fecontact.mesh.check import check_mesh
+from fecontact.mesh.surface_mesh import averaged_normals
 from fecontact.surfaces import solid
 from fecontact.surfaces.repair import enclosed_volume
 
@@ -133,3 +134,12 @@ def test_a_thin_torus_is_followed():
     assert abs(moments_of_volume(mesh)[0] / (2 * np.pi**2 * R * r**2 * facets) - 1) < 0.01
     assert any("envelope of its facets" in note for note in mesh.notes)
     assert not mesh.warnings
+
+
+def test_a_facet_drawn_out_to_a_line_has_no_part_in_normals():
+    """Envelopes may have such facets. Source: the plane of the others."""
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0, 0]])
+    plane = np.array([[0, 1, 2, 2], [0, 2, 3, 3]])
+    normals, cosine = averaged_normals(points, np.vstack([plane, [[0, 4, 1, 1]]]))
+    assert np.abs(normals[:4] - [0.0, 0.0, 1.0]).max() < 1e-15  # rounding
+    assert np.abs(cosine - 1.0).max() < 1e-15
