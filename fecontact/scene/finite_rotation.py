@@ -410,10 +410,11 @@ class _Path:
 
     def go_on(self, result: ContactResult) -> None:
         """Set the next iterate from the present one and its step."""
-        steps, places = newton_step(result, self.steps(result)), self._place
+        own, places = self.steps(result), self._place
+        steps = newton_step(result, own)
         self._guide.settle()
         share = self._share(steps, result)
-        self._last = self.size_of(self.steps(result)) if share == 1 else 0.0
+        self._last = self.size_of(own) if share == 1 else 0.0
         if share < 1:
             self._places, self._steps = [], []
             self._place = places + share * steps

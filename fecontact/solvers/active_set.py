@@ -75,7 +75,7 @@ def solve_on(problem: ScaledProblem, points: np.ndarray) -> PointSet:
     >>> (problem.forces(solve_on(problem, np.array([0, 1])).x) + 0.0).round(12).tolist()
     [0.5, 0.5, 0.0]
     """
-    U, s, V = rows_on(problem, points)
+    U, s, V = _rows_on(problem, points)
     load = (U.T @ problem.F) / s
     unbalanced = _unbalanced(problem.F, U)
     S = problem.matrix[np.ix_(points, points)]
@@ -132,7 +132,13 @@ def first_touch(problem: ScaledProblem, unbalanced: np.ndarray, gap: np.ndarray)
     return int(distance.argmin())
 
 
-def rows_on(problem: ScaledProblem, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def least_motion(problem: ScaledProblem, points: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """The least motion (r,) that is the same as p where points (a,) touch; p itself where they resist all of it."""
+    resisted = _rows_on(problem, points)[0]
+    return p if resisted.shape[1] == problem.r else resisted @ (resisted.T @ p)
+
+
+def _rows_on(problem: ScaledProblem, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Singular vectors U (r, k), V (k, a) and values (k,) of the motions that points (a,) resist."""
     if problem.r == 0 or len(points) == 0:
         return np.zeros((problem.r, 0)), np.empty(0), np.zeros((0, len(points)))

@@ -23,6 +23,7 @@ import numpy as np
 
 from fecontact.common.arrays import Array, Mask
 from fecontact.common.errors import SolverError
+from fecontact.solvers.active_set import least_motion
 from fecontact.solvers.coulomb import friction_limit, sticks, with_held_directions
 from fecontact.solvers.friction_newton import friction_newton, friction_sweeps, stick_solution
 from fecontact.solvers.friction_slide import (
@@ -52,9 +53,6 @@ NEARLY_ROUGH = 10.0
 
 MUCH = (1e2, 1e3, 1e4, 1e5)
 """Coefficients by which larger ones are reached, each ten times the last."""
-
-NEUTRAL = 1e-9
-"""Size of the motion of touching points by a unit of rigid motion below which they do not feel it."""
 
 FIRST_SWEEPS = 1e-3
 """Relative change of forces to which the first sweeps converge."""
@@ -235,9 +233,7 @@ def _nearest(scaled: ScaledProblem, x: Array, p: Array) -> Array:
     """The least motion (r,) that is the same as p where points with forces x (N,) touch."""
     touching = (x[scaled.points] > 0) | scaled.slides
     kept = np.concatenate([scaled.normals[x[scaled.normals] > 0], scaled.tangents[touching].ravel()])
-    axes, size, _ = np.linalg.svd(scaled.B[:, kept], full_matrices=False)
-    axes = axes[:, size > NEUTRAL]
-    return axes @ (axes.T @ p)
+    return least_motion(scaled, kept, p)
 
 
 def _pressed(scaled: ScaledProblem, held: Array) -> tuple[Array, Array, Mask]:

@@ -42,7 +42,7 @@ from scipy.sparse.linalg import LinearOperator
 
 from fecontact.common.arguments import known_names
 from fecontact.common.errors import InputError, SolverError, SolverNotFoundError
-from fecontact.solvers.active_set import active_set, rows_on
+from fecontact.solvers.active_set import active_set, least_motion
 from fecontact.solvers.nnls import nnls
 from fecontact.solvers.problem import ContactProblem, InfeasibleLoadError, Outcome, Solution, Status
 from fecontact.solvers.projected_cg import projected_cg
@@ -584,10 +584,10 @@ def _least_motion(scaled: ScaledProblem, claimed: Solution, p: np.ndarray, toler
 
     An active point without force holds that part, and rounding decides whether there is one.
     """
-    resisted = rows_on(scaled, np.flatnonzero(claimed.forces > 0))[0]
-    if resisted.shape[1] in (0, scaled.r):
+    carrying = np.flatnonzero(claimed.forces > 0)
+    if len(carrying) == 0 or (motion := least_motion(scaled, carrying, p)) is p:
         return claimed
-    least = replace(claimed, q=scaled.motion(resisted @ (resisted.T @ p)))
+    least = replace(claimed, q=scaled.motion(motion))
     return least if least.residuals.within(tolerance) else claimed
 
 
